@@ -8,11 +8,11 @@ namespace {
 
 Alignment py_find_alignment(const py::object& faces, const py::object& first_frame,
                             const py::object& scan) {
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
   const PointsArgument<double> frame("first_frame", first_frame, "(k, 3)");
+  const FacesArgument triangles(faces, frame.view().count);
   const PointsArgument<double> points("scan", scan, "(n, 3)");
   const py::gil_scoped_release release;
-  return find_alignment(indices.faces(), frame.view(), points.view());
+  return find_alignment(triangles.view(), frame.view(), points.view());
 }
 
 constexpr const char* alignment_doc =

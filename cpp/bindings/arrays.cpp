@@ -42,9 +42,13 @@ void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
                         std::string(py::str(array.attr("shape"))));
 }
 
-void check_floating(const char* argument, const py::array& array) {
+py::array to_positions(const char* argument, const py::object& object) {
+  const py::array array = to_array(argument, object);
   const auto size = array.itemsize();
-  if (array.dtype().kind() == 'f' && (size == 4 || size == 8)) return;
+  const char kind = array.dtype().kind();
+  if (kind == 'f' && (size == 4 || size == 8)) return array;
+  const bool is_list = py::isinstance<py::list>(object) || py::isinstance<py::tuple>(object);
+  if (is_list && (kind == 'i' || kind == 'u')) return array.attr("astype")("float64");
   throw py::type_error(std::string(argument) + ": must be float32 or float64, not " +
                        dtype_name(array));
 }
@@ -134,6 +138,22 @@ void IndicesArgument::narrow(const char* argument, const py::array& array, py::s
     narrowed_[i] = static_cast<Index>(value);
   }
 }
+
+namespace {
+
+py::object triangles_of(const py::object& faces, std::size_t n_vertices) {
+  if (py::isinstance<py::array>(faces)) {
+    const auto array = py::reinterpret_borrow<py::array>(faces);
+    if (array.ndim() == 2 && array.shape(1) == 3) return faces;
+  }
+  const auto split = py::module_::import("dynmesh.polygons").attr("split_faces");
+  return split(faces, n_vertices)[py::int_(0)];
+}
+
+}  // namespace
+
+FacesArgument::FacesArgument(const py::object& faces, std::size_t n_vertices)
+    : IndicesArgument("faces", triangles_of(faces, n_vertices), 3, "(m, 3)") {}
 
 BytesArgument::BytesArgument(const char* argument, const py::object& object) {
   if (PyObject_CheckBuffer(object.ptr()) == 0) {

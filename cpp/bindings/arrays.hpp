@@ -28,8 +28,9 @@ py::array to_array(const char* argument, const py::object& object);
 void check_shape(const char* argument, const py::array& array, py::ssize_t axes,
                  py::ssize_t columns, const char* expected);
 
-/// Raises TypeError unless the dtype of `array` is float32 or float64.
-void check_floating(const char* argument, const py::array& array);
+/// Converts positions, of any shape. Raises TypeError unless the dtype is float32 or float64; a
+/// list of whole numbers becomes float64.
+py::array to_positions(const char* argument, const py::object& object);
 
 std::string dtype_name(const py::array& array);
 
@@ -80,8 +81,7 @@ template <class Real>
 class PointsArgument {
  public:
   PointsArgument(const char* argument, const py::object& object, const char* expected) {
-    const py::array array = to_array(argument, object);
-    check_floating(argument, array);
+    const py::array array = to_positions(argument, object);
     check_shape(argument, array, 2, 3, expected);
     array_ = as_type<Real>(array);
   }
@@ -108,7 +108,6 @@ class IndicesArgument {
   IndicesArgument(const char* argument, const py::object& object, py::ssize_t columns,
                   const char* expected);
   [[nodiscard]] std::span<const Index> view() const { return view_; }
-  [[nodiscard]] Faces faces() const { return {view_.data(), view_.size() / 3}; }
 
  private:
   template <class Wide>
@@ -117,6 +116,16 @@ class IndicesArgument {
   py::array_t<Index> array_;
   std::vector<Index> narrowed_;
   std::span<const Index> view_;
+};
+
+/// The faces of a mesh: (m, 3) integers or, as dynmesh.polygons.split_faces takes them, polygons,
+/// which are cut into triangles.
+class FacesArgument : public IndicesArgument {
+ public:
+  FacesArgument(const py::object& faces, std::size_t n_vertices);
+  [[nodiscard]] Faces view() const {
+    return {IndicesArgument::view().data(), IndicesArgument::view().size() / 3};
+  }
 };
 
 /// Bytes, or another object with a contiguous buffer of bytes.

@@ -9,9 +9,9 @@ namespace {
 
 Topology topology_of(const py::object& faces, const py::object& n_vertices) {
   const std::size_t k = count_argument("n_vertices", n_vertices);
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
+  const FacesArgument triangles(faces, k);
   const py::gil_scoped_release release;
-  return build_topology(indices.faces(), k);
+  return build_topology(triangles.view(), k);
 }
 
 /// A (k, 3) array of positions, or None.

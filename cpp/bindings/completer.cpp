@@ -24,8 +24,10 @@ void translate_setting_error(std::exception_ptr thrown) {
 
 class AnyCompleter : public AnyStream<Completer, Settings> {
  public:
+  static constexpr const char* name = "completer";  // in messages
+
   AnyCompleter(const py::object& faces, const py::object& first_frame, const py::kwargs& settings)
-      : AnyStream(faces, first_frame, settings, "completer") {}
+      : AnyStream(faces, first_frame, settings, name) {}
 
   py::object push(const py::object& points, const py::object& known, const py::object& out) {
     return exclusively([&]<class Real>(Completer<Real>& completer) {

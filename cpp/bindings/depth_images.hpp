@@ -45,7 +45,8 @@ class ImagesArgument {
  private:
   using Pixels = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
-  /// One array is that of one camera; a list or a stack has one for each.
+  /// One array, or the list of its rows, is that of one camera; a list or a stack of such has one
+  /// for each.
   static std::vector<py::object> several(const char* name, const py::object& given,
                                          py::ssize_t axes) {
     const bool is_array = py::isinstance<py::array>(given);
@@ -56,6 +57,7 @@ class ImagesArgument {
     }
     std::vector<py::object> found;
     for (const auto& item : given) found.push_back(py::reinterpret_borrow<py::object>(item));
+    if (!found.empty() && to_array(name, found.front()).ndim() < axes) return {given};
     return found;
   }
 

@@ -30,8 +30,7 @@ class Pair {
 
  private:
   static py::array_t<double> load(const char* argument, const py::object& object) {
-    const py::array array = to_array(argument, object);
-    check_floating(argument, array);
+    const py::array array = to_positions(argument, object);
     check_shape(argument, array, array.ndim() == 3 ? 3 : 2, 3, "(k, 3) or (n, k, 3)");
     return as_type<double>(array);
   }
@@ -42,14 +41,14 @@ class Pair {
 
 py::object py_nmsve(const py::object& faces, const py::object& reference,
                     const py::object& completed) {
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
   const Pair pair(reference, completed);
+  const auto k = static_cast<std::size_t>(pair.n_vertices());
+  const FacesArgument triangles(faces, k);
   py::array_t<double> values(pair.n_frames());
   double* value = values.mutable_data();
   {
     const py::gil_scoped_release release;
-    const Topology topology =
-        build_topology(indices.faces(), static_cast<std::size_t>(pair.n_vertices()));
+    const Topology topology = build_topology(triangles.view(), k);
     for (py::ssize_t frame = 0; frame < pair.n_frames(); ++frame) {
       value[frame] = nmsve(topology.cells, pair.reference(frame), pair.completed(frame));
     }
@@ -74,8 +73,7 @@ py::array_t<double> py_vertex_error(const py::object& reference, const py::objec
 }
 
 ErrorSummary py_summary(const py::object& errors) {
-  const py::array array = to_array("errors", errors);
-  check_floating("errors", array);
+  const py::array array = to_positions("errors", errors);
   const py::array_t<double, py::array::c_style | py::array::forcecast> packed(array);
   return summary({packed.data(), static_cast<std::size_t>(packed.size())});
 }

@@ -51,8 +51,8 @@ class LandmarksArgument {
 /// Calls `call` with what `register_template` takes before and after the scan.
 template <class Real, class Call>
 py::tuple registered(const Request& request, const Call& call) {
-  const IndicesArgument faces("faces", request.faces, 3, "(m, 3)");
   const PointsArgument<Real> positions("template", request.positions, "(k, 3)");
+  const FacesArgument faces(request.faces, positions.view().count);
   const LandmarksArgument<Real> landmarks(request.landmarks);
   std::optional<Training<Real>> training;
   if (!request.training.is_none()) {
@@ -60,7 +60,7 @@ py::tuple registered(const Request& request, const Call& call) {
   }
   const Registration<Real> found = call([&](const auto& scan) {
     const py::gil_scoped_release release;
-    return register_template<Real>(faces.faces(), positions.view(), scan, landmarks.view(),
+    return register_template<Real>(faces.view(), positions.view(), scan, landmarks.view(),
                                    request.settings, training ? &*training : nullptr);
   });
   const py::object errors = request.settings.uncertainty
@@ -76,8 +76,7 @@ py::tuple registered(const Request& request, const Call& call) {
 
 template <class Call>
 py::tuple with_type_of(const py::object& positions, const Call& call) {
-  const py::array array = to_array("template", positions);
-  check_floating("template", array);
+  const py::array array = to_positions("template", positions);
   return array.itemsize() == sizeof(float) ? call(float{}) : call(double{});
 }
 

@@ -16,6 +16,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "pickles.hpp"
 #include "scalars.hpp"
 #include "stream/one_at_a_time.hpp"
 #include "stream/settings_table.hpp"
@@ -75,6 +76,11 @@ py::array_t<T> array_of(std::span<const T> values) {
   return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
 }
 
+/// (m, 3)
+inline py::array array_of(const Faces& faces) {
+  return py::array_t<Index>({static_cast<py::ssize_t>(faces.count), py::ssize_t{3}}, faces.data);
+}
+
 /// A Python class for both precisions of Completer or Tracker. Python may call it from any thread
 /// while another thread is using it with the GIL released, which these do not allow. Such calls are
 /// refused.
@@ -87,14 +93,19 @@ class AnyStream {
     const Settings settings = settings_of<Settings>(given);
     const py::object training =
         given.contains(training_name) ? py::object(given[training_name]) : py::none();
-    const IndicesArgument indices("faces", faces, 3, "(m, 3)");
-    const py::array frame = to_array("first_frame", first_frame);
-    check_floating("first_frame", frame);
+    const py::array frame = to_positions("first_frame", first_frame);
     if (frame.itemsize() == sizeof(float)) {
-      construct<float>(indices, frame, settings, training);
+      construct<float>(faces, frame, settings, training);
     } else {
-      construct<double>(indices, frame, settings, training);
+      construct<double>(faces, frame, settings, training);
     }
+  }
+
+  /// Everything that makes an equal object: what was given to the constructor, and the state.
+  py::tuple pickled() {
+    py::dict given = settings();
+    given[training_name] = training_;
+    return py::make_tuple(faces_, first_frame_, given, state());
   }
 
   py::object skip(const py::object& out) {
@@ -176,22 +187,30 @@ class AnyStream {
 
  private:
   template <class Real>
-  void construct(const IndicesArgument& faces, const py::array& first_frame,
-                 const Settings& settings, const py::object& training) {
+  void construct(const py::object& faces, const py::array& first_frame, const Settings& settings,
+                 const py::object& training) {
     const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
+    const FacesArgument triangles(faces, frame.view().count);
     if (training.is_none()) {
-      released(
-          [&] { object_ = std::make_unique<Object<Real>>(faces.faces(), frame.view(), settings); });
+      released([&] {
+        object_ = std::make_unique<Object<Real>>(triangles.view(), frame.view(), settings);
+      });
     } else {
       const auto trained = training_of<Real>(training, frame.view().count);
       released([&] {
-        object_ = std::make_unique<Object<Real>>(faces.faces(), frame.view(), settings, trained);
+        object_ = std::make_unique<Object<Real>>(triangles.view(), frame.view(), settings, trained);
       });
+      training_ = array_of(trained);
     }
+    faces_ = array_of(triangles.view());
+    first_frame_ = py::array_t<Real, py::array::c_style>(first_frame.attr("copy")());
   }
 
   std::variant<std::unique_ptr<Object<float>>, std::unique_ptr<Object<double>>> object_;
   OneAtATime turns_;
+  // For pickles: neither the object nor its state holds them as they were given.
+  py::array faces_, first_frame_;
+  py::object training_ = py::none();  // the frames that are kept
 };
 
 /// A value as it is written in Python.
@@ -266,6 +285,7 @@ struct StreamDocs {
 /// Binds what AnyStream has.
 template <class Any>
 void bind_stream(py::class_<Any>& bound, const StreamDocs& docs) {
+  bind_pickle(bound);
   bound
       .def(py::init<const py::object&, const py::object&, const py::kwargs&>(), py::arg("faces"),
            py::arg("first_frame"), docs.init)

@@ -11,11 +11,11 @@ namespace {
 
 py::tuple cells(const py::object& faces, const py::object& n_vertices) {
   const std::size_t k = count_argument("n_vertices", n_vertices);
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
+  const FacesArgument triangles(faces, k);
   Topology topology;
   {
     const py::gil_scoped_release release;
-    topology = build_topology(indices.faces(), k);
+    topology = build_topology(triangles.view(), k);
   }
   const auto to_numpy = [](const std::vector<Index>& values) {
     return py::array_t<Index>(static_cast<py::ssize_t>(values.size()), values.data());

@@ -15,8 +15,10 @@ namespace {
 
 class AnyTracker : public AnyStream<Tracker, TrackerSettings> {
  public:
+  static constexpr const char* name = "tracker";  // in messages
+
   AnyTracker(const py::object& faces, const py::object& first_frame, const py::kwargs& settings)
-      : AnyStream(faces, first_frame, settings, "tracker") {}
+      : AnyStream(faces, first_frame, settings, name) {}
 
   py::object push(const py::object& points, const py::object& normals, const py::object& viewpoints,
                   const py::object& out) {

@@ -21,10 +21,10 @@ as `report.aligned`; if that fails, the scan is refused with the distance. Later
 away, or empty, count as frames in which nothing was observed: the template stays where it is.
 
 A tracker may be used by one thread at a time. A call while another thread is using it raises
-RuntimeError.
+RuntimeError. It can be pickled and copied; see Completer.
 
 Args:
-    faces: The triangles, (m, 3) integers; see Completer.
+    faces: The triangles, (m, 3) integers, or other polygons; see Completer.
     first_frame: The template, (k, 3) float32 or float64, complete and finite, in the pose of the
         first scan.)doc";
 

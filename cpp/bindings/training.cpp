@@ -7,21 +7,20 @@ namespace dynmesh {
 namespace {
 
 template <class Real>
-TrainingSummary summary_of(const IndicesArgument& faces, const py::array& first_frame,
+TrainingSummary summary_of(const py::object& faces, const py::array& first_frame,
                            const py::object& frames) {
   const PointsArgument<Real> frame("first_frame", first_frame, "(k, 3)");
+  const FacesArgument triangles(faces, frame.view().count);
   const auto training = training_of<Real>(frames, frame.view().count);
   const py::gil_scoped_release release;
-  return summarise(faces.faces(), Points<const Real>(frame.view()), training);
+  return summarise(triangles.view(), Points<const Real>(frame.view()), training);
 }
 
 TrainingSummary training_summary(const py::object& faces, const py::object& first_frame,
                                  const py::object& frames) {
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
-  const py::array frame = to_array("first_frame", first_frame);
-  check_floating("first_frame", frame);
-  return frame.itemsize() == sizeof(float) ? summary_of<float>(indices, frame, frames)
-                                           : summary_of<double>(indices, frame, frames);
+  const py::array frame = to_positions("first_frame", first_frame);
+  return frame.itemsize() == sizeof(float) ? summary_of<float>(faces, frame, frames)
+                                           : summary_of<double>(faces, frame, frames);
 }
 
 constexpr const char* training_summary_doc =

@@ -1,6 +1,7 @@
 /// Converts the frames of a training sequence.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <dynmesh/training.hpp>
 
@@ -22,6 +23,17 @@ Training<Real> training_of(const py::object& frames, std::size_t n_vertices) {
     training.add(PointsArgument<Real>("training", given, "(k, 3)").view());
   }
   return training;
+}
+
+/// (n, k, 3) the frames that are kept.
+template <class Real>
+py::array array_of(const Training<Real>& training) {
+  const auto& frames = training.frames();
+  py::array_t<Real> array({static_cast<py::ssize_t>(frames.size()),
+                           static_cast<py::ssize_t>(training.n_vertices()), py::ssize_t{3}});
+  Real* to = array.mutable_data();
+  for (const auto& frame : frames) to = std::ranges::copy(frame, to).out;
+  return array;
 }
 
 }  // namespace dynmesh

@@ -36,7 +36,7 @@ void read(const py::object& source, std::size_t frame, Points<Real> points,
 }
 
 template <class Real>
-py::tuple whole_frame_of(const IndicesArgument& faces, std::size_t n_vertices, std::size_t n_frames,
+py::tuple whole_frame_of(const FacesArgument& faces, std::size_t n_vertices, std::size_t n_frames,
                          const py::object& source, const WholeFrameSettings& settings,
                          const py::object& progress) {
   const FrameSource<Real> read_one = [&](std::size_t frame, Points<Real> points,
@@ -51,7 +51,7 @@ py::tuple whole_frame_of(const IndicesArgument& faces, std::size_t n_vertices, s
   WholeFrame<Real> whole;
   {
     const py::gil_scoped_release release;
-    whole = whole_frame<Real>(faces.faces(), n_vertices, n_frames, read_one, settings, step);
+    whole = whole_frame<Real>(faces.view(), n_vertices, n_frames, read_one, settings, step);
   }
   return py::make_tuple(array_of(whole.positions), array_of(whole.known), array_of(whole.seen),
                         array_of(whole.standard_error), whole.frame, whole.doubtful);
@@ -61,21 +61,20 @@ py::tuple py_whole_frame(const py::object& faces, const py::object& source,
                          const py::object& n_frames, const py::object& frame,
                          const py::object& noise, const py::object& outliers,
                          const py::object& threads, const py::object& progress) {
-  const IndicesArgument indices("faces", faces, 3, "(m, 3)");
   WholeFrameSettings settings;
   if (!frame.is_none()) settings.frame = count_argument("frame", frame);
   if (!noise.is_none()) settings.noise = number_argument("noise", noise);
   settings.outliers = truth_argument("outliers", outliers);
   settings.threads = integer_argument("threads", threads);
   const py::tuple first = source(0);
-  const py::array points = to_array("points", first[0]);
-  check_floating("points", points);
+  const py::array points = to_positions("points", first[0]);
   check_shape("points", points, 2, 3, "(k, 3)");
   const auto k = static_cast<std::size_t>(points.shape(0));
+  const FacesArgument triangles(faces, k);
   const std::size_t n = count_argument("n_frames", n_frames);
   return points.itemsize() == sizeof(float)
-             ? whole_frame_of<float>(indices, k, n, source, settings, progress)
-             : whole_frame_of<double>(indices, k, n, source, settings, progress);
+             ? whole_frame_of<float>(triangles, k, n, source, settings, progress)
+             : whole_frame_of<double>(triangles, k, n, source, settings, progress);
 }
 
 constexpr const char* doc =

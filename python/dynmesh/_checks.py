@@ -82,6 +82,17 @@ def check_array(name: str | None, value: object) -> None:
         raise KindError(f"must be a numpy array, not {type(value).__name__}", argument=name)
 
 
+def as_array(name: str, value: Any, whole: type | None = None) -> Any:
+    """Returns a list as an array, whole numbers as the type `whole`, and all else as it is."""
+    if not isinstance(value, list | tuple):
+        return value
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise InputError(f"cannot be converted to an array: {error}", argument=name) from error
+    return array.astype(whole) if whole is not None and array.dtype.kind in "iu" else array
+
+
 def check_path(name: str, value: object, expected: str = "a path") -> None:
     """Raises an error unless the value is a path; `expected` names everything that is accepted."""
     if not isinstance(value, str | os.PathLike):

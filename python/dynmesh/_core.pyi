@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from typing_extensions import Buffer
 
 from ._settings import Settings
+from .polygons import Faces
 
 __version__: str
 
@@ -29,9 +30,9 @@ _Registered: TypeAlias = tuple[
     Literal["good", "doubtful", "ruined"],
 ]
 
-def cells(faces: _Integers, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
+def cells(faces: Faces, n_vertices: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]: ...
 def register(
-    faces: _Integers,
+    faces: Faces,
     template: _Positions,
     points: _Positions,
     normals: _Positions | None,
@@ -44,7 +45,7 @@ def register(
     threads: int,
 ) -> _Registered: ...
 def register_depth(
-    faces: _Integers,
+    faces: Faces,
     template: _Positions,
     depth: _Positions | SequenceOf[_Positions],
     intrinsics: _Matrix | SequenceOf[_Matrix],
@@ -57,7 +58,7 @@ def register_depth(
     threads: int,
 ) -> _Registered: ...
 def whole_frame(
-    faces: _Integers,
+    faces: Faces,
     source: Callable[[int], tuple[_Positions, _Mask]],
     n_frames: int,
     frame: int | None,
@@ -130,14 +131,14 @@ class TrainingSummary:
     def largest_distance(self) -> float: ...
 
 def training_summary(
-    faces: _Integers, first_frame: _Positions, frames: Iterable[_Positions]
+    faces: Faces, first_frame: _Positions, frames: Iterable[_Positions]
 ) -> TrainingSummary: ...
 def setting_table() -> list[dict[str, Any]]: ...
 
 class Completer:
     def __init__(
         self,
-        faces: _Integers,
+        faces: Faces,
         first_frame: _Positions,
         *,
         training: Iterable[_Positions] | None = None,
@@ -153,6 +154,8 @@ class Completer:
     def reset(self, frame: _Positions) -> None: ...
     def state(self) -> bytes: ...
     def restore(self, state: Buffer) -> None: ...
+    def __getstate__(self) -> tuple[Any, ...]: ...
+    def __setstate__(self, state: tuple[Any, ...]) -> None: ...
     @property
     def generation(self) -> NDArray[np.int32]: ...
     @property
@@ -201,7 +204,7 @@ class TrackingReport(FrameReport):
 class Tracker:
     def __init__(
         self,
-        faces: _Integers,
+        faces: Faces,
         first_frame: _Positions,
         *,
         uncertainty: bool = False,
@@ -229,6 +232,8 @@ class Tracker:
     def reset(self, frame: _Positions) -> None: ...
     def state(self) -> bytes: ...
     def restore(self, state: Buffer) -> None: ...
+    def __getstate__(self) -> tuple[Any, ...]: ...
+    def __setstate__(self, state: tuple[Any, ...]) -> None: ...
     @property
     def observed(self) -> NDArray[np.bool_]: ...
     @property
@@ -274,7 +279,7 @@ class Alignment:
     @property
     def other_unit(self) -> bool: ...
 
-def find_alignment(faces: _Integers, first_frame: _Positions, scan: _Positions) -> Alignment: ...
+def find_alignment(faces: Faces, first_frame: _Positions, scan: _Positions) -> Alignment: ...
 
 class ErrorSummary:
     @property
@@ -291,7 +296,7 @@ def _set_task_sharing(
     chunk: int, short_chunk: int, fewest_pieces: int, patience: int
 ) -> tuple[int, int, int, int]: ...
 def _pieces_done_by_others() -> int: ...
-def nmsve(faces: _Integers, reference: _Positions, completed: _Positions) -> Any: ...
+def nmsve(faces: Faces, reference: _Positions, completed: _Positions) -> Any: ...
 def vertex_error(reference: _Positions, completed: _Positions) -> NDArray[np.float64]: ...
 def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary: ...
 def parse_obj(
@@ -304,7 +309,7 @@ def parse_ply(
 ]: ...
 
 class LeastSquaresMesh:
-    def __init__(self, faces: _Integers, n_vertices: int) -> None: ...
+    def __init__(self, faces: Faces, n_vertices: int) -> None: ...
     def complete(
         self, points: _Positions, known: _Mask, *, previous: _Positions | None = None
     ) -> NDArray[np.float64]: ...
@@ -312,7 +317,7 @@ class LeastSquaresMesh:
 class LaplacianInterpolation:
     def __init__(
         self,
-        faces: _Integers,
+        faces: Faces,
         n_vertices: int,
         *,
         objective: Literal["least_squares", "harmonic"] = "least_squares",

@@ -3,13 +3,14 @@
 The classes can be reused for many frames of one mesh; the functions complete a single frame.
 """
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._core import LaplacianInterpolation, LeastSquaresMesh
 from ._errors import KindError
+from .polygons import Faces
 from .sequence import Mask, Positions
 
 __all__ = [
@@ -21,7 +22,7 @@ __all__ = [
 
 
 def least_squares_mesh(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     points: Positions,
     known: Mask,
     *,
@@ -30,7 +31,7 @@ def least_squares_mesh(
     """Completes a frame as :class:`LeastSquaresMesh` does, which also moves known vertices.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         points: (k, 3); rows that are not known are ignored.
         known: (k,) bool, at least one vertex of each component.
         previous: (k, 3), a complete frame; if given, the motion since then is completed.
@@ -42,7 +43,7 @@ def least_squares_mesh(
 
 
 def laplacian_interpolation(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     points: Positions,
     known: Mask,
     *,
@@ -54,7 +55,7 @@ def laplacian_interpolation(
     """Completes a frame as :class:`LaplacianInterpolation` does, without moving known vertices.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         points: (k, 3); rows that are not known are ignored.
         known: (k,) bool, at least one vertex of each component.
         objective: "harmonic": (L x)_i = 0 at the unknown vertices; "least_squares": min |L x|.

@@ -1,22 +1,22 @@
 """Adjacency and Laplacian of a mesh as SciPy sparse matrices (paper, eq. 1 and 2)."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ._core import cells
 from ._extras import require
+from .polygons import Faces
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
+def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
     """Returns R of eq. (1): 1 where two vertices share an edge, 0 elsewhere.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         n_vertices: k.
 
     Returns:
@@ -35,7 +35,7 @@ def adjacency(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np
     return matrix
 
 
-def laplacian(faces: NDArray[np.integer[Any]], n_vertices: int) -> "csr_array[np.float64]":
+def laplacian(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
     """Returns L = D - R of eq. (2), the combinatorial Laplacian; see :func:`adjacency`."""
     sparse = require("scipy.sparse", extra="reproduce")
     r = adjacency(faces, n_vertices)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ._checks import as_array
 from ._core import ErrorSummary, nmsve, summary, vertex_error
 from .sequence import Positions
 
@@ -10,4 +11,5 @@ __all__ = ["ErrorSummary", "bounding_box_diagonal", "nmsve", "summary", "vertex_
 
 def bounding_box_diagonal(frame: Positions) -> float:
     """Returns the length of the diagonal of the axis-aligned bounding box of a (k, 3) frame."""
-    return float(np.linalg.norm(np.ptp(frame.astype(np.float64), axis=0)))
+    points = np.asarray(as_array("frame", frame), np.float64)
+    return float(np.linalg.norm(np.ptp(points, axis=0)))

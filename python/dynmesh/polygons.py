@@ -1,6 +1,8 @@
 """Meshes of arbitrary polygons, and the triangles that represent them."""
 
-from typing import Any, NamedTuple
+import contextlib
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,11 @@ class Polygons(NamedTuple):
     """(p,) the number of corners of each polygon, at least 3."""
     corners: NDArray[np.integer[Any]]
     """(sum of sizes,) the vertices of all corners, one polygon after another."""
+
+
+Faces: TypeAlias = NDArray[np.integer[Any]] | Polygons | Sequence[Sequence[int]]
+"""The faces of a mesh as functions take them: (m, 3) triangles, (m, 4) quads and so on, polygons or
+a list of lists of vertices. They are cut into triangles, as those of files are."""
 
 
 def check_polygons(polygons: Polygons) -> None:
@@ -64,6 +71,73 @@ def split_polygons(
     """Returns the triangles, and also the polygons unless all of them are triangles."""
     faces = triangulate(polygons)
     return faces, None if len(faces) == len(polygons.sizes) else polygons
+
+
+def split_faces(
+    faces: Faces, n_vertices: int | None = None
+) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
+    """Returns the triangles of faces, and also the polygons unless all of them are triangles.
+
+    Without `n_vertices`, corners may be any numbers from 0 on. (m, 3) integers, whose corners may
+    be equal, and what cannot be polygons are returned as an array that is not checked.
+
+    Raises:
+        TypeError, ValueError: a polygon has fewer than three corners, one of them twice, or one
+            that is no vertex.
+    """
+    polygons = faces if isinstance(faces, Polygons) else _polygons_of(faces)
+    if not isinstance(polygons, Polygons):
+        return polygons, None
+    _check_corners(polygons, n_vertices)
+    return split_polygons(polygons)
+
+
+def _polygons_of(faces: Any) -> Polygons | NDArray[Any]:
+    try:
+        array = faces if isinstance(faces, np.ndarray) else np.asarray(faces)
+    except ValueError:  # their lengths differ
+        rows = [_corners_of(index, polygon) for index, polygon in enumerate(faces)]
+        return Polygons(np.array([len(row) for row in rows]), np.concatenate(rows))
+    is_other = array.ndim == 2 and array.shape[1] not in (0, 3) and array.dtype.kind in "iu"
+    if not is_other or isinstance(array, np.ma.MaskedArray):
+        return array
+    return Polygons(np.full(len(array), array.shape[1]), array.reshape(-1))
+
+
+def _corners_of(index: int, polygon: Any) -> NDArray[np.integer[Any]]:
+    with contextlib.suppress(ValueError):
+        row = np.asarray(polygon)
+        if row.ndim == 1 and (row.dtype.kind in "iu" or len(row) == 0):
+            return row.astype(np.int64) if len(row) == 0 else row
+    raise KindError(f"polygon {index} must be integers, not {polygon!r}", argument="faces")
+
+
+def _check_corners(polygons: Polygons, n_vertices: int | None) -> None:
+    sizes, corners = polygons
+    if len(sizes) and sizes.min() < 3:
+        index = int(sizes.argmin())
+        raise InputError(
+            f"polygon {index} has {sizes[index]} corners, but needs at least 3", argument="faces"
+        )
+    check_polygons(polygons)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    outside, vertices = corners < 0, "vertices are"
+    if n_vertices is not None:
+        outside |= corners >= n_vertices
+        vertices = f"the mesh has {n_vertices} vertices,"
+    if outside.any():
+        raise InputError(
+            f"polygon {owner[outside][0]} refers to vertex {corners[outside][0]}, "
+            f"but {vertices} counted from 0",
+            argument="faces",
+        )
+    order = np.lexsort((corners, owner))
+    twice = np.flatnonzero((np.diff(corners[order]) == 0) & (np.diff(owner[order]) == 0))
+    if len(twice):
+        corner = order[twice[0]]
+        raise InputError(
+            f"polygon {owner[corner]} has the corner {corners[corner]} twice", argument="faces"
+        )
 
 
 def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = None) -> Polygons:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .polygons import Faces
 from .sequence import Mask, Positions
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
@@ -27,8 +28,8 @@ class Registration:
         standard_error: (k,) as :attr:`dynmesh.Tracker.standard_error`; None without `uncertainty`.
         transform: (4, 4) float64, the rigid motion of the template with which the registration
             began; with `scale`, its rotation is multiplied by the power of ten between the units.
-        far: the share of the points that are farther than a mean edge from the surface.
-        disagreeing: the share of the points, near the surface, whose normal is that of another one.
+        far: the share of the points that are farther than a mean edge from the mesh.
+        disagreeing: the share of the points that are near the mesh but face the other way.
         empty: the share of the vertices without a point, among those that the sensors should see;
             without `viewpoints`, among all.
         distance: the root mean square distance of the points that are not far.
@@ -58,8 +59,8 @@ class Registration:
         if self.quality == "good":
             return ""
         shares = (
-            f"{self.far:.1%} of the points are farther than a mean edge from the surface, and "
-            f"{self.disagreeing:.1%} have the normal of another one"
+            f"{self.far:.1%} of the points are farther than a mean edge from the mesh, and "
+            f"{self.disagreeing:.1%} are near it but face the other way"
         )
         if self.quality == "ruined":
             return f"the template does not fit the scan: {shares}"
@@ -72,7 +73,7 @@ class Registration:
 
 
 def register(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     template: Positions,
     points: Positions,
     normals: Positions | None = None,
@@ -93,7 +94,7 @@ def register(
     refused, but its quality is "ruined".
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
         points: (n, 3) finite, at least twelve, in any order.
         normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
@@ -132,7 +133,7 @@ def register(
 
 
 def register_depth(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     template: Positions,
     depth: Positions | SequenceOf[Positions],
     intrinsics: _Matrix | SequenceOf[_Matrix],
@@ -148,7 +149,7 @@ def register_depth(
     """Finds a template in the depth images of one or several cameras of the same moment.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
         depth: as for :meth:`dynmesh.Tracker.push_depth`, like the next two.
         intrinsics: (3, 3) of each camera.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._checks import (
+    as_array,
     check_array,
     check_derived,
     check_integer,
@@ -18,7 +19,7 @@ from ._checks import (
 )
 from ._errors import InputError, KindError
 from .frames.attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
-from .polygons import Polygons, check_polygons
+from .polygons import Polygons, check_polygons, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
 """float32 or float64, x, y, z on the last axis, in any unit of length."""
@@ -83,6 +84,13 @@ class Description:
         number = self.start + frame if self.times is None else float(self.times[frame])
         return int(number) if number == int(number) else number
 
+    def _take_faces(self: Any, n_vertices: int) -> None:
+        """Cuts faces that are polygons into triangles."""
+        faces, polygons = split_faces(self.faces, n_vertices)
+        object.__setattr__(self, "faces", faces)
+        if polygons is not None:
+            object.__setattr__(self, "polygons", polygons)
+
     def _check_description(self, n_frames: int) -> None:
         """Refuses what cannot be said of a sequence of n frames."""
         for argument in ("fps", "metres_per_unit"):
@@ -119,7 +127,8 @@ class Sequence(Description, VertexAttributes):
 
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
-        faces: (m, 3) integers, triangles.
+        faces: (m, 3) integers, triangles. Other polygons, as :data:`dynmesh.polygons.Faces`, are
+            cut into triangles and kept as `polygons`.
         known: (n, k) bool, or integers 0 and 1, or None if every position was observed.
         generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, -2
             for those that were put together from other frames, or None.
@@ -146,7 +155,12 @@ class Sequence(Description, VertexAttributes):
     known: Mask | None = None
 
     def __post_init__(self) -> None:
-        """Raises an error unless the arrays are consistent."""
+        """Converts lists and polygons, and raises an error unless the arrays are consistent."""
+        for name in ("vertices", "times", *self.attributes()):
+            whole = np.float64 if name in ("vertices", "times") else None
+            object.__setattr__(self, name, as_array(name, getattr(self, name), whole))
+        if np.ndim(self.vertices) == 3:
+            self._take_faces(self.vertices.shape[1])
         arrays = {"vertices": self.vertices, "faces": self.faces, **self.attributes()}
         if self.times is not None:
             arrays["times"] = self.times
@@ -156,11 +170,11 @@ class Sequence(Description, VertexAttributes):
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.vertices.shape[1])
         frames = self.vertices.shape[:2]
-        if self.known is not None:
-            object.__setattr__(self, "known", as_mask(self.known))
         check_needed(self.attributes())
         for name, values in self.attributes().items():
             ATTRIBUTES[name].check(values.dtype, values.shape, frames)
+        if self.known is not None:
+            object.__setattr__(self, "known", as_mask(self.known))
         self._check_description(len(self.vertices))
 
     def __repr__(self) -> str:

@@ -15,6 +15,7 @@ from ._checks import check_integer
 from ._errors import InputError, KindError, locating
 from .frames.frame import Frame
 from .frames.reader import Reader
+from .polygons import Faces
 from .sequence import Description, Mask, Positions, Sequence
 
 Frames: TypeAlias = (
@@ -49,7 +50,7 @@ class WholeFrame:
 
 
 def whole_frame(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     frames: Frames,
     known: NDArray[np.bool_] | Iterable[Mask] | Callable[[], Iterable[Mask]] | None = None,
     *,
@@ -69,7 +70,7 @@ def whole_frame(
     are kept in memory, and the frames are read twice.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         frames: an array (n, k, 3), a :class:`dynmesh.Sequence`, a reader as :func:`dynmesh.open`
             returns it, a list of (k, 3) arrays, or a function without arguments that returns a new
             iterator over the frames. Rows that are not finite are missing.

@@ -2,13 +2,18 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/tracker.hpp>
+#include <utility>
 #include <vector>
 
 #include "meshes.hpp"
 #include "scans.hpp"
+#include "support/workers.hpp"
+#include "tracking/correspondences.hpp"
+#include "tracking/membrane.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -64,7 +69,7 @@ TEST_CASE("cloth that turns in its own plane is followed, wherever its faces loo
     auto scan = scan_of(sheet, truth);
     scan.viewpoints = {1, 2, 40};
     const auto found = track(tracker, scan);
-    CHECK(largest_difference(found, truth) < 1.3);
+    CHECK(largest_difference(found, truth) < 0.7);
     CHECK(largest_difference(track(tracker_of_other, scan), found) < 1e-9);
   }
 }
@@ -116,7 +121,44 @@ TEST_CASE("cloth that folds is followed, where one side of it or the other is me
       for (std::size_t c = 0; c < 3; ++c) scan.normals[i + c] *= -1;  // of the part that is folded
     }
     scan.viewpoints = {1, 2, 40, 1, 2, -40, 40, 2, 1};
-    CHECK(largest_difference(track(tracker, scan), truth) < 1);
+    CHECK(largest_difference(track(tracker, scan), truth) < 0.8);
+  }
+}
+
+TEST_CASE("a boundary beyond the end of a scan is drawn back, unless it has left the picture") {
+  const auto sheet = flat_sheet(12);
+  const auto large = flat_sheet(40);
+  const auto faces = triangles_of(sheet);
+  const auto topology = build_topology(sheet.faces(), sheet.size());
+  const std::vector<std::uint8_t> all(sheet.size(), 1);
+  const double mean_edge = mean_edge_length<double>(topology.cells, rows_of(sheet.vertices));
+  Workers workers(1);
+  const TrackingConstants constants;
+  // Of the middle of the side at x = 5.5, where the scan ends at `end`.
+  const auto reach_where = [&](double end, double stretch, double side) {
+    auto x = sheet.vertices;
+    for (std::size_t i = 0; i < x.size(); i += 3) x[i] = 5.5 + stretch * (x[i] - 5.5);
+    const auto samples = part_of(scan_of(large, large.vertices), end);
+    PointScan scan;
+    scan.points = rows_of(samples.points);
+    scan.normals = rows_of(samples.normals);
+    for (auto& normal : scan.normals) normal = side * normal;
+    scan.sensors = {{1, 2, 40}};
+    scan.index();
+    Correspondences correspondences(faces, topology, workers, constants);
+    correspondences.reset(correspondences.prepare(rows_of(sheet.vertices), all), all);
+    correspondences.begin(scan, mean_edge);
+    correspondences.find_visible(rows_of(x));
+    correspondences.find(rows_of(x), {1, 1, 1, 1});
+    return correspondences.find_reaches(rows_of(x))[sheet.size() - 6];
+  };
+  for (const double side : {1.0, -1.0}) {
+    const auto reach = reach_where(4, 1, side);
+    CHECK(reach.outward.x == doctest::Approx(1));
+    CHECK(std::abs(reach.distance + 1.5) < 0.4);
+    CHECK(reach_where(5.4, 1, side).distance == 0);
+    CHECK(reach_where(0.5, 1, side).distance == 0);
+    CHECK(reach_where(4, 0.8, side).distance == 0);
   }
 }
 
@@ -133,7 +175,9 @@ TEST_CASE(
       scan.viewpoints = {1, 2, 40};
       if (!leaves && is_away) scan.viewpoints = {40, 2, 0.1 * t};
       const auto found = track(tracker, scan);
-      CHECK(largest_difference(found, truth) < (is_away ? 1.5 : 0.3));
+      // It shrinks while it leaves, and needs some frames to spread again.
+      const bool is_back = leaves && (t == 9 || t == 10);
+      CHECK(largest_difference(found, truth) < (is_away ? 1.5 : is_back ? 0.5 : 0.3));
     }
   }
 }
@@ -156,6 +200,74 @@ TEST_CASE("two sheets that come close to each other stay apart") {
     scan.viewpoints = {1, 2, 40, 1, 2, -40};
     CHECK(largest_difference(track(tracker, scan), truth) < 0.5);
   }
+}
+
+/// The energy of the membrane with mu = 1, as its equation says.
+double membrane_energy(const Mesh<double>& mesh, const std::vector<double>& x) {
+  const auto at = [](const std::vector<double>& points, Index v) {
+    return Eigen::Vector3d(
+        Eigen::Map<const Eigen::Vector3d>(&points[3 * static_cast<std::size_t>(v)]));
+  };
+  double energy = 0;
+  for (const Triangle& face : triangles_of(mesh)) {
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    std::array<double, 3> weights{};
+    std::array<Eigen::Vector3d, 3> before, now;
+    for (std::size_t s = 0; s < 3; ++s) {
+      const Index i = face[s];
+      const Index j = face[(s + 1) % 3];
+      const Eigen::Vector3d apex = at(mesh.vertices, face[(s + 2) % 3]);
+      const Eigen::Vector3d a = at(mesh.vertices, i) - apex;
+      const Eigen::Vector3d b = at(mesh.vertices, j) - apex;
+      weights[s] = 0.5 * a.dot(b) / a.cross(b).norm();
+      before[s] = at(mesh.vertices, i) - at(mesh.vertices, j);
+      now[s] = at(x, i) - at(x, j);
+      covariance += weights[s] * now[s] * before[s].transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+    for (std::size_t s = 0; s < 3; ++s) {
+      energy += weights[s] * (now[s] - rotation * before[s]).squaredNorm();
+    }
+  }
+  return energy;
+}
+
+TEST_CASE("the membrane pulls down the slope of its energy, and not where cloth only folds") {
+  auto mesh = flat_sheet(5);
+  for (std::size_t v = 0; v < mesh.vertices.size(); v += 3) {
+    mesh.vertices[v] += 0.5 * mesh.vertices[v + 1];  // acute triangles, none of which is flipped
+  }
+  Workers workers(1);
+  const std::vector<std::uint8_t> all(mesh.size(), 1);
+  Membrane membrane(triangles_of(mesh), rows_of(mesh.vertices), 1, all, 1, workers);
+  const auto force_at = [&](const std::vector<double>& x) {
+    std::vector<Vector3<double>> forces(mesh.size());
+    membrane.add_forces(rows_of(x), forces);
+    return forces;
+  };
+  auto x = turned(mesh.vertices, 0.4);
+  for (const auto& force : force_at(x)) CHECK(squared_norm(force) < 1e-24);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.3 * std::sin(5.0 * static_cast<double>(i));
+  const auto forces = force_at(x);
+  constexpr double step = 1e-5;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    auto above = x;
+    auto below = x;
+    above[i] += step;
+    below[i] -= step;
+    const double slope = (membrane_energy(mesh, above) - membrane_energy(mesh, below)) / (2 * step);
+    const auto& force = forces[i / 3];
+    const double found = i % 3 == 0 ? force.x : i % 3 == 1 ? force.y : force.z;
+    CHECK(found == doctest::Approx(-0.5 * slope).epsilon(1e-4));
+  }
+  // Turned by a right angle around a row of edges.
+  auto fold = mesh.vertices;
+  for (std::size_t v = 0; v < fold.size(); v += 3) {
+    if (fold[v + 1] > 0) fold[v + 2] = std::exchange(fold[v + 1], 0.0);
+  }
+  for (const auto& force : force_at(fold)) CHECK(squared_norm(force) < 1e-24);
 }
 
 TEST_CASE("a state holds what the next frame of cloth needs") {

@@ -218,6 +218,19 @@ def test_an_interrupted_tracking_job_is_continued(
     assert seen == [(2, False), (5, True), (0, False)]
 
 
+def test_a_job_that_cannot_be_continued_starts_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
+    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
+    write_partial(tmp_path / "in.npz")
+    job = Job(tmp_path / "in.npz", tmp_path / "out.npz", retime=15.0)
+    with pytest.raises(KeyboardInterrupt):
+        dynmesh.complete_file(job.input, job.output, watch=interrupted_after(2))
+    assert [result.status for result in complete_files([job])] == ["done"]
+    assert [result.status for result in complete_files([job])] == ["exists"]
+
+
 def test_the_report_lists_every_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs, _ = check_jobs(tmp_path, 2)
     dynmesh.write(jobs[1].output, dynmesh.read(jobs[1].input))
@@ -227,11 +240,24 @@ def test_the_report_lists_every_job(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with report.open(newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["status"] for line in lines] == ["done", "exists", "failed"]
-    assert [line["frames"] for line in lines] == ["12", "0", "0"]
+    assert [line["frames"] for line in lines] == ["12", "12", "0"]
+    assert [line["reason"] for line in lines[:2]] == ["", "kept from an earlier run"]
     assert lines[2]["input"] == str(tmp_path / "no,ne.npz")
     assert lines[2]["reason"] == f"{tmp_path / 'no,ne.npz'}: No such file or directory"
     assert lines[0]["output"] == str(jobs[0].output)
     assert float(lines[0]["seconds"]) > 0
+    run("batch", table, "--report", report, code=1)  # again: what the first run knew remains
+    with report.open(newline="") as file:
+        again = list(csv.DictReader(file))
+    kept = {"status": "exists", "reason": "kept from an earlier run"}
+    assert again[:2] == [lines[0] | kept, lines[1]]
+    run("batch", table, "--report", table.with_name("other.csv"), code=1)
+    with table.with_name("other.csv").open(newline="") as file:
+        assert next(csv.DictReader(file)) == lines[0] | kept | {"seconds": "0.000"}
+    report.write_bytes(b"\xff,output\n")  # no report
+    run("batch", table, "--report", report, code=1)
+    with report.open(newline="") as file:
+        assert next(csv.DictReader(file)) == lines[0] | kept | {"seconds": "0.000"}
     before = table.read_bytes()
     assert "is the table of jobs" in run("batch", table, "--report", table, code=1).stderr
     assert table.read_bytes() == before
@@ -277,7 +303,7 @@ def wait_until(what: object, seconds: float = 60) -> None:
 
 
 def test_a_worker_may_die_in_the_middle(tmp_path: Path) -> None:
-    n, n_frames = 4, 15
+    n, n_frames = 8, 20  # so many that two of them meet, also on a loaded machine
     walker = dynmesh.synth.walker(n_frames)
     known = np.stack(list(dynmesh.degrade.random_known(n_frames, 10002, 0.3, seed=0)))
     partial = dynmesh.Sequence(walker.vertices, walker.faces, known, fps=30.0)
@@ -379,6 +405,11 @@ def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
     assert f"broken.abc: {HAT}: no frame is whole; frame" in broken["reason"]
     assert f"the other meshes are in {tmp_path / 'b.abc'}" in broken["reason"]
     assert refused["status"] == "failed"
+    run("batch", table, "--report", report, code=1)
+    with report.open(newline="") as file:
+        again = next(csv.DictReader(file))
+    kept = {"status": "exists", "reason": "kept from an earlier run"}
+    assert again == whole | kept
     one, other = (dynmesh.read(tmp_path / name, prim=BODY) for name in ("a.abc", "b.abc"))
     np.testing.assert_array_equal(one.vertices, other.vertices)
 

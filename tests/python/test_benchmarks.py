@@ -90,7 +90,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("learning_table", "sheet:6 --cycles 10", [11, 2]),
         ("nmsve_table", "sheet:4", [5]),
         ("whole_frame_table", "sheet:6", [5]),
-        ("registration_table", "sheet:6 --frames 5", [3]),
+        ("registration_table", "sheet:6 --scans whole half", [5, 3]),
         ("bidirectional_table", "sheet:6", [7]),
         ("tracking_calibration", "sheet --frames 4 --cameras 2 --training", [2]),
         ("tracking_gaps", "long --starts 2", [2]),
@@ -109,6 +109,18 @@ def test_a_table_is_whole(
     for path in tmp_path.iterdir():
         if (DOCS / "tables" / path.name).exists():
             assert head_of(path) == head_of(DOCS / "tables" / path.name)
+
+
+def test_pairs_of_a_folder_are_registered(run: Run, tmp_path: Path) -> None:
+    mesh = meshes.sheet(9)
+    for name, suffix in (("man_src", "obj"), ("man_tar", "ply"), ("other", "obj")):
+        frame = dynmesh.Sequence(mesh.vertices[None], mesh.faces)
+        dynmesh.write(tmp_path / f"{name}.{suffix}", frame)
+    ((_, row),) = run("registration_table", "--pairs", tmp_path)
+    assert row[:4] == ["man_src.obj", "whole", "dynmesh", "-"]
+    (tmp_path / "man_tar.ply").unlink()
+    with pytest.raises(ValueError, match="has no pairs of files"):
+        run("registration_table", "--pairs", tmp_path)
 
 
 def test_the_table_of_costs_is_whole(run: Run) -> None:

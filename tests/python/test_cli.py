@@ -63,7 +63,9 @@ def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
     assert summary["maximum"] == pytest.approx(errors.max() / diagonal)
     assert result["frames"] == N_FRAMES - 1
     shown = run("evaluate", folder / "completed.npz", folder / "truth.npz").stdout
-    assert f"NMSVE x 1e4       {1e4 * result['nmsve']:.4g} " in shown
+    assert f"NMSVE x 1e4       {1e4 * result['nmsve']:.4g}\n" in shown
+    assert not re.search(" $", shown, re.MULTILINE)
+    assert not re.search(" $", run("info", folder / "truth.npz").stdout, re.MULTILINE)
 
 
 def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ from meshes import Array, turned
 from test_every_format import TRACED, place
 
 import dynmesh
-from dynmesh.draw.quantities import QUANTITIES, Moment, Sources
+from dynmesh.draw.quantities import QUANTITIES
+from dynmesh.draw.sources import Moment, Sources
 from dynmesh.files import frame_of
 from dynmesh.jobs.true_surface import TrueSurface
 
@@ -298,4 +299,4 @@ def test_the_legend_says_what_errors_are_of(tmp_path: Path, completed: dynmesh.S
             np.testing.assert_allclose(
                 values[finite], factor * frame.standard_error[finite], rtol=1e-6
             )
-            assert quantity.scale(sources, [values], None).title == title
+            assert quantity.scale(sources, values, None).title == title

@@ -132,7 +132,7 @@ def masked(*values: int) -> Any:
         ),
         (
             lambda s: known(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
-            "frame 2: known must hold only 0 and 1",
+            "frame 2: known: must be 0 or 1, but vertex",
         ),
         (
             lambda s: s.set(Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(REST[:2]))),

@@ -178,8 +178,8 @@ def test_npy_takes_its_faces_from_elsewhere(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "other.npz", sequence())
     with pytest.raises(ValueError, match="has 4 vertices, but the mesh with its faces has 49"):
         dynmesh.open(path, faces=tmp_path / "other.npz")
-    with pytest.raises(ValueError, match=r"faces: must have shape \(m, 3\), not \(1, 4\)"):
-        dynmesh.open(path, faces=np.array([[0, 1, 2, 3]]))
+    with pytest.raises(ValueError, match="faces: face 1 refers to vertex 4"):
+        dynmesh.open(path, faces=np.array([[0, 1, 2, 4]]))
     np.save(tmp_path / "a.faces.npy", np.zeros((2, 3)))
     with pytest.raises(ValueError, match=r"a\.faces\.npy: faces: must be integers, not float64"):
         dynmesh.open(path)
@@ -192,6 +192,66 @@ def store(path: Path, arrays: dict[str, Any]) -> None:
     with h5py.File(path, "w") as file:
         for name, array in arrays.items():
             file[name] = array
+
+
+def in_memory(path: Path, flags: Array) -> dynmesh.Sequence:
+    dynmesh.write(path / "a.npz", dynmesh.Sequence(GOOD["vertices"], GOOD["faces"], start=1001))
+    return dynmesh.read(path / "a.npz", known=flags)
+
+
+def in_a_file_of_its_own(path: Path, flags: Array) -> dynmesh.Sequence:
+    np.save(path / "mask.npy", flags)
+    dynmesh.write(path / "a.npz", dynmesh.Sequence(GOOD["vertices"], GOOD["faces"], start=1001))
+    return dynmesh.read(path / "a.npz", known=path / "mask.npy")
+
+
+def beside_the_positions(path: Path, flags: Array) -> dynmesh.Sequence:
+    for name, array in {"a": GOOD["vertices"], "a.faces": GOOD["faces"], "a.known": flags}.items():
+        np.save(path / f"{name}.npy", array)
+    return dynmesh.read(path / "a.npy")
+
+
+def stored_as(suffix: str) -> Any:
+    def read(path: Path, flags: Array) -> dynmesh.Sequence:
+        store(path / f"a{suffix}", GOOD | {"known": flags, "start": 1001})
+        return dynmesh.read(path / f"a{suffix}")
+
+    return read
+
+
+@pytest.mark.parametrize("kind", ["u1", "i8", ">u4"])
+@pytest.mark.parametrize(
+    ("read", "place"),
+    [
+        (in_memory, "a.npz: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
+        (in_a_file_of_its_own, "mask.npy: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
+        (beside_the_positions, "a.npy: frame 1: known: must be 0 or 1, but vertex 3 has 7"),
+        (stored_as(".npz"), "a.npz: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
+        (stored_as(".h5"), "a.h5: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
+    ],
+)
+def test_masks_of_integers_are_read(tmp_path: Path, read: Any, place: str, kind: str) -> None:
+    flags = np.array([[1, 1, 1, 1], [0, 1, 0, 1]], kind)
+    known = read(tmp_path, flags).known
+    assert known.dtype == np.bool_
+    np.testing.assert_array_equal(known, flags == 1)
+    flags[1, 3] = 7
+    with pytest.raises(ValueError, match=place):
+        read(tmp_path, flags)
+
+
+def test_masks_of_integers_are_written_and_completed(tmp_path: Path) -> None:
+    flags = np.array([[1, 1, 1, 1], [0, 1, 0, 1]], np.uint8)
+    vertices = np.repeat(np.eye(4, 3)[None], 2, axis=0)
+    header = dynmesh.Header(GOOD["faces"], 2, 4, vertices.dtype, has_known=True)
+    with dynmesh.create(tmp_path / "a.npz", header) as writer:
+        for points, mask in zip(vertices, flags, strict=True):
+            with pytest.raises(ValueError, match=r"known: must be 0 or 1, but vertex \d has 2"):
+                writer.append(points, mask * 2)
+            writer.append(points, mask)
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.npz").known, flags == 1)
+    with pytest.raises(ValueError, match="known: must be 0 or 1, but vertex 0 has 2"):
+        next(dynmesh.complete(GOOD["faces"], vertices, flags * 2))
 
 
 @pytest.mark.parametrize(

@@ -228,7 +228,7 @@ def with_provenance(values: Any) -> Adjust:
         (lambda mesh: mesh.SetPolys(as_cells([[0, 1]])), "face 0: has 2 corners, but needs 3"),
         (lambda mesh: mesh.SetPolys(vtkCellArray()), "only points, but the first frame needs"),
         (lambda mesh: mesh.Initialize(), "has no vertices"),
-        (with_array("known", np.full(49, 2)), "'known' must be 0 or 1"),
+        (with_array("known", np.full(49, 2)), "known: must be 0 or 1, but vertex 0 has 2"),
         (with_array("known", np.ones(49)), "'known' must have one integer per vertex"),
         (with_provenance(np.full(49, 2**40)), "'generation' must have one integer per vertex"),
         (

@@ -150,3 +150,30 @@ def test_what_is_lost_is_said(tmp_path: Path) -> None:
     (remark,) = writer.remarks
     assert "colours, groups, materials, normals and texture coordinates" in remark
     assert "in_0001.obj" in remark
+
+
+def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> None:
+    template = tmp_path / "body.obj"
+    template.write_text(OBJ)
+    whole = dynmesh.read(template)
+    frames = np.stack([whole.vertices[0] @ TURN.T + t for t in range(3)])
+    known = np.array([[True, True, t > 0, False, True] for t in range(3)])
+    partial = dynmesh.Sequence(frames, whole.faces, known, start=7)
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    output = tmp_path / "made_%04d.obj"
+    report = dynmesh.complete_file(tmp_path / "partial.npz", output, template=template)
+    moving = "v", "vn", "mtllib", "#"
+    for number in (7, 8, 9):
+        made = tmp_path / f"made_{number:04}.obj"
+        assert words_of(made, *moving) == words_of(template, *moving)
+        np.testing.assert_array_equal(numbers(made, "v")[:, 3:], numbers(template, "v")[:, 3:])
+    made_polygons, polygons = dynmesh.read(output).polygons, whole.polygons
+    assert made_polygons is not None
+    assert polygons is not None
+    np.testing.assert_array_equal(made_polygons.sizes, polygons.sizes)
+    assert not [remark for remark in report.remarks if "not written" in remark]
+    lost = dynmesh.complete_file(tmp_path / "partial.npz", tmp_path / "made.h5", template=template)
+    assert [remark for remark in lost.remarks if "materials" in remark and "body.obj" in remark]
+    kept = dynmesh.read(tmp_path / "made.h5").polygons
+    assert kept is not None
+    np.testing.assert_array_equal(kept.corners, polygons.corners)

@@ -47,7 +47,7 @@ def test_the_error_is_in_millimetres_or_per_cent_of_the_diagonal(
     heatmap = Heatmap(SequenceReader(sequence), reference=reference)
     assert heatmap.colour == "error"
     frames = list(heatmap.frames(range(0, 5, 2)))
-    scale = heatmap.scale("error", frames)
+    scale = heatmap.scale("error")
     assert scale is not None
     words = "mm" if unit else "% of the bounding-box diagonal"
     assert scale.title == f"error in {words}"
@@ -70,7 +70,7 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
         (frame,) = heatmap.frames(range(2, 3))
         assert heatmap.colour == colours[0]
         assert (*frame.values, "plain") == heatmap.colours == colours
-    assert heatmap.scale("plain", [frame]) is None
+    assert heatmap.scale("plain") is None
     assert get_args(Colour) == (*QUANTITIES, "plain")
 
 
@@ -87,7 +87,7 @@ def test_the_input_says_what_was_observed(sequence: Sequence) -> None:
     heatmap = Heatmap(done, input=SequenceReader(sequence))
     assert heatmap.colour == "known"
     (frame,) = heatmap.frames(range(4, 5))
-    scale = heatmap.scale("known", [frame])
+    scale = heatmap.scale("known")
     assert scale is not None
     assert [tick.label for tick in scale.ticks] == ["filled in", "observed"]
     assert np.flatnonzero(frame.values["known"] == 0).tolist() == [3, 8]
@@ -98,7 +98,7 @@ def test_the_input_says_what_was_observed(sequence: Sequence) -> None:
 def test_scales_cover_what_is_shown(sequence: Sequence, colour: Colour) -> None:
     heatmap = Heatmap(SequenceReader(sequence), colour=colour)
     frames = list(heatmap.frames(range(5)))
-    scale = heatmap.scale(heatmap.colour, frames)
+    scale = heatmap.scale(heatmap.colour)
     assert scale is not None
     for frame in frames:
         places = scale.position(frame.values[heatmap.colour])
@@ -128,11 +128,10 @@ def test_a_range_fixes_the_scale(sequence: Sequence, mesh: Mesh) -> None:
     reference = SequenceReader(Sequence(np.stack([mesh.vertices] * 5), mesh.faces))
     reader = SequenceReader(sequence)
     heatmap = Heatmap(reader, reference=reference, range=(0.5, 20))
-    frames = list(heatmap.frames(range(4)))
-    scale = heatmap.scale("error", frames)
+    scale = heatmap.scale("error")
     assert scale is not None
     np.testing.assert_allclose(scale.position(np.array([0.5, 20])), [0, 1], atol=1e-6)
-    counts = Heatmap(reader, colour="age", range=(2, 5)).scale("age", frames)
+    counts = Heatmap(reader, colour="age", range=(2, 5)).scale("age")
     assert counts is not None
     labels = ["0, observed", "1 to 2", "3", "4", "5 or more"]
     assert [tick.label for tick in counts.ticks] == labels
@@ -147,7 +146,7 @@ def test_an_exact_completion_has_a_scale(mesh: Mesh) -> None:
     reader = SequenceReader(Sequence(np.stack([mesh.vertices] * 3), mesh.faces))
     heatmap = Heatmap(reader, reference=reader)
     frames = list(heatmap.frames(range(3)))
-    scale = heatmap.scale("error", frames)
+    scale = heatmap.scale("error")
     assert scale is not None
     assert not scale.position(frames[2].values["error"]).any()
 
@@ -169,6 +168,23 @@ def test_every_count_has_the_step_that_names_it(largest: int) -> None:
         label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
         first, _, last = label.split(",")[0].partition(" to ")
         assert int(first) <= count <= int(last or first)
+
+
+def test_larger_counts_have_the_last_step_if_there_may_be_any() -> None:
+    labels = [tick.label for tick in CountScale("steps", 20, zero="here", more=True).ticks]
+    assert labels[-2:] == ["9 to 16", "17 or more"]
+
+
+@pytest.mark.parametrize("colour", ["error", "generation"])
+def test_larger_values_are_brighter(sequence: Sequence, mesh: Mesh, colour: Colour) -> None:
+    still = SequenceReader(Sequence(np.stack([mesh.vertices] * 5), mesh.faces))
+    truth = still if colour == "error" else None
+    positive = replace(sequence, generation=abs(sequence.generation))  # type: ignore[arg-type]
+    scale = Heatmap(SequenceReader(positive), reference=truth, colour=colour).scale(colour)
+    assert scale is not None
+    coloured = scale.colours[colour == "generation" :]  # the observed are grey
+    brightness = [sum(bytes.fromhex(one.removeprefix("#"))[:2]) for one in coloured]
+    assert brightness == sorted(brightness)
 
 
 def test_filled_in_is_a_step_only_where_there_can_be_any() -> None:
@@ -214,6 +230,6 @@ def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
     assert np.isinf(none).all()
     away = np.linalg.norm(mesh.vertices - above[0], axis=1)
     np.testing.assert_allclose(one, away / lengths.mean(), rtol=1e-5)
-    scale = heatmap.scale("distance", [heatmap.frame(1)])
+    scale = heatmap.scale("distance")
     assert scale is not None
     np.testing.assert_array_equal(scale.position(none), 1)

@@ -1,6 +1,7 @@
 """Pictures of sequences as PNG files."""
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from meshes import Array, Mesh, sheet
 import dynmesh
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
+from dynmesh.draw import figures
+from dynmesh.draw.figures import View
 from dynmesh.draw.picture import evenly_spaced, pictures
 from dynmesh.draw.scales import CountScale
 from dynmesh.draw.sheet import contact_sheet
@@ -123,6 +126,19 @@ def test_a_sheet_is_laid_out_in_full_rows() -> None:
     assert sorted(set(tiles.sum(axis=1).tolist())) == [0, 300]  # rows of three
 
 
+def test_captions_are_below_what_the_pictures_show() -> None:
+    tiles = [np.full((100, 100, 3), 255, np.uint8) for _ in range(3)]
+    for tile, column in zip(tiles, (30, 50, 70), strict=True):
+        tile[20:80, column - 20 : column + 20] = BLUE
+    image = np.asarray(contact_sheet("three", tiles, ["abc", "def", "xyz"], None))
+    below = np.flatnonzero((image == BLUE).all(axis=2).any(axis=1))[-1] + 1
+    for left in (12, 124, 236):  # the pictures are 100 wide and 12 apart
+        cell = image[:, left : left + 100]
+        figure = np.flatnonzero((cell == BLUE).all(axis=2).any(axis=0))
+        caption = np.flatnonzero((cell[below:] < 128).any(axis=(0, 2)))
+        assert abs(figure.mean() - caption[[0, -1]].mean()) < 3
+
+
 def test_a_colour_bar_has_its_colours_from_below() -> None:
     tile = np.full((100, 100, 3), 255, np.uint8)
     scale = CountScale("steps", 2, zero="here")
@@ -181,3 +197,33 @@ def test_a_turntable_shows_one_frame_from_all_sides(sequence: Sequence, tmp_path
     assert len(shown) == 72
     first, quarter = ((shown[at][44:108, :80] < 200).any(axis=2).sum() for at in (0, 18))
     assert abs(first - quarter) > 100
+
+
+def test_the_camera_of_moving_pictures_follows(mesh: Mesh, tmp_path: Path) -> None:
+    """A mesh that goes far away is as large as if it stayed, and in the same place."""
+    found = []
+    for far in (0, 400):
+        vertices = mesh.vertices + np.array([[[0, 0, 0]], [[1, 0, 0]], [[1, 1, 0]]]) * far
+        path = tmp_path / "a.gif"
+        sequence = Sequence(vertices, mesh.faces)
+        dynmesh.picture(sequence, path, up="z", azimuth=-90, size=200, overwrite=True)
+        seen = [np.nonzero((image[44:-40] < 235).any(axis=2)) for image in images_of(path)]
+        found.append([(len(rows), rows.mean(), columns.mean()) for rows, columns in seen])
+    np.testing.assert_allclose(found[1], found[0], rtol=0.02)
+
+
+def test_a_turning_figure_keeps_its_size(
+    mesh: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[View] = []
+
+    def note(_: object, __: object, view: View, **___: object) -> Array:
+        drawn.append(view)
+        return np.zeros((16, 16, 3), np.uint8)
+
+    monkeypatch.setattr(figures, "render", note)
+    sequence = Sequence(mesh.vertices[None] * [1, 3, 1], mesh.faces)
+    dynmesh.picture(sequence, tmp_path / "a.gif", up="z", size=16, turntable=True)
+    assert len({view.towards_viewer for view in drawn}) == 72
+    assert len({view.reach for view in drawn}) == 1
+    assert len({replace(view, least_reach=0).reach for view in drawn}) > 10

@@ -1,6 +1,8 @@
 """The command that registers a mesh with scans."""
 
+import csv
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +21,8 @@ from test_tracking import bumpy_torus, error
 
 import dynmesh
 from dynmesh.files.scans import PointScan, write_ply
+from dynmesh.jobs.job_table import read_jobs
+from dynmesh.jobs.register_job import RegisterJob
 from dynmesh.jobs.registering import read_landmarks
 
 
@@ -69,6 +73,8 @@ def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) ->
     (depth / "cameras.json").rename(tmp_path / "rig.json")
     refused = run("register", tmp_path / "body.obj", depth, made, "--overwrite", code=1).stderr
     assert "depth images need cameras" in refused
+    one = (tmp_path / "body.obj", depth / "depth_00007_0.png", tmp_path / "one.obj")
+    assert "depth_00007_0.png: is a single depth image" in run("register", *one, code=1).stderr
     with_cameras = ("--overwrite", "--cameras", tmp_path / "rig.json")
     run("register", tmp_path / "body.obj", depth, made, *with_cameras)
 
@@ -171,4 +177,63 @@ def test_a_wrong_scan_ends_with_code_3(
     words = (tmp_path / "body.obj", tmp_path / "wrong.ply", tmp_path / "made.obj")
     said = run("register", *words, code=3).stderr
     assert "made.obj: ruined: " in said
+    assert "--landmarks" in said
+    assert "--page" in said
     assert (tmp_path / "made.obj").exists()
+
+
+def test_landmarks_that_contradict_the_scan(
+    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    truth = written(tmp_path, torus, rng)
+    marks = [
+        {"vertex": vertex, "position": truth[other].tolist()}
+        for vertex, other in ((5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130))
+    ]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
+    said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
+    named = re.search(r"look at the landmarks: vertex (\d+) ", said)
+    assert named is not None
+    assert named[1] == "400"
+
+
+def test_lines_of_a_table_are_registered(
+    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """One scan, a folder of which one shows something else, and a scan that does not exist."""
+    truth = written(tmp_path, torus, rng)
+    wrong = rng.normal(size=(1000, 3))
+    write_ply(tmp_path / "scans" / "wrong.ply", PointScan(2 * wrong, None, None))
+    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    table.write_text(
+        "scan,output,template,threads,scale\n"
+        "scans/first.ply,new/one.obj,body.obj,2,yes\n"
+        "scans,made,body.obj,,\n"
+        "no.ply,none.obj,body.obj,,\n"
+    )
+    assert read_jobs(table)[0] == RegisterJob(
+        tmp_path / "scans" / "first.ply",
+        tmp_path / "new" / "one.obj",
+        template=tmp_path / "body.obj",
+        threads=2,
+        scale=True,
+    )
+    said = run("batch", table, "--report", report, code=1).stderr
+    assert "1 done, 1 doubtful, 0 already complete, 1 failed of 3 jobs" in said
+    assert "wrong.obj: ruined: " in said
+    with report.open(newline="") as file:
+        assert [(line["status"], line["frames"]) for line in csv.DictReader(file)] == [
+            ("done", "1"),
+            ("doubtful", "3"),
+            ("failed", "0"),
+        ]
+    assert error(torus, truth, positions(tmp_path / "new" / "one.obj")) < 0.5
+    table.write_text("".join(table.read_text().splitlines(keepends=True)[:3]))
+    again = run("batch", table, code=3).stderr
+    assert "0 done, 1 doubtful, 1 already complete, 0 failed" in again
+    assert "wrong.obj: ruined: " in again
+    (tmp_path / "made" / "second.obj").unlink()
+    assert "--overwrite makes all anew" in run("batch", table, code=1).stderr
+    run("batch", table, "--overwrite", code=3)
+    assert (tmp_path / "made" / "second.obj").exists()

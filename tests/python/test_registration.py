@@ -115,3 +115,53 @@ def test_wrong_scans_are_not_good(torus: Mesh, rng: np.random.Generator) -> None
         found = dynmesh.register(torus.faces, torus.vertices, size * points, normals)
         assert found.quality != "good", name
         assert found.reason, name
+
+
+@pytest.mark.parametrize("seed", [81, 155, 177])
+def test_a_patch_of_a_surface(seed: int) -> None:
+    """The template fits better where it is than from any of the other rotations."""
+    n, m = 12, 8
+    i, j = (a.ravel() for a in np.indices((n, m)))
+    u, v = 2 * np.pi * i / n, 2 * np.pi * j / m
+    r = 1 + 0.35 * np.cos(v) * (1 + 0.3 * np.cos(2 * u))
+    height = 0.35 * np.sin(v) + 0.1 * np.sin(3 * u)
+    vertices = np.stack([1.4 * r * np.cos(u), r * np.sin(u), height], axis=1)
+    a, b = i * m + j, (i + 1) % n * m + j
+    c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
+    faces = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1)
+    ring = Mesh(faces.reshape(-1, 3), vertices)
+    rng = np.random.default_rng(seed)
+    size = int(rng.integers(30, 120))
+    corners = ring.vertices[ring.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    chosen = rng.choice(len(areas), 4 * size, p=areas / areas.sum())
+    points = np.einsum("nc,ncx->nx", rng.dirichlet([1, 1, 1], 4 * size), corners[chosen])
+    kept = np.argsort(points @ rng.standard_normal(3))[:size]
+    moved = points[kept] + 0.3 * rng.standard_normal(3)
+    found = dynmesh.register(ring.faces, ring.vertices, moved, normals[chosen][kept])
+    assert np.isfinite(found.vertices).all()
+
+
+def test_points_may_be_sparse(rng: np.random.Generator) -> None:
+    """Wider than the edges, the distances between points leave most vertices without one."""
+    mesh, _ = person()
+    points, normals = scan(mesh, mesh.vertices, rng, n=1000)
+    found = dynmesh.register(mesh.faces, mesh.vertices, points, normals)
+    assert not found.observed.mean() > 0.5
+    assert found.quality == "good"
+    lower = points[:, 2] < np.median(points[:, 2])
+    found = dynmesh.register(mesh.faces, mesh.vertices, points[lower], normals[lower])
+    assert found.quality != "good"
+    (few,) = dynmesh.degrade.depth_images([mesh.vertices], mesh.faces, 4, width=160, height=120)
+    images = few.depth, few.intrinsics, few.poses
+    assert dynmesh.register_depth(mesh.faces, mesh.vertices, *images).quality == "good"
+
+
+def test_exchanged_legs_are_not_good(rng: np.random.Generator) -> None:
+    """Nearly all points lie on legs that have changed places below the knees."""
+    frames = dynmesh.synth.walker(20)
+    mesh = Mesh(frames.faces.astype(np.int64), frames.vertices[0].astype(np.float64))
+    truth = frames.vertices[1].astype(np.float64)
+    found = dynmesh.register(mesh.faces, mesh.vertices, *scan(mesh, truth, rng, n=20_000))
+    assert (found.quality == "good") == (error(mesh, truth, found.vertices) < 1)

@@ -10,6 +10,7 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command
+from conftest import REPOSITORY
 from PIL import Image
 
 import dynmesh
@@ -29,7 +30,7 @@ def small_sequence() -> dynmesh.Sequence:
 
 
 @pytest.mark.usefixtures("coarse_figures")
-def test_the_results_of_the_command(tmp_path: Path) -> None:
+def test_the_results_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One test, as the results would otherwise be made once in every process that runs tests."""
     sequence = small_sequence()
     dynmesh.write(tmp_path / "sheet.npz", sequence)
@@ -37,7 +38,10 @@ def test_the_results_of_the_command(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "still.npz", dynmesh.Sequence(still, sequence.faces))
     results = tmp_path / "results"
     results.mkdir()  # an existing folder is fine
-    dynmesh_command("reproduce", results, "--quick", "--data", tmp_path)
+    monkeypatch.chdir(REPOSITORY / "docs" / "programs")
+    monkeypatch.syspath_prepend(Path.cwd())  # which removes it again
+    own = ("--method", "own_method:Hold", "--method", "dynmesh:Completer")  # which is detail
+    dynmesh_command("reproduce", results, "--quick", "--data", tmp_path, *own)
     every_figure_is_there(results)
     the_numbers_are_those_of_the_library(results)
     the_report_stands_alone_and_judges_every_claim(results)
@@ -91,6 +95,19 @@ def the_numbers_are_those_of_the_library(results: Path) -> None:
     detail = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, detailed)[1:]
     assert sheet["grid"]["detail"]["0.3"]["nmsve_mean"] == pytest.approx(detail.mean() / diagonal)
     assert set(sheet["grid"]["detail"]) == {"0.1", "0.3", "0.5", "0.7"}
+    assert list(sheet["grid"])[-2:] == ["Hold", "Completer"]
+    held = [sequence.vertices[0]]
+    for points, known in zip(sequence.vertices[1:], masks[1:], strict=True):
+        held.append(np.where(known[:, None], points, held[-1]))
+    holding = dynmesh.metrics.nmsve(sequence.faces, sequence.vertices, np.stack(held))[1:]
+    assert sheet["grid"]["Hold"]["0.3"]["nmsve_mean"] == pytest.approx(holding.mean() / diagonal)
+    for ours, theirs in (
+        (sheet["grid"]["Completer"], sheet["grid"]["detail"]),
+        *(({"": of["Completer"]}, {"": of["detail"]}) for of in sheet["scenarios"].values()),
+    ):
+        for share, run in theirs.items():
+            for measured in ("nmsve_mean", "nmsve_p90", "nmsve_last", "unknown_mean"):
+                assert ours[share][measured] == run[measured]
 
 
 def the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
@@ -110,6 +127,9 @@ def the_report_stands_alone_and_judges_every_claim(results: Path) -> None:
     run = numbers["sequences"]["sheet"]["grid"]["motion"]["0.1"]
     cell = f"{1e4 * run['nmsve_mean']:.3g}; {run['milliseconds_median']:.3g} ms"
     assert f"<td>motion (dynmesh)</td><td>{cell}</td>" in page
+    for own in ("Hold", "Completer"):
+        assert page.count(f"<td>{own}</td>") == 2
+    assert "Completer" in (results / "figure9.svg").read_text()
 
 
 def test_a_figure_is_wide_and_its_axes_show_nmsve_in_the_unit_of_the_tables(
@@ -138,7 +158,7 @@ def test_a_figure_is_wide_and_its_axes_show_nmsve_in_the_unit_of_the_tables(
     by_share, _, along_frames = (axis.lines[0].get_ydata() for axis in drawn[0].axes)
     np.testing.assert_allclose(along_frames, 1e4 * errors)
     assert by_share[1] == pytest.approx(1e4 * errors.mean())
-    assert next(steps) == Plan.quick().n_runs
+    assert next(steps) == Plan.quick().n_runs()
 
 
 def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:

@@ -37,8 +37,11 @@ def test_masks_may_be_integers(kind: str) -> None:
     assert known.dtype == np.bool_
     np.testing.assert_array_equal(known, flags == 1)
     for other in (2, -1):
-        with pytest.raises(TypeError, match="known: must be bool"):
-            dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), flags.astype(int) * other)
+        flags = flags.astype(int)
+        flags[1, 2] = other
+        refusal = f"frame 1: known: must be 0 or 1, but vertex 2 has {other}"
+        with pytest.raises(ValueError, match=refusal):
+            dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), flags)
 
 
 def test_a_sequence_is_a_collection_of_frames(numbered: dynmesh.Sequence) -> None:

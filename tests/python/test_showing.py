@@ -13,6 +13,8 @@ from test_missing_extras import hide
 
 import dynmesh
 from dynmesh.draw import notebook
+from dynmesh.draw.heatmap import Heatmap
+from dynmesh.draw.scales import MOST_FRAMES, Scale
 from dynmesh.settings import Settings, default_settings
 
 pyvista = pytest.importorskip("pyvista", reason="plots need pyvista: pip install 'dynmesh[view]'")
@@ -69,6 +71,37 @@ def test_a_plot_shows_the_frame_and_its_colours(moving: dynmesh.Sequence) -> Non
     default, generation = pixels(moving, 3), pixels(moving, 3, colour="generation")
     np.testing.assert_array_equal(default, generation)
     assert (default != pixels(moving, 3, colour="known")).any()
+
+
+@pytest.mark.parametrize("colour", ["error", "generation"])
+def test_pages_pictures_and_plots_of_a_sequence_have_one_scale(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, colour: Any
+) -> None:
+    """Whichever frames they show, and however few vertices."""
+    mesh, n_frames = sheet(4), 2 * MOST_FRAMES + 10
+    truth = dynmesh.Sequence(np.stack([mesh.vertices] * n_frames), mesh.faces)
+    off = np.arange(n_frames)[:, None, None] * mesh.vertices / 1000
+    counts = np.minimum(np.arange(n_frames)[:, None], np.arange(16)).astype(np.int32)
+    own = replace(truth, vertices=truth.vertices + off, generation=counts, age=counts)
+    found: list[Any] = []
+    usual = Heatmap.scale
+
+    def noted(heatmap: Heatmap, name: Any) -> Scale | None:
+        scale = usual(heatmap, name)
+        if scale is not None and name == colour:
+            found.append([(tick.position, tick.label) for tick in scale.ticks])
+        return scale
+
+    monkeypatch.setattr(Heatmap, "scale", noted)
+    options: dict[str, Any] = {"colour": colour, "reference": truth if colour == "error" else None}
+    dynmesh.view(own, **options)
+    dynmesh.view(own, max_frames=3, max_vertices=8, **options)
+    dynmesh.picture(own, frames=2, size=32, **options)
+    dynmesh.picture(own, tmp_path / "a.gif", frames=[1, 3], size=32, **options)
+    dynmesh.draw.plot(own, 5, off_screen=True, **options).close()
+    assert len(found) == 5
+    assert all(ticks == found[0] for ticks in found)
+    assert found[0][-1][1] == {"error": "50 % or more", "generation": "9 or more"}[colour]
 
 
 def test_a_plot_has_holes_and_dots(moving: dynmesh.Sequence) -> None:

@@ -122,8 +122,21 @@ struct RegistrationConstants {
   double doubtful_far_of_one_sensor = 0.005;
   double ruined_far = 0.05;
   double ruined_disagreeing = 0.1;
+  /// Where points are sparse, a vertex has one within so many mean distances between them, which is
+  /// at most this share of the size of the surface.
+  double empty_spacings = 1.25;
+  double largest_empty_radius = 0.1;
   /// The share of the vertices that should be seen and have no point, from which on it is doubtful.
   double doubtful_empty = 0.2;
+  /// Edges that have no point within so many mean edges, and that are so many times as long as in
+  /// the template or as short, join what does not belong together; and the share of these from
+  /// which on it is doubtful.
+  double bridging_edges = 1.5;
+  double bridging_stretch = 1.5;
+  double doubtful_bridging = 0.002;
+  /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
+  /// this share of the size.
+  double misplaced_landmark = 0.05;
 
   /// The constants with which a surface is pushed.
   [[nodiscard]] TrackingConstants fine() const {

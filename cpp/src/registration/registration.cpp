@@ -10,6 +10,7 @@
 #include "mesh/training_frames.hpp"
 #include "registration/coarse_fit.hpp"
 #include "registration/coarse_mesh.hpp"
+#include "registration/coverage.hpp"
 #include "registration/fine_rounds.hpp"
 #include "registration/register_measurement.hpp"
 #include "registration/rigid_starts.hpp"
@@ -173,7 +174,7 @@ class Work {
     const bool is_new = std::ranges::all_of(starts, [&](const RigidStart& start) {
       return differ(start.motion, in_place.motion, constants_.rigid);
     });
-    if (is_new) starts.push_back(in_place);
+    if (is_new || in_place.distance < starts.front().distance) starts.push_back(in_place);
     std::vector<Candidate> found;
     for (const RigidStart& start : starts) {
       if (start.distance <= limit) found.push_back({start.motion, landmarks, start.distance});
@@ -227,7 +228,7 @@ class Work {
       const auto result =
           fitted(coarse, candidate, scan, constants_.coarse_points, constants_.passes);
       candidate.x = moved(candidate.motion, mesh.lifted(frame_, result.x, result.rotations));
-      const Agreement agreement = agreement_of(candidate.x, scan, {});
+      const Agreement agreement = agreement_of(candidate.x, scan);
       candidate.score = agreement.far_share + agreement.disagreeing;
     }
     std::ranges::stable_sort(tried, {}, &Candidate::score);
@@ -244,7 +245,9 @@ class Work {
       if (share_of(other) < share_of(best)) best = std::move(other);
       best.ambiguous = both_fit;
     }
-    set_quality(scan, best);
+    if (best.ambiguous && best.quality == RegistrationQuality::good) {
+      best.quality = RegistrationQuality::doubtful;
+    }
     return best;
   }
 
@@ -307,29 +310,21 @@ class Work {
             std::isinf(error) ? std::numeric_limits<Real>::infinity() : saturated<Real>(error));
       }
     }
-    const auto seen = visible(scan);
-    const Agreement agreement = agreement_of(stream_.previous, scan, seen);
-    registration.far_share = agreement.far_share;
-    registration.disagreeing = agreement.disagreeing;
-    registration.distance = agreement.distance;
-    registration.empty_share = empty_share(seen);
+    const Coverage coverage = compare(scan, registration);
+    registration.empty_share = coverage.empty_share;
+    set_quality(scan, coverage, registration);
     return registration;
   }
 
-  /// Compares the scan with a surface, of which the sensors see `seen`, or what they see is
-  /// unknown.
-  [[nodiscard]] Agreement agreement_of(Field x, const Measurement& scan,
-                                       std::span<const Sight> seen) const {
+  /// How far a surface is from the scan. What the sensors see of it is unknown.
+  [[nodiscard]] Agreement agreement_of(Field x, const Measurement& scan) const {
     Cloud normals(x.size());
     find_vertex_normals(faces_, x, normals);
-    for (std::size_t v = 0; v < seen.size(); ++v) {
-      if (seen[v] == Sight::back) normals[v] = -1.0 * normals[v];
-    }
-    return comparison_.compare({x, normals, seen, mean_edge()}, scan, {}).all;
+    return comparison_.compare({x, normals, {}, mean_edge()}, scan, {}).all;
   }
 
-  /// What the sensors should see of the vertices of the result.
-  [[nodiscard]] std::vector<Sight> visible(const Measurement& scan) const {
+  /// Compares the result with the scan.
+  Coverage compare(const Measurement& scan, Registration<Real>& registration) const {
     const Cloud& x = stream_.previous;
     Cloud normals(x.size());
     find_vertex_normals(faces_, x, normals);
@@ -339,28 +334,36 @@ class Work {
         faces_, x, normals, scan.viewpoints(), find_sheets(faces_, stream_.topology->component),
         {tracking_.pixel * edge, tracking_.thickness * edge, tracking_.back_thickness * edge},
         seen);
-    return seen;
-  }
-
-  /// The share of the vertices that a sensor should see and that have no point.
-  [[nodiscard]] double empty_share(std::span<const Sight> seen) const {
-    double n_seen = 0;
-    double n_empty = 0;
     for (std::size_t v = 0; v < seen.size(); ++v) {
-      if (seen[v] == Sight::hidden) continue;
-      n_seen += 1;
-      if (stream_.known[v] == 0) n_empty += 1;
+      if (seen[v] == Sight::back) normals[v] = -1.0 * normals[v];
     }
-    return n_seen > 0 ? n_empty / n_seen : 1;
+    const Agreement agreement = comparison_.compare({x, normals, seen, edge}, scan, {}).all;
+    registration.far_share = agreement.far_share;
+    registration.disagreeing = agreement.disagreeing;
+    registration.distance = agreement.distance;
+    return coverage_of({faces_, stream_.topology->cells, frame_, x, normals, seen, edge}, scan,
+                       tracking_, constants_);
   }
 
-  void set_quality(const Measurement& scan, Registration<Real>& registration) const {
+  /// Whether a vertex of the result is not where the caller says that it belongs.
+  [[nodiscard]] bool have_misplaced_landmarks() const {
+    const double limit = constants_.misplaced_landmark * size_of(stream_.previous);
+    for (std::size_t i = 0; i < targets_.vertices.size(); ++i) {
+      const auto& found = stream_.previous[static_cast<std::size_t>(targets_.vertices[i])];
+      if (squared_norm(found - targets_.positions[i]) > limit * limit) return true;
+    }
+    return false;
+  }
+
+  void set_quality(const Measurement& scan, const Coverage& coverage,
+                   Registration<Real>& registration) const {
     const double doubtful = scan.viewpoints().size() == 1 ? constants_.doubtful_far_of_one_sensor
                                                           : constants_.doubtful_far;
     const bool is_ruined = registration.far_share > constants_.ruined_far ||
                            registration.disagreeing > constants_.ruined_disagreeing;
-    const bool is_doubtful = registration.far_share > doubtful || registration.ambiguous ||
-                             registration.empty_share > constants_.doubtful_empty;
+    const bool is_doubtful =
+        registration.far_share > doubtful || registration.empty_share > constants_.doubtful_empty ||
+        coverage.bridging > constants_.doubtful_bridging || have_misplaced_landmarks();
     registration.quality = is_ruined     ? RegistrationQuality::ruined
                            : is_doubtful ? RegistrationQuality::doubtful
                                          : RegistrationQuality::good;

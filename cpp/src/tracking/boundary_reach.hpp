@@ -1,4 +1,4 @@
-/// How far the measured surface extends beyond the boundary of a tracked sheet.
+/// Where the measured surface ends at the boundary of a tracked sheet.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,16 @@
 
 namespace dynmesh {
 
-/// Where the measured surface ends beyond a vertex of a boundary. A distance of 0 means that it
-/// does not end there, or not beyond the vertex.
+/// Where the measured surface ends at a vertex of a boundary. If it ends at the vertex, or if that
+/// is not known, `outward` is 0.
 struct Reach {
   Vector3<double> outward;  ///< a unit vector along the surface
-  double distance = 0;      ///< from the vertex to the end, less a margin
+  double distance = 0;  ///< from the vertex to the end, less a margin; below 0 if it ends before
 };
 
 /// A plane says nothing about where along it a vertex is, so flat cloth is free to slide. Where it
-/// has slid, the measured surface extends beyond its boundary on one side, and ends there.
+/// has slid, the measured surface extends beyond its boundary on one side, and ends before it on
+/// the other.
 ///
 /// Allocates memory only in the constructor.
 class BoundaryReach {
@@ -33,7 +34,7 @@ class BoundaryReach {
 
   /// `is_cloth` (k,) are the vertices whose boundary is followed. `topology`, `workers` and
   /// `constants` must outlive this object.
-  BoundaryReach(std::span<const Triangle> faces, const Topology& topology,
+  BoundaryReach(std::span<const Triangle> faces, const Topology& topology, Field first_frame,
                 std::span<const std::uint8_t> is_cloth, Workers& workers,
                 const TrackingConstants& constants);
 
@@ -49,14 +50,23 @@ class BoundaryReach {
   std::span<const Reach> find(const Surface& surface, const Measurement& measurement);
 
  private:
-  [[nodiscard]] Reach reach_of(std::size_t v, const Surface& surface,
+  struct BoundaryVertex {
+    std::size_t vertex;
+    std::vector<std::size_t> along;  ///< its neighbours on the boundary, two as a rule
+    double first_length;             ///< of the sum of its edges in frame 0
+  };
+  struct Rim;
+  [[nodiscard]] Vector3<double> sum_of_edges(std::size_t v, Field x) const;
+  [[nodiscard]] Reach reach_of(const BoundaryVertex& b, const Surface& surface,
                                const Measurement& measurement) const;
+  [[nodiscard]] double extension(const Rim& rim, const Surface& surface) const;
+  [[nodiscard]] double overshoot(const Rim& rim) const;
 
   const Topology& topology_;
   Workers& workers_;
   const TrackingConstants& constants_;
-  std::vector<Index> vertices_;  // of the boundaries
-  std::vector<Reach> reaches_;   // (k,)
+  std::vector<BoundaryVertex> boundary_;
+  std::vector<Reach> reaches_;  // (k,)
 };
 
 }  // namespace dynmesh

@@ -123,17 +123,13 @@ struct TrackingConstants {
   double first_cloth_weight = 0.2;
   double last_cloth_weight = 5;
   double narrow_cloth_radius = 1;
-  /// mu, the weight of the lengths of edges.
-  double membrane = 1;
-  /// The share of the last motion with which the next one of cloth begins. What it has slid by
-  /// mistake, it would slide again.
-  double cloth_prediction = 0.3;
-  /// An edge of the last frame that is shorter than this share of its length in frame 0 has no
-  /// direction.
-  double least_edge = 0.01;
+  /// mu, the weight of the shape of triangles.
+  double membrane = 2;
+  /// As `pull`, for cloth. Folds come and go, and frame 0 knows none of them.
+  double cloth_pull = 0.1;
 
   /// The weight of the reach of a boundary vertex, compared with its correspondence.
-  double reach_weight = 1;
+  double reach_weight = 2;
   /// Where the sum of the edges of a boundary vertex is shorter along the surface, there is no way
   /// outwards.
   double least_outward = 0.2;
@@ -147,8 +143,16 @@ struct TrackingConstants {
   double reach_gap = 1.2;
   double farthest_reach = 8;
   /// Noise of the points reaches beyond the true end, and is not followed.
-  double least_reach = 0.35;
-  double reach_margin = 0.25;
+  double least_reach = 0.2;
+  double reach_margin = 0.15;
+  /// A boundary vertex beyond the measured surface lies at least this far from its end, and at most
+  /// so far: what is farther has left the picture.
+  double least_overshoot = 0.4;
+  double farthest_overshoot = 3;
+  double overshoot_margin = 0.2;
+  /// It is not drawn back where the surface is already shorter there than this share of its length
+  /// in frame 0, as it would become while it leaves the picture.
+  double least_stretch = 0.9;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;

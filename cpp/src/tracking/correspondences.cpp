@@ -28,9 +28,10 @@ Correspondences::Correspondences(std::span<const Triangle> faces, const Topology
       comparison_(faces_, topology.cells, workers, constants_) {}
 
 std::unique_ptr<BoundaryReach> Correspondences::prepare(
-    std::span<const std::uint8_t> is_cloth) const {
+    Field first_frame, std::span<const std::uint8_t> is_cloth) const {
   if (std::ranges::count(is_cloth, 1) == 0) return nullptr;
-  return std::make_unique<BoundaryReach>(faces_, topology_, is_cloth, workers_, constants_);
+  return std::make_unique<BoundaryReach>(faces_, topology_, first_frame, is_cloth, workers_,
+                                         constants_);
 }
 
 void Correspondences::reset(std::unique_ptr<BoundaryReach> boundary,

@@ -43,7 +43,7 @@ class Correspondences {
 
   /// What a sequence in which (k,) `is_cloth` needs, and its beginning.
   [[nodiscard]] std::unique_ptr<BoundaryReach> prepare(
-      std::span<const std::uint8_t> is_cloth) const;
+      Field first_frame, std::span<const std::uint8_t> is_cloth) const;
   void reset(std::unique_ptr<BoundaryReach> boundary,
              std::span<const std::uint8_t> is_cloth) noexcept;
 
@@ -76,7 +76,7 @@ class Correspondences {
   /// How far the measured points are from the surface, after the last `find`.
   [[nodiscard]] Agreements compare(Field x) const;
 
-  /// (k,) how far the measured surface extends beyond the boundaries of cloth; empty without any.
+  /// (k,) where the measured surface ends at the boundaries of cloth; empty without any.
   std::span<const Reach> find_reaches(Field x);
 
  private:

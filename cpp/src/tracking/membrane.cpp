@@ -3,66 +3,73 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detail/intrinsic_delaunay.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
 
-Vector3<double> turned(const Quaternion& q, const Vector3<double>& v) {
-  const Vector3<double> axis = {q.x, q.y, q.z};
-  const auto half = cross(axis, v);
-  return v + 2 * (q.w * half + cross(axis, half));
-}
-
-}  // namespace
-
-Membrane::Membrane(const DetailOperator& k, Field first_frame, double mean_edge,
-                   std::span<const std::uint8_t> is_cloth, const Topology& topology,
-                   Workers& workers, const TrackingConstants& constants)
-    : constants_(constants), rotations_(topology.cells, workers) {
-  for (std::size_t i = 0; i < k.size(); ++i) {
-    if (is_cloth[i] == 0) continue;
-    for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
-      const auto j = static_cast<std::size_t>(k.columns[static_cast<std::size_t>(e)]);
-      if (j == i) continue;
-      const auto edge = first_frame[i] - first_frame[j];
-      edges_.push_back({i, j, -k.values[static_cast<std::size_t>(e)], edge, edge});
+Membrane::Membrane(std::span<const Triangle> faces, Field first_frame, double mean_edge,
+                   std::span<const std::uint8_t> is_cloth, double mu, Workers& workers)
+    : workers_(workers) {
+  // Triangles that are narrower than this share of their side have no plane.
+  constexpr double least_height = 1e-6;
+  for (const IntrinsicTriangle& triangle : intrinsic_delaunay(faces, first_frame, mean_edge)) {
+    Rest rest{};
+    for (std::size_t s = 0; s < 3; ++s) {
+      rest.corners[s] = static_cast<std::size_t>(triangle.vertices[s]);
+      rest.weights[s] = mu * triangle.cotangent(s) / 2;
     }
+    if (is_cloth[rest.corners[0]] == 0) continue;
+    const auto& origin = first_frame[rest.corners[0]];
+    const auto first = first_frame[rest.corners[1]] - origin;
+    const auto second = first_frame[rest.corners[2]] - origin;
+    rest.x1 = std::sqrt(squared_norm(first));
+    if (!(rest.x1 > 0)) continue;
+    rest.x2 = dot(first, second) / rest.x1;
+    rest.y2 = std::sqrt(std::max(0.0, squared_norm(second) - rest.x2 * rest.x2));
+    if (rest.y2 > least_height * rest.x1) triangles_.push_back(rest);
   }
-  rotations_.reset(rotations_.prepare(first_frame), first_frame, mean_edge);
-  // A state that is restored remembers frame 0, too.
-  const auto none = rotations_.quaternions();
-  remember(first_frame, std::vector<Quaternion>(none.begin(), none.end()));
+  forces_.resize(triangles_.size());
 }
 
-/// Finds the rotations of single cells, from those of the shape: these are averages over clusters,
-/// with which cloth could not fold.
-void Membrane::fit(Field x, std::span<const Quaternion> rotations) {
-  std::ranges::copy(rotations, rotations_.quaternions().begin());
-  rotations_.fit_narrowly(x);
+/// The sides in frame 0 as the rotation that is nearest to the present triangle turns them:
+/// J (J^T J)^(-1/2), where J maps the plane of frame 0 to space.
+Membrane::Sides Membrane::turned_sides(const Rest& rest, Field x) {
+  const auto& [a, b, c] = rest.corners;
+  const auto u = (1 / rest.x1) * (x[b] - x[a]);
+  const auto v = (1 / rest.y2) * ((x[c] - x[a]) - rest.x2 * u);
+  const double uu = squared_norm(u);
+  const double uv = dot(u, v);
+  const double vv = squared_norm(v);
+  const double determinant = std::sqrt(std::max(0.0, uu * vv - uv * uv));
+  constexpr double collapsed = 1e-9;
+  if (!(determinant > collapsed)) return {x[a] - x[b], x[b] - x[c], x[c] - x[a]};
+  const double scale = determinant * std::sqrt(uu + vv + 2 * determinant);
+  const auto along = (1 / scale) * ((vv + determinant) * u - uv * v);
+  const auto across = (1 / scale) * ((uu + determinant) * v - uv * u);
+  const auto first = rest.x1 * along;
+  const auto second = rest.x2 * along + rest.y2 * across;
+  return {-1.0 * first, first - second, second};
 }
 
-void Membrane::remember(Field last, std::span<const Quaternion> rotations) {
-  fit(last, rotations);
-  const auto q = rotations_.quaternions();
-  for (Edge& e : edges_) {
-    const auto now = last[e.from] - last[e.to];
-    const double share = std::sqrt(squared_norm(now) / squared_norm(e.first));
-    const Quaternion& turn = q[e.from];
-    const Quaternion back = {turn.w, -turn.x, -turn.y, -turn.z};
-    e.wanted = share > constants_.least_edge ? (1 / share) * turned(back, now) : e.first;
-  }
-}
-
-void Membrane::add_forces(Field x, std::span<const Quaternion> rotations,
-                          std::span<Vector3<double>> forces) {
-  fit(x, rotations);
-  const auto q = rotations_.quaternions();
-  for (const Edge& e : edges_) {
-    const auto strain = turned(q[e.from], e.wanted) - (x[e.from] - x[e.to]);
-    const auto half = (0.5 * constants_.membrane * e.weight) * strain;
-    forces[e.from] = forces[e.from] + half;
-    forces[e.to] = forces[e.to] - half;
+void Membrane::add_forces(Field x, std::span<Vector3<double>> forces) {
+  workers_.for_each_short_chunk(static_cast<Index>(triangles_.size()), [&](Index begin, Index end) {
+    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+      const Rest& rest = triangles_[t];
+      const Sides sides = turned_sides(rest, x);
+      for (std::size_t s = 0; s < 3; ++s) {
+        const auto side = x[rest.corners[s]] - x[rest.corners[(s + 1) % 3]];
+        forces_[t][s] = rest.weights[s] * (sides[s] - side);
+      }
+    }
+  });
+  // In one order, so that the sums are the same for any number of threads.
+  for (std::size_t t = 0; t < triangles_.size(); ++t) {
+    const auto& corners = triangles_[t].corners;
+    for (std::size_t s = 0; s < 3; ++s) {
+      forces[corners[s]] = forces[corners[s]] + forces_[t][s];
+      forces[corners[(s + 1) % 3]] = forces[corners[(s + 1) % 3]] - forces_[t][s];
+    }
   }
 }
 

@@ -1,55 +1,52 @@
-/// A force that keeps the lengths of the edges of cloth.
+/// A force that keeps the triangles of cloth in shape.
 #pragma once
 
-#include <dynmesh/topology.hpp>
+#include <array>
+#include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
-#include "detail/detail_operator.hpp"
-#include "detail/rotations.hpp"
+#include "mesh/triangle.hpp"
 #include "support/workers.hpp"
-#include "tracking/constants.hpp"
 
 namespace dynmesh {
 
-/// The energy mu sum over edges of w_ij |(X_i - X_j) - (R_i e_ij - R_j e_ji) / 2|^2, where w_ij are
-/// the cotangents of the operator of method detail, R rotates the cell of a vertex since frame 0,
-/// and e_ij has the length of the edge in frame 0, and the direction of that of the last frame,
-/// turned back to the axes of frame 0 (after as-rigid-as-possible, Sorkine and Alexa 2007). So
-/// lengths come back and folds stay. Its matrix is mu C, which lies inside of K^T K.
+/// The energy mu sum over triangles t and their sides ij of w_tij |(X_i - X_j) - R_t e_tij|^2,
+/// where e are the sides in frame 0, R_t rotates the triangle as it is best for its present
+/// corners, and w are half of the cotangents of the angles opposite (as-rigid-as-possible, Liu,
+/// Zhang, Xu, Gotsman and Gortler 2008). Triangles are those of the intrinsic Delaunay
+/// triangulation of frame 0, so the w of an edge add up to its entry in C, the operator of method
+/// detail, and mu C, which lies inside of K^T K, is the matrix of the energy while rotations are
+/// kept. As each triangle has a rotation of its own, the surface folds without resistance.
 ///
 /// Allocates memory only in the constructor.
 class Membrane {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `is_cloth` (k,) are the vertices that have it. `topology`, `workers` and `constants` must
-  /// outlive this object; `k` is the operator of the first frame.
-  Membrane(const DetailOperator& k, Field first_frame, double mean_edge,
-           std::span<const std::uint8_t> is_cloth, const Topology& topology, Workers& workers,
-           const TrackingConstants& constants);
+  /// `is_cloth` (k,) are the vertices that have it. `workers` must outlive this object; `mu` is the
+  /// weight of the energy.
+  Membrane(std::span<const Triangle> faces, Field first_frame, double mean_edge,
+           std::span<const std::uint8_t> is_cloth, double mu, Workers& workers);
 
-  /// Adds half of the negative gradient at X. `rotations` (k,) are those of the shape, from which
-  /// those of single cells are found.
-  void add_forces(Field x, std::span<const Quaternion> rotations,
-                  std::span<Vector3<double>> forces);
-
-  /// Makes this the last frame, with these rotations of the shape.
-  void remember(Field last, std::span<const Quaternion> rotations);
+  /// Adds half of the negative gradient at X.
+  void add_forces(Field x, std::span<Vector3<double>> forces);
 
  private:
-  struct Edge {
-    std::size_t from, to;
-    double weight;
-    Vector3<double> first;   // in frame 0
-    Vector3<double> wanted;  // e_ij
+  /// A triangle in frame 0, in its plane: corner 0 at the origin, corner 1 at (x1, 0), and corner 2
+  /// at (x2, y2).
+  struct Rest {
+    std::array<std::size_t, 3> corners;
+    std::array<double, 3> weights;  ///< mu w of the side from corner s to corner s + 1
+    double x1, x2, y2;
   };
-  void fit(Field x, std::span<const Quaternion> rotations);
+  using Sides = std::array<Vector3<double>, 3>;
+  [[nodiscard]] static Sides turned_sides(const Rest& rest, Field x);
 
-  const TrackingConstants& constants_;
-  Rotations rotations_;
-  std::vector<Edge> edges_;  // both directions of each edge
+  Workers& workers_;
+  std::vector<Rest> triangles_;
+  std::vector<Sides> forces_;  // of the sides of each triangle
 };
 
 }  // namespace dynmesh

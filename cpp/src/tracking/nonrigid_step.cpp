@@ -55,8 +55,8 @@ void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, dou
   auto prepared = system_.prepare(faces, first_frame, detail_constants_, std::move(stiffness));
   std::unique_ptr<Membrane> membrane;
   if (any_cloth) {
-    membrane = std::make_unique<Membrane>(prepared.k, first_frame, mean_edge, is_cloth, topology_,
-                                          workers_, constants_);
+    membrane = std::make_unique<Membrane>(faces, first_frame, mean_edge, is_cloth,
+                                          constants_.membrane, workers_);
     outward_.resize(first_frame.size());
   }
   auto prepared_rotations = rotations_.prepare(first_frame);
@@ -91,7 +91,8 @@ bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vec
   rotations_.fit_widely(x);
   if (fits_modes && rest_.is_trained()) fit_modes(found, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
-    wanted_[v] = shape_[v] + constants_.pull * (rest_.shape()[v] - shape_[v]);
+    const double pull = is_cloth_[v] != 0 ? constants_.cloth_pull : constants_.pull;
+    wanted_[v] = shape_[v] + pull * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
   system_.apply(x, 1, kx_);
@@ -121,7 +122,7 @@ void NonrigidStep::hold(std::span<const Landmark> landmarks) {
   for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
 }
 
-/// Draws the boundaries of cloth outwards, and its edges to their lengths.
+/// Draws the boundaries of cloth to where the measured surface ends, and its triangles into shape.
 void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
   const double root = std::sqrt(constants_.reach_weight * measured.cloth_weight);
   for (std::size_t v = 0; v < x.size(); ++v) {
@@ -129,7 +130,7 @@ void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
     outward_[v] = root * reach.outward;
     forces_[v] = root * reach.distance * outward_[v];
   }
-  membrane_->add_forces(x, rotations_.quaternions(), forces_);
+  membrane_->add_forces(x, forces_);
   anchors_.outward = outward_;
   anchors_.forces = forces_;
 }
@@ -216,7 +217,6 @@ void NonrigidStep::remember(Field completed) {
   rotations_.fit_widely(completed);
   system_.apply(completed, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
-  if (membrane_) membrane_->remember(completed, rotations_.quaternions());
 }
 
 std::size_t NonrigidStep::memory_size() const {
@@ -260,7 +260,6 @@ void NonrigidStep::recall(const Memory& memory, Field last) {
   std::ranges::copy(memory.rotations, rotations_.quaternions().begin());
   system_.apply(last, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
-  if (membrane_) membrane_->remember(last, rotations_.quaternions());
   rest_.recall(memory.rest);
   error_bars_.recall(memory.errors);
 }

@@ -27,7 +27,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
 void SurfaceTracking::reset(Field first_frame) {
   const double mean_edge = mean_edge_length(topology_.cells, first_frame);
   const auto is_cloth = find_cloth(faces_, topology_.component, first_frame, constants_);
-  auto boundary = correspondences_.prepare(is_cloth);
+  auto boundary = correspondences_.prepare(first_frame, is_cloth);
   shape_.reset(faces_, first_frame, mean_edge, is_cloth);
   // Nothing below can throw.
   correspondences_.reset(std::move(boundary), is_cloth);
@@ -79,8 +79,7 @@ SurfaceTracking::Found SurfaceTracking::track(const Measurement& measurement) {
 /// X = V + prediction (V - V'), from the last two frames.
 void SurfaceTracking::predict() {
   for (std::size_t v = 0; v < x_.size(); ++v) {
-    const double share = is_cloth_[v] != 0 ? constants_.cloth_prediction : constants_.prediction;
-    x_[v] = last_[v] + share * (last_[v] - before_[v]);
+    x_[v] = last_[v] + constants_.prediction * (last_[v] - before_[v]);
   }
 }
 

@@ -1,4 +1,4 @@
-"""The command that completes and tracks many sequences."""
+"""The command that completes, tracks and registers many files."""
 
 import logging
 import os
@@ -27,9 +27,10 @@ def batch(
         Path,
         typer.Argument(
             metavar="JOBS.csv",
-            help="A table with one line per file. Its columns are input or scans, output and, "
-            f"optionally, {', '.join(optional_columns)}: the options of `dynmesh complete`, or, on "
-            "lines with scans, of `dynmesh track`. An empty value stands for the default. Paths "
+            help="A table with one line per file. Its columns are input, scans or scan, "
+            f"output and, optionally, {', '.join(optional_columns)}: the options of `dynmesh "
+            "complete`, or, on lines with scans, of `dynmesh track`, or, on lines with scan, of "
+            "`dynmesh register`. An empty value stands for the default. Paths "
             "are relative to the table.",
         ),
     ],
@@ -52,7 +53,7 @@ def batch(
         bool, typer.Option("--overwrite", help="Replace existing outputs instead of skipping them.")
     ] = False,
 ) -> None:
-    """Complete or track many files; one that fails does not stop the others.
+    """Complete, track or register many files; one that fails does not stop the others.
 
     Running the command again completes what is left. The exit code is 1 if a job failed, else 3
     if a result is doubtful. An example of a table:

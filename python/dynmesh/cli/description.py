@@ -26,7 +26,7 @@ from ..jobs.completion_options import check_training
 from ..jobs.training import Training
 from ..settings import default_settings
 from .options import InputPath, with_source
-from .terminal import PATIENCE, say, say_remarks, track, watch_training
+from .terminal import PATIENCE, say, say_remarks, show, track, watch_training
 
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
@@ -114,7 +114,6 @@ def _watch(distances: Distances, frames: Iterable[Frame], total: int) -> Iterabl
 
 
 def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | None) -> None:
-    console = Console()
     table = Table.grid(padding=(0, 2))
     table.add_row("format", format_name)
     for row in _header_rows(diagnosis):
@@ -132,9 +131,9 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | No
     if summary is not None:
         for row in _training_rows(summary, diagnosis.diagonal):
             table.add_row(*row)
-    console.print(table)
-    console.print()
-    console.print(diagnosis.summary, highlight=False)
+    show(table)
+    print()
+    Console().print(diagnosis.summary, highlight=False)
     if not diagnosis.findings:
         return
     findings = Table.grid(padding=(0, 2))
@@ -142,7 +141,7 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | No
         style = _STYLES[finding.severity]
         findings.add_row(f"[{style}]{finding.severity}[/]", escape(finding.message))
         findings.add_row("", f"[dim]{escape(finding.advice)}[/]")
-    console.print(findings, highlight=False)
+    show(findings, highlight=False)
 
 
 def _header_rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:

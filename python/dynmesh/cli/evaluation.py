@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from .. import files, study
@@ -16,7 +15,7 @@ from ..files.new_output import check_output, new_output
 from ..frames.times import slice_of
 from ..jobs import evaluation
 from .options import Axis, Seed, parser, share_out, with_source
-from .terminal import say, say_remarks, track, work_bar
+from .terminal import say, say_remarks, show, track, work_bar
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
@@ -47,6 +46,12 @@ def evaluate(
             "COMPLETED says itself]",
         ),
     ] = None,
+    template: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="A mesh that provides the faces of those files that hold none."
+        ),
+    ] = None,
     table: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Also write a table with a row for each frame."),
@@ -75,12 +80,12 @@ def evaluate(
         check_output(table, overwrite, ".csv")
     own, source_of_truth = share_out(source, completed, reference)
     with ExitStack() as opened:
-        ours = opened.enter_context(files.open(completed, **own))
-        truth = opened.enter_context(files.open(reference, **source_of_truth))
+        ours = opened.enter_context(files.open_with(completed, template, **own))
+        truth = opened.enter_context(files.open_with(reference, template, **source_of_truth))
         observed = None
         if partial is not None:
             _, source_of_input = share_out(source, completed, partial)
-            observed = opened.enter_context(files.open(partial, **source_of_input))
+            observed = opened.enter_context(files.open_with(partial, template, **source_of_input))
         result = evaluation.evaluate(
             ours,
             truth,
@@ -115,7 +120,7 @@ def evaluate(
             of = "standard error" if name == "rank" else name
             found_value = "none" if value is None else f"{value:.3g}"
             shown.add_row(f"rank correlation with {of}", found_value)
-    Console().print(shown)
+    show(shown)
 
 
 def reproduce(
@@ -140,6 +145,14 @@ def reproduce(
         float | None,
         typer.Option(metavar="DEGREES", help="View from this angle around the up axis. [60]"),
     ] = None,
+    method: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODULE:NAME",
+            help="Also measure your own method, a Python class that is used as dynmesh.Completer; "
+            "repeatable.",
+        ),
+    ] = None,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the results of another run.")
     ] = False,
@@ -157,6 +170,7 @@ def reproduce(
             seed=seed,
             up=None if up is None else up.value,
             azimuth=azimuth,
+            methods=study.imported(method or ()),
             overwrite=overwrite,
             progress=progress,
         )

@@ -8,7 +8,6 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from .. import files
 from ..draw.heatmap import likely_up, stated_up
 from ..draw.picture_file import PICTURES
 from ..draw.quantities import Colour, Range
@@ -20,7 +19,7 @@ from ..jobs.option import OUTPUT, given, offered, options_of
 from ..jobs.tracking_options import TrackingOptions
 from ..jobs.zeros import ZeroCount
 from .options import Axis, InputPath, Overwrite, share_out, with_options, with_source
-from .terminal import say, track
+from .terminal import say, say_remarks, track
 
 
 def _shown(default: Any, help: str, kind: Any = str, **more: Any) -> Any:
@@ -41,7 +40,7 @@ class _Picture:
     colour: Colour | None = _shown(
         None,
         "error, generation, age, standard_error, known, distance (from the nearest point of the "
-        "scans) or plain. [the first that there is]",
+        "scans), mesh (which one of a scene) or plain. [the first that there is]",
         Colour,
         metavar="NAME",
         flags=("--colour", "--color"),
@@ -133,7 +132,8 @@ def view(
 ) -> None:
     """Write a page that plays a sequence in any browser, offline.
 
-    The input and the reference play beside it. In the page, ? lists the keys. Examples:
+    The input and the reference play beside it. In the page, ? lists the keys. All meshes of a scene
+    are shown together, at their places in it, unless --prim names one. Examples:
 
     ```text
     dynmesh view completed.npz -o page.html
@@ -160,7 +160,7 @@ def view(
             watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
             **options.common,
         ).shown
-        _say_if_guessed(options.up, reader, truth, partial)
+        _say_more(options.up, reader, truth, partial)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
     for hint in zeros.hint():
         say(hint)
@@ -187,6 +187,8 @@ def picture(
 ) -> None:
     """Draw frames of a sequence: one, a contact sheet of several, or a moving picture.
 
+    All meshes of a scene are drawn together, at their places in it, unless --prim names one.
+
     Examples:
     ```text
     dynmesh picture completed.npz -o sheet.png
@@ -211,7 +213,7 @@ def picture(
             watch_drawing=lambda images, n: track(images, n, "drawing"),
             **options.common,
         )
-        _say_if_guessed(options.up, reader, truth)
+        _say_more(options.up, reader, truth)
     say(f"{output}: drawn")
     for hint in zeros.hint():
         say(hint)
@@ -233,13 +235,15 @@ def _opened(
         own |= {"known": None, "missing": None, "gaps": "refuse"}
     with ExitStack() as stack:
         truth, partial = (
-            None if other is None else stack.enter_context(files.open(other, **options))
+            None if other is None else stack.enter_context(showing.open_shown(other, **options))
             for other, options in zip((reference, given), lent, strict=True)
         )
-        yield stack.enter_context(files.open(path, **own)), truth, partial
+        yield stack.enter_context(showing.open_shown(path, **own)), truth, partial
 
 
-def _say_if_guessed(up: Axis | None, reader: Reader, *beside: Reader | None) -> None:
+def _say_more(up: Axis | None, reader: Reader, *beside: Reader | None) -> None:
+    """Says what is remarkable of the sequence, and which axis is up if nothing states it."""
+    say_remarks(reader.path, reader.remarks)
     if up is None and stated_up(reader, *beside) is None:
         guess = likely_up(next(iter(reader)).points, None)
         say(f"assuming that {guess} is up; if not, use --up {'y' if guess == 'z' else 'z'}")

@@ -39,12 +39,10 @@ def register(
     ```
     """
     all_good = True
-    for written, found in register_each(template, scan, output, options, overwrite):
-        if found.quality == "good":
-            say(f"{written}: good; {found.far:.2%} of the points are far from the surface")
-        else:
-            say(f"{written}: {found.quality}: {found.reason}")
-            all_good = False
+    for made in register_each(template, scan, output, options, overwrite):
+        well = f"good; {made.found.far:.2%} of the points are far from the mesh"
+        say(f"{made.output}: {made.reason or well}")
+        all_good = all_good and not made.reason
     if options.page is not None:
         say(f"{options.page}: open it in a browser")
     if not all_good:

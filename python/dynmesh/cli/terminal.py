@@ -19,6 +19,7 @@ from rich.progress import (
     TextColumn,
     TimeRemainingColumn,
 )
+from rich.table import Table
 from rich.text import Text
 
 T = TypeVar("T")
@@ -40,6 +41,15 @@ def be_quiet(quiet: bool) -> None:
 def say(message: str) -> None:
     """Prints a line without interpreting markup."""
     _console.print(escape(message), highlight=False, soft_wrap=True)
+
+
+def show(table: Table, *, highlight: bool = True) -> None:
+    """Prints a table on standard output, without spaces at the ends of its lines."""
+    console = Console()
+    with console.capture() as printed:
+        console.print(table, highlight=highlight)
+    for line in printed.get().splitlines():
+        print(line.rstrip())
 
 
 def say_remarks(output: Path, remarks: Iterable[str]) -> None:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from .._checks import check_between, check_integer, check_not_negative, check_positive
 from .._core import cells
 from .._errors import InputError
+from ..polygons import Faces
 from ..sequence import Mask, Positions
-from .shared import Purpose, check_cameras, check_triangles, mean_edge_of, numbered, rng_of
+from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
 from .visibility import Camera, visible
 
 _Integers = NDArray[np.integer[Any]]
@@ -46,7 +47,7 @@ def random_known(n_frames: int, n_vertices: int, share: float, *, seed: int = 0)
 
 def camera_known(
     frames: Iterable[Positions],
-    faces: _Integers,
+    faces: Faces,
     cameras: Sequence[Camera] | Callable[[int], Sequence[Camera]],
 ) -> Iterator[Mask]:
     """Masks of what at least one camera sees, for example of a ring of depth cameras.
@@ -57,7 +58,7 @@ def camera_known(
 
     Args:
         frames: (k, 3) positions each; only one frame is held at a time.
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons.
         cameras: the same cameras for all frames, or a function that returns the cameras of a frame
             with this number, such as the result of :func:`orbit`.
 
@@ -69,7 +70,7 @@ def camera_known(
         ValueError: there is no camera, a face refers to a vertex that frame 0 does not have, or a
             frame has another shape than frame 0.
     """
-    check_triangles(faces)
+    triangles = triangles_of(faces)
     if not callable(cameras):
         check_cameras(cameras, "there are none")
 
@@ -81,14 +82,14 @@ def camera_known(
                 continue
             present = cameras(frame) if callable(cameras) else cameras
             check_cameras(present, f"frame {frame} has none")
-            views = [visible(points, faces, camera) for camera in present]
+            views = [visible(points, triangles, camera) for camera in present]
             yield np.logical_or.reduce(views)
 
     return masks()
 
 
 def patch_known(
-    faces: _Integers,
+    faces: Faces,
     n_frames: int,
     n_vertices: int,
     share: float,
@@ -106,7 +107,7 @@ def patch_known(
     the middle of a mesh is covered more often than its ends.
 
     Args:
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons.
         n_frames: number of masks; the first is all True.
         n_vertices: k.
         share: share of the vertices that is missing, above 0 and below 1. A patch has at least one
@@ -168,13 +169,13 @@ def dropout(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> I
 
 
 def add_noise(
-    frames: Iterable[Positions], faces: _Integers, sigma: float, *, seed: int = 0
+    frames: Iterable[Positions], faces: Faces, sigma: float, *, seed: int = 0
 ) -> Iterator[Positions]:
     """Adds Gaussian noise to every coordinate.
 
     Args:
         frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons.
         sigma: standard deviation in mean edges of frame 0, at least 0.
         seed: equal seeds give equal noise.
 
@@ -187,7 +188,7 @@ def add_noise(
             or a frame has another shape than frame 0.
     """
     check_not_negative("sigma", sigma)
-    check_triangles(faces)
+    triangles_of(faces)
     check_integer("seed", seed, 0)
 
     def noise(frame: int, n_vertices: int) -> _Floats:
@@ -198,7 +199,7 @@ def add_noise(
 
 def add_outliers(
     frames: Iterable[Positions],
-    faces: _Integers,
+    faces: Faces,
     share: float,
     *,
     distance: float = 10.0,
@@ -208,7 +209,7 @@ def add_outliers(
 
     Args:
         frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
-        faces: (m, 3) integers.
+        faces: (m, 3) integers, or other polygons.
         share: share of the vertices that is moved, above 0 and below 1; at least one vertex is
             moved.
         distance: how far, in mean edges of frame 0, in a random direction; positive.
@@ -222,7 +223,7 @@ def add_outliers(
     """
     check_between("share", share, 0, 1)
     check_positive("distance", distance)
-    check_triangles(faces)
+    triangles_of(faces)
     check_integer("seed", seed, 0)
 
     def outliers(frame: int, n_vertices: int) -> _Floats:
@@ -261,7 +262,7 @@ def _grow(start: int, size: int, offsets: _Integers, neighbours: _Integers) -> _
 
 
 def _displaced(
-    frames: Iterable[Positions], faces: _Integers, offsets: Callable[[int, int], _Floats]
+    frames: Iterable[Positions], faces: Faces, offsets: Callable[[int, int], _Floats]
 ) -> Iterator[Positions]:
     """Adds offsets(number of the frame, k), in mean edges, to all frames but the first."""
     mean_edge = 0.0

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_complete, check_positions
+from .._checks import as_array, check_complete, check_positions
 from .._errors import InputError
 from ..sequence import Positions
 from .visibility import horizon
@@ -45,6 +45,7 @@ def room_around(subject: Positions, *, up: tuple[float, float, float] = (0, 0, 1
         TypeError: an argument has the wrong kind.
         ValueError: a position is not finite, all are at one place, or `up` is zero.
     """
+    subject = as_array("subject", subject, np.float64)
     check_positions("subject", subject)
     check_complete("subject", subject)
     ahead, left, axis = horizon(up)

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
 from ..frames.scan import DepthScan, PointScan
+from ..polygons import Faces
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured, with_flying
 from .room import Room
 from .scene import FLIGHT, Cameras, scenes_of
-from .shared import Purpose, check_cameras, check_triangles, rng_of, unit
+from .shared import Purpose, check_cameras, rng_of, triangles_of, unit
 from .silhouettes import Silhouettes
 from .surface_points import sampled
 
@@ -30,7 +31,7 @@ _OUTLIER_DISTANCE = 10.0
 
 def scan_points(
     frames: Iterable[Positions],
-    faces: _Integers,
+    faces: Faces,
     cameras: Cameras = 4,
     *,
     points: int = 20_000,
@@ -50,7 +51,8 @@ def scan_points(
 
     Args:
         frames: (k, 3) positions each; only one frame is held at a time; the first must be finite.
-        faces: (m, 3) integers. Both sides of a triangle are seen, and hide what is behind them.
+        faces: (m, 3) integers, or other polygons. Both sides of a triangle are seen, and hide what
+            is behind them.
         cameras: a number of cameras that stand around frame 0, as :func:`orbit` places them; the
             same cameras for all frames; or a function that returns those of a frame.
         points: number of points of a frame before some are lost; fewer where nothing is seen.
@@ -78,7 +80,7 @@ def scan_points(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[PointScan]:
-        silhouettes = Silhouettes(faces)
+        silhouettes = Silhouettes(triangles_of(faces))
         for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
             n_flying = round(flying * points)
@@ -106,7 +108,7 @@ def scan_points(
 
 def depth_images(
     frames: Iterable[Positions],
-    faces: _Integers,
+    faces: Faces,
     cameras: Cameras = 4,
     *,
     width: int = 640,
@@ -176,9 +178,9 @@ def depth_images(
 
 
 def _check(
-    faces: _Integers, cameras: Cameras, noise: float, seed: int, shares: dict[str, float]
+    faces: Faces, cameras: Cameras, noise: float, seed: int, shares: dict[str, float]
 ) -> None:
-    check_triangles(faces)
+    triangles_of(faces)
     check_integer("seed", seed, 0)
     if isinstance(cameras, int):
         check_integer("cameras", cameras, 1)

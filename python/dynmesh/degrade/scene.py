@@ -7,10 +7,11 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..polygons import Faces
 from ..sequence import Mask, Positions
 from .losses import patch_known
 from .room import Room
-from .shared import check_cameras, mean_edge_of, numbered
+from .shared import check_cameras, mean_edge_of, numbered, triangles_of
 from .visibility import Camera, orbit
 
 _Integers = NDArray[np.integer[Any]]
@@ -46,7 +47,7 @@ class Scene(NamedTuple):
 
 def scenes_of(
     frames: Iterable[Positions],
-    faces: _Integers,
+    faces: Faces,
     cameras: Cameras,
     holes: float,
     room: Room | None,
@@ -58,17 +59,18 @@ def scenes_of(
     first = next(rest, None)
     if first is None:
         return
-    mean_edge = mean_edge_of(first[1], faces)
+    mean_edge = mean_edge_of(first[1], faces)  # refuses polygons with corners that are no vertex
+    triangles = triangles_of(faces)
     k = len(first[1])
     if isinstance(cameras, int):
         cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
-    around, whole = np.zeros((0, 3)), faces
+    around, whole = np.zeros((0, 3)), triangles
     if room is not None:
-        around, whole = room.points, np.concatenate([faces, room.faces + k])
+        around, whole = room.points, np.concatenate([triangles, room.faces + k])
     present: Iterator[Mask] = repeat(np.ones(k, np.bool_))
     if holes:
         endless = 1 << 62  # frames; only those that exist are asked for
-        present = patch_known(faces, endless, k, holes, patches=_HOLES, seed=seed)
+        present = patch_known(triangles, endless, k, holes, patches=_HOLES, seed=seed)
     for (number, points), mask in zip(chain([first], rest), present, strict=False):
         own = cameras(number) if callable(cameras) else cameras
         check_cameras(own, f"frame {number} has none")

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_array, check_complete, check_positions
+from .._checks import as_array, check_array, check_complete, check_positions
 from .._core import cells
 from .._errors import InputError, KindError, locating
+from ..polygons import Faces, split_faces
 from ..sequence import Positions, check_faces
 from .visibility import Camera
 
@@ -39,6 +40,7 @@ def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
     expected: tuple[int, ...] = ()
     for frame, points in enumerate(frames):
         with locating(frame=frame):
+            points = as_array("points", points, np.float64)
             check_positions(None, points)
         expected = expected or points.shape
         if points.shape != expected:
@@ -48,7 +50,7 @@ def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
         yield frame, points
 
 
-def mean_edge_of(first_frame: Positions, faces: _Integers) -> float:
+def mean_edge_of(first_frame: Positions, faces: Faces) -> float:
     """Returns the mean length of the edges, the unit of noise and outliers.
 
     Raises:
@@ -71,10 +73,12 @@ def unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
 
 
-def check_triangles(faces: _Integers) -> None:
-    """Raises an error unless these are triangles."""
-    check_array("faces", faces)
-    check_faces(faces.dtype, faces.shape)
+def triangles_of(faces: Faces) -> _Integers:
+    """Returns the triangles, or raises an error; that all corners are vertices is not checked."""
+    triangles, _ = split_faces(faces)
+    check_array("faces", triangles)
+    check_faces(triangles.dtype, triangles.shape)
+    return triangles
 
 
 def check_cameras(cameras: Sequence[Camera], none: str) -> None:

@@ -38,12 +38,14 @@ class View:
         up: direction that is up in the picture.
         box: (2, 3) the corners of the axis-aligned box that fills the picture.
         size: width and height in pixels.
+        least_reach: the picture shows at least so much above and below its middle.
     """
 
     towards_viewer: Vector
     up: Vector
     box: NDArray[np.floating[Any]]
     size: tuple[int, int] = (480, 640)
+    least_reach: float = 0
 
     @classmethod
     def of(
@@ -73,6 +75,19 @@ class View:
         right = np.cross(self.up, towards)
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(towards, right), towards])
+
+    @property
+    def reach(self) -> float:
+        """Returns how much the picture shows above and below its middle."""
+        width, height, _ = np.abs(self.axes) @ self.half
+        needed = 1.04 * max(height, width * self.size[1] / self.size[0])
+        return max(float(needed), self.least_reach)
+
+    @property
+    def half(self) -> NDArray[np.floating[Any]]:
+        """Returns (3,), half of the extent of the box."""
+        half = (self.box[1] - self.box[0]) / 2
+        return half if half.any() else np.ones(3)  # a single point has no extent
 
     def around(self, points: Positions) -> "View":
         """Returns the same view at the same scale, moved to other (k, 3) positions."""
@@ -288,14 +303,10 @@ def _rgb(colour: str) -> NDArray[np.uint8]:
 def aim(plotter: Any, view: View) -> None:
     """Points the camera of a plotter so that it shows a view."""
     centre = view.box.mean(axis=0)
-    half = (view.box[1] - view.box[0]) / 2
-    if not half.any():  # a single point has no extent
-        half = np.ones(3)
-    width, height, _ = np.abs(view.axes) @ half
     camera = plotter.camera
     camera.focal_point = centre
-    camera.position = centre + 4 * np.linalg.norm(half) * view.axes[2]
+    camera.position = centre + 4 * np.linalg.norm(view.half) * view.axes[2]
     camera.up = view.up
     camera.parallel_projection = True
-    camera.parallel_scale = 1.04 * max(height, width * view.size[1] / view.size[0])
+    camera.parallel_scale = view.reach
     plotter.reset_camera_clipping_range()

@@ -1,6 +1,6 @@
 """What is drawn of a sequence: its frames, its missing vertices, and values of the vertices."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import repeat
 from typing import Any
@@ -14,8 +14,9 @@ from ..frames.reader import check_comparable
 from ..frames.scan import Scan
 from ..sequence import Mask, Positions
 from .figures import SURFACE_COLOUR
-from .quantities import QUANTITIES, Colour, Moment, Range, Sources, check_range, visible
-from .scales import Scale, Values
+from .quantities import QUANTITIES, Colour, Range, check_range
+from .scales import Scale, Values, frames_of_scale
+from .sources import Moment, Sources, visible
 
 _MOST_POINTS = 5000
 """Of a scan in a frame; more would make a page large and look the same."""
@@ -103,6 +104,7 @@ class Heatmap:
         self.colours: tuple[Colour, ...] = (*has, "plain")
         self.colour = colour or self.colours[0]
         self._range = range
+        self._telling: dict[int, dict[Colour, Values]] = {}
         if range is not None:
             check_range(range, self.colour)
         if {"error", "standard_error"} & set(self.colours):
@@ -147,7 +149,14 @@ class Heatmap:
             }
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
-            yield ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
+            shown = ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
+            if number in frames_of_scale(self.reader.n_frames):
+                self._telling[number] = {
+                    name: telling(values[name][shown.visible])
+                    for name in values
+                    if (telling := QUANTITIES[name].telling) is not None
+                }
+            yield shown
 
     def _cloud(self, scan: Scan | None) -> Positions:
         """Returns the points of a scan in the unit of the sequence; none if it is missing."""
@@ -160,15 +169,26 @@ class Heatmap:
         (shown,) = self.frames(range(number, number + 1))
         return shown
 
-    def scale(self, colour: Colour, frames: Sequence[ShownFrame]) -> Scale | None:
-        """Returns a scale for the values of all these frames, or None for the colour "plain"."""
+    def scale(self, colour: Colour) -> Scale | None:
+        """Returns the scale of this colour, or None for the colour "plain".
+
+        Unless its range is given, the frames of :func:`frames_of_scale` determine it, whichever are
+        drawn; those that were not yet read are read.
+        """
         if colour == "plain":
             return None
         # Standard errors are shown on the scale of the errors, so that the two compare.
         source = "error" if colour == "standard_error" and "error" in self.colours else colour
-        values: list[NDArray[Any]] = [frame.values[source][frame.visible] for frame in frames]
+        values: list[NDArray[Any]] = []
+        if QUANTITIES[source].telling is not None:
+            numbers = frames_of_scale(self.reader.n_frames)
+            if not self._telling.keys() >= {*numbers}:
+                for _ in self.frames(numbers):
+                    pass
+            values = [self._telling[number][source] for number in numbers]
         limits = self._range if colour == self.colour else None
-        return QUANTITIES[colour].scale(self._sources, values, limits)
+        told = np.concatenate(values) if values else np.zeros(0)
+        return QUANTITIES[colour].scale(self._sources, told, limits)
 
     def places(
         self, frame: ShownFrame, scale: Scale | None

@@ -80,7 +80,7 @@ def plot(
     visible = shown.visible
     if not visible.any():
         raise InputError("no vertex of it is known", argument="frame", frame=number)
-    scale = heatmap.scale(heatmap.colour, [shown])
+    scale = heatmap.scale(heatmap.colour)
     places, colours = heatmap.places(shown, scale)
     faces, alone = whole_faces(sequence.faces, visible)
     points = np.where(visible[:, None], shown.points, 0)

@@ -1,9 +1,7 @@
 """What the colour of a vertex can show: one table of values, with their scales and requirements."""
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,16 +10,24 @@ from .._checks import check_finite
 from .._errors import InputError
 from .._extras import require
 from ..calibration import RULES
-from ..degrade.shared import mean_edge_of
-from ..files import Frame, Reader
-from ..files.scans import ScanReader
+from ..files.whole_scene import WholeScene
 from ..frames.attributes import FUSED
-from ..metrics import bounding_box_diagonal
-from ..sequence import Mask, Positions
 from .figures import HEATMAP_RANGE
-from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
+from .scales import (
+    MOST_FRAMES,
+    CountScale,
+    KnownScale,
+    MeasureScale,
+    NameScale,
+    Scale,
+    Values,
+    round_up,
+)
+from .sources import Moment, Sources, visible
 
-Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
+Colour = Literal[
+    "error", "generation", "age", "standard_error", "mesh", "known", "distance", "plain"
+]
 """What the colour of a vertex shows; plain is one colour for all."""
 
 Range = tuple[float, float]
@@ -32,95 +38,24 @@ _FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surfa
 _POINTS_PER_VERTEX = 10  # of a scan, for distances; between so many, a third of an edge is left
 
 
-class LengthUnit(NamedTuple):
-    """The unit in which lengths are shown, as it follows a number and as words in a title."""
-
-    sign: str
-    words: str
-    per_unit: float
-    """So many are a unit of the positions."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sources:
-    """The shown sequence, the true one, that with the vertices that were observed, and scans.
-
-    The unit of the scans is `scan_factor` times that of the sequence.
-    """
-
-    reader: Reader
-    reference: Reader | None = None
-    input: Reader | None = None
-    scans: ScanReader | None = None
-    scan_factor: float = 1.0
-
-    @cached_property
-    def diagonal(self) -> float:
-        """Of the bounding box of frame 0, of the reference if there is one."""
-        return bounding_box_diagonal(next(iter(self.reference or self.reader)).points)
-
-    @cached_property
-    def mean_edge(self) -> float:
-        """Of frame 0 of the sequence."""
-        return mean_edge_of(next(iter(self.reader)).points, self.reader.faces)
-
-    @cached_property
-    def unit(self) -> LengthUnit:
-        """Millimetres if a file states its unit, otherwise per cent of the diagonal.
-
-        Raises:
-            ValueError: the files state different units, or the diagonal is needed and 0.
-        """
-        said = {
-            reader.header.metres_per_unit: reader.path
-            for reader in (self.reader, self.reference)
-            if reader is not None and reader.header.metres_per_unit is not None
-        }
-        if len(said) > 1:
-            (ours, path), (theirs, reference) = said.items()
-            raise ValueError(f"{path} has {ours:g} metres per unit, but {reference} has {theirs:g}")
-        if said:
-            return LengthUnit("mm", "mm", 1000 * next(iter(said)))
-        if not self.diagonal > 0:
-            path = (self.reference or self.reader).path
-            raise ValueError(
-                f"{path}: errors have no unit, as all of the first frame is at one point"
-            )
-        return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
-
-
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """A frame of each of the :class:`Sources`; the cloud is in the unit of the sequence."""
-
-    number: int
-    frame: Frame
-    truth: Frame | None
-    given: Frame | None
-    cloud: Positions | None = None
-
-
 class Quantity(NamedTuple):
     """A value of each vertex that colours can show.
 
     Attributes:
         lacks: returns what the sources lack to have it, as a sentence, or None.
         values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
-        scale: returns a colour scale for the values of visible vertices, with these ends if they
-            are given.
+        scale: returns a colour scale for what `telling` keeps of all frames, with these ends if
+            they are given.
         range: what the ends of its scale are; None if it has no scale of numbers.
+        telling: returns what determines the scale of the values of the visible vertices of a frame;
+            None if they do not.
     """
 
     lacks: Callable[[Sources], str | None]
     values: Callable[[Sources, Moment], Values]
-    scale: Callable[[Sources, Sequence[Values], Range | None], Scale]
-    range: Literal["measures", "counts"] | None
-
-
-def visible(frame: Frame) -> Mask:
-    """Returns which vertices have a position, (k,) bool."""
-    finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
-    return finite if frame.known is None else finite & frame.known
+    scale: Callable[[Sources, Values, Range | None], Scale]
+    range: Literal["measures", "counts"] | None = None
+    telling: Callable[[Values], Values] | None = None
 
 
 def check_range(range: Range, colour: Colour) -> None:
@@ -213,7 +148,7 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     return distances
 
 
-def _distance_scale(_: Sources, __: Sequence[Values], range: Range | None) -> Scale:
+def _distance_scale(_: Sources, __: Values, range: Range | None) -> Scale:
     title = "distance from the nearest point in mean edges"
     return MeasureScale(title, "edges", *(range or (0.0, _FARTHEST)))
 
@@ -228,18 +163,22 @@ def _standard_error(sources: Sources, moment: Moment) -> Values:
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
 
 
-def _standard_error_scale(sources: Sources, values: Sequence[Values], range: Range | None) -> Scale:
+def _standard_error_scale(sources: Sources, values: Values, range: Range | None) -> Scale:
     is_of_surface = sources.reader.header.standard_error_of == "surface"
     name = "standard error from the surface" if is_of_surface else "standard error"
     return _length_scale(name)(sources, values, range)
 
 
-def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
-    def scale(sources: Sources, values: Sequence[Values], range: Range | None) -> Scale:
+def _most(values: Values) -> Values:
+    """Returns less than the maximum: with one outlier, everything else would have one colour."""
+    return np.percentile(values, [99]) if len(values) else values
+
+
+def _length_scale(name: str) -> Callable[[Sources, Values, Range | None], Scale]:
+    def scale(sources: Sources, values: Values, range: Range | None) -> Scale:
         unit = sources.unit
         if range is None:
-            # Not the maximum: with one outlier, everything else would have one colour.
-            limit = max((np.percentile(v, 99) for v in values if len(v)), default=0.0)
+            limit = values.max(initial=0)
             smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
             high = round_up(max(float(limit), smallest))
             range = HEATMAP_RANGE * high, high
@@ -248,17 +187,24 @@ def _length_scale(name: str) -> Callable[[Sources, Sequence[Values], Range | Non
     return scale
 
 
-def _count_scale(title: str) -> Callable[[Sources, Sequence[Values], Range | None], Scale]:
-    def scale(_: Sources, values: Sequence[Values], range: Range | None) -> Scale:
-        fused, disconnected = (any((v == g).any() for v in values) for g in (FUSED, -1))
+def _count_scale(title: str) -> Callable[[Sources, Values, Range | None], Scale]:
+    def scale(sources: Sources, values: Values, range: Range | None) -> Scale:
+        fused, disconnected = ((values == g).any() for g in (FUSED, -1))
         below = "disconnected" if disconnected else None
         if fused:
             below = "not from this frame" if disconnected else "put together"
         if range is not None:
             fixed, largest = max(1, int(range[0])), int(range[1])
         else:
-            fixed, largest = None, max((int(v.max()) for v in values if len(v)), default=0)
-        return CountScale(title, max(largest, 0), zero="observed", minus_one=below, fixed=fixed)
+            fixed, largest = None, int(values.max(initial=0))
+        return CountScale(
+            title,
+            largest,
+            zero="observed",
+            minus_one=below,
+            fixed=fixed,
+            more=sources.reader.n_frames > MOST_FRAMES and largest > 0,
+        )
 
     return scale
 
@@ -267,19 +213,38 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
     return KnownScale(with_filled_in=sources.reader.has_provenance or sources.input is not None)
 
 
+def _lacks_scene(sources: Sources) -> str | None:
+    if isinstance(sources.reader, WholeScene):
+        return None
+    return f"{sources.reader.path}: is shown as one mesh, so colours cannot tell which"
+
+
+def _mesh(sources: Sources, _: Moment) -> Values:
+    assert isinstance(sources.reader, WholeScene)  # as _lacks_scene says
+    counts = list(sources.reader.meshes.values())
+    return np.repeat(np.arange(len(counts)), counts)
+
+
+def _mesh_scale(sources: Sources, *_: object) -> Scale:
+    assert isinstance(sources.reader, WholeScene)
+    return NameScale("mesh", list(sources.reader.meshes))
+
+
 QUANTITIES: dict[Colour, Quantity] = {
-    "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures"),
+    "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures", _most),
     "generation": Quantity(
         _lacks("generation", "dynmesh complete --provenance writes it"),
         lambda _, moment: moment.frame.attributes()["generation"],
         _count_scale("generation: steps from the observed"),
         "counts",
+        np.unique,
     ),
     "age": Quantity(
         _lacks("age", "dynmesh complete --provenance writes it"),
         lambda _, moment: moment.frame.attributes()["age"],
         _count_scale("age: frames since last observed"),
         "counts",
+        np.unique,
     ),
     "standard_error": Quantity(
         _lacks(
@@ -288,8 +253,10 @@ QUANTITIES: dict[Colour, Quantity] = {
         _standard_error,
         _standard_error_scale,
         "measures",
+        _most,
     ),
-    "known": Quantity(_lacks_masks, _known, _known_scale, None),
+    "mesh": Quantity(_lacks_scene, _mesh, _mesh_scale),
+    "known": Quantity(_lacks_masks, _known, _known_scale),
     "distance": Quantity(_lacks_scans, _distance, _distance_scale, "measures"),
 }
 """By colour; without a choice, colours show the first that the sources have."""

@@ -1,6 +1,7 @@
 """Colour scales: the colours of values, and their labels."""
 
 import math
+import posixpath
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -13,7 +14,29 @@ from .figures import HEATMAP, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]
 
+MOST_NAMES = 20
+"""With a colour and a line each; more colours could not be told apart."""
+
+_LONGEST_NAME = 28
+
+MOST_FRAMES = 120
+"""Whose values determine the ends of a scale."""
+
 SINGLE_STEPS = 8  # counts with a colour each; larger ones share colours in ranges that double
+
+
+def frames_of_scale(n_frames: int) -> range:
+    """The frames whose values determine a scale: of a long sequence, every second, third, ...
+
+    They do not depend on those that are drawn, so that all pages and pictures of a sequence have
+    the same scale.
+    """
+    return every(n_frames, MOST_FRAMES)
+
+
+def every(n_frames: int, most: int) -> range:
+    """Returns every first, second, third, ... of n frames, so that there are not more than that."""
+    return range(0, n_frames, -(-n_frames // most))
 
 
 class Tick(NamedTuple):
@@ -84,11 +107,13 @@ class CountScale(Scale):
         zero: str,
         minus_one: str | None = None,
         fixed: int | None = None,
+        more: bool = False,
     ) -> None:
         """Creates as many steps as needed up to the largest count, with labels for 0 and -1.
 
         If `fixed` is given, the scale was chosen independently of the counts: the step after that
-        of 0 contains 1 to `fixed`, and the last one `largest` and more.
+        of 0 contains 1 to `fixed`, and the last one `largest` and more. With `more`, there may be
+        larger counts as well.
         """
         least, last = (1, largest) if fixed is None else (fixed, largest - 1)
         starts = [0, *range(least, last + 1)]
@@ -106,10 +131,10 @@ class CountScale(Scale):
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
         ]
-        if fixed is not None:
-            labels[-1] = f"{largest} or more"
+        if fixed is not None or more:
+            labels[-1] = f"{starts[-1]} or more"
         labels[0] = f"0, {zero}"
-        colours = [SURFACE_COLOUR, *_colour_map(f"{HEATMAP}_r", len(starts) - 1)]
+        colours = [SURFACE_COLOUR, *_colour_map(HEATMAP, len(starts) - 1)]
         if minus_one is not None:
             labels.append(minus_one)
             colours.append(MISSING_COLOUR)
@@ -138,6 +163,29 @@ class KnownScale(Scale):
     def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of 0, filled in, and 1, observed, on the bar."""
         return np.where(values, 1 - 0.5 / self._n_steps, 0.5 / self._n_steps).astype(np.float32)
+
+
+class NameScale(Scale):
+    """Things with a name, such as the meshes of a scene, from above in their order."""
+
+    def __init__(self, title: str, names: Sequence[str]) -> None:
+        """Takes paths, at least one; the folders that all of them share are not shown."""
+        shared = len(posixpath.commonpath([*map(posixpath.dirname, names)]).rstrip("/")) + 1
+        labels = [name[shared:] for name in names]
+        if len(names) > MOST_NAMES:
+            labels[MOST_NAMES - 1 :] = [f"and {len(names) - MOST_NAMES + 1} more"]
+        labels = [
+            one if len(one) <= _LONGEST_NAME else f"…{one[1 - _LONGEST_NAME :]}" for one in labels
+        ]
+        self._n_steps = len(labels)
+        dark, light = _colour_map("tab20", 20)[::2], _colour_map("tab20", 20)[1::2]
+        colours = [*dark, *light][: len(labels)]
+        super().__init__(title, colours[::-1], _middles(labels[::-1]))
+
+    def position(self, values: Values) -> NDArray[np.float32]:
+        """Returns the positions on the bar of things by their index."""
+        step = np.minimum(values, self._n_steps - 1)
+        return (1 - (step + 0.5) / self._n_steps).astype(np.float32)
 
 
 def round_up(value: float) -> float:

@@ -22,9 +22,10 @@ _LEGEND_WIDTH = 190
 def contact_sheet(
     heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
 ) -> Any:
-    """Arranges pictures of equal size, each above its caption, in rows on an image of Pillow.
+    """Arranges pictures of equal size in rows on an image of Pillow.
 
-    The scale has a colour bar at the right; None for no bar.
+    The caption of each is below what it shows, or in the middle if there is but one picture. The
+    scale has a colour bar at the right; None for no bar.
     """
     image_module = require("PIL.Image", extra="view")
     drawing = require("PIL.ImageDraw", extra="view")
@@ -42,7 +43,7 @@ def contact_sheet(
     if scale is not None:
         lines = len(_title_lines(scale))
         bottom = max(bottom, top + lines * _LINE + _bar_height(scale) + 3 * _MARGIN)
-    total_width = right + (_LEGEND_WIDTH if scale is not None else 0) + _MARGIN
+    total_width = right + _legend_width(scale, font) + _MARGIN
     sheet = image_module.new("RGB", (total_width, bottom), "white")
     draw = drawing.Draw(sheet)
     draw.text((_MARGIN, _MARGIN), heading, fill=_INK, font=title_font)
@@ -50,14 +51,30 @@ def contact_sheet(
         row, column = divmod(i, columns)
         x, y = _MARGIN + column * cell_width, top + row * cell_height
         sheet.paste(image_module.fromarray(np.ascontiguousarray(image)), (x, y))
-        draw.text((x + width // 2, y + height), caption, fill=_INK, font=font, anchor="ma")
+        room = math.ceil(font.getlength(caption) / 2)
+        middle = width // 2 if len(images) == 1 else _middle(image)
+        middle = max(min(middle, width - room), room)
+        draw.text((x + middle, y + height), caption, fill=_INK, font=font, anchor="ma")
     if scale is not None:
         _draw_legend(draw, font, scale, right, top)
     return sheet
 
 
+def _middle(image: Image) -> int:
+    """Returns the column in the middle of what is drawn."""
+    marked = np.flatnonzero((image < 250).any(axis=(0, 2)))
+    return int(marked[[0, -1]].mean()) if len(marked) else image.shape[1] // 2
+
+
 def _bar_height(scale: Scale) -> int:
-    return min(260, 36 * len(scale.colours))
+    return max(min(260, 36 * len(scale.colours)), _LINE * len(scale.ticks))
+
+
+def _legend_width(scale: Scale | None, font: Any) -> int:
+    if scale is None:
+        return 0
+    widest: int = math.ceil(max(font.getlength(label) for _, label in scale.ticks))
+    return max(_LEGEND_WIDTH, _BAR_WIDTH + 2 * _MARGIN + widest)
 
 
 def _title_lines(scale: Scale) -> list[str]:

@@ -21,6 +21,7 @@ from ..frames.header import Header, header_of
 from ..frames.memory import SequenceReader
 from ..frames.naming import naming
 from ..frames.reader import Reader
+from ..polygons import Faces, split_faces
 from ..sequence import Sequence
 from ..settings import Function, with_keywords
 from .choice import PathLike, format_of, formats, listed
@@ -54,6 +55,7 @@ __all__ = [
     "listed",
     "naming",
     "open",
+    "open_with",
     "opened",
     "read",
     "takes_source",
@@ -66,7 +68,7 @@ class Source(TypedDict, total=False):
     """How to read a file; :func:`dynmesh.open` documents the keywords."""
 
     format: str | None
-    faces: NDArray[np.integer[Any]] | PathLike | None
+    faces: Faces | PathLike | None
     prim: str | None
     known: NDArray[np.bool_] | PathLike | None
     missing: Literal["zero"] | None
@@ -83,7 +85,7 @@ def open(
     path: PathLike,
     *,
     format: str | None = None,
-    faces: NDArray[np.integer[Any]] | PathLike | None = None,
+    faces: Faces | PathLike | None = None,
     prim: str | None = None,
     known: NDArray[np.bool_] | PathLike | None = None,
     missing: Literal["zero"] | None = None,
@@ -95,8 +97,8 @@ def open(
         path: a file, or a sequence in one file per frame: a pattern such as ``frame_%04d.ply`` or
             ``frame.####.ply``, a glob such as ``*.ply``, or a folder.
         format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
-        faces: (m, 3) integers, or a file with the same mesh, for formats that hold only positions.
-            None: from the file that :func:`write` put beside it.
+        faces: (m, 3) integers, other polygons, or a file with the same mesh, for formats that hold
+            only positions. None: from the file that :func:`write` put beside it.
         prim: the path of the mesh, if a file holds several (USD, Alembic).
         known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`.
         missing: "zero" if positions of exactly (0, 0, 0) after frame 0 were not observed.
@@ -125,19 +127,34 @@ def open(
         raise
 
 
+def open_with(path: PathLike, template: PathLike | None, **source: Unpack[Source]) -> Reader:
+    """Opens a sequence or, if it holds no faces, with those of the mesh file `template`."""
+    try:
+        return open(path, **source)
+    except NoFacesError:
+        if template is None:
+            raise
+    with_faces: Source = {**source, "faces": template}
+    return open(path, **with_faces)
+
+
 OneSequence: TypeAlias = PathLike | Reader | Sequence
 """A file in any format, a reader from :func:`open`, or a sequence in memory."""
 
 
 @contextmanager
 def opened(
-    sequence: OneSequence, name: str = "sequence", **source: Unpack[Source]
+    sequence: OneSequence,
+    name: str = "sequence",
+    template: PathLike | None = None,
+    **source: Unpack[Source],
 ) -> Iterator[Reader]:
     """Yields a reader of a sequence, wherever it is; a reader is not closed.
 
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
+        template: a mesh file with the faces of a file that holds none.
         **source: how to read a file, the keywords of :func:`open`.
     """
     if isinstance(sequence, Reader):
@@ -146,7 +163,7 @@ def opened(
     with (
         SequenceReader(sequence, name)
         if isinstance(sequence, Sequence)
-        else open(sequence, **source)
+        else open_with(sequence, template, **source)
     ) as reader:
         yield reader
 
@@ -225,8 +242,8 @@ def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> N
 def _template(faces: Any) -> Template | None:
     if faces is None:
         return None
-    if isinstance(faces, np.ndarray):
-        return Template(faces, None, None)
-    check_path("faces", faces, "a numpy array or a path")
+    if isinstance(faces, np.ndarray | list | tuple):
+        return Template(*split_faces(faces), None)
+    check_path("faces", faces, "an array, a list or a path")
     with open(faces) as reader:
         return template_of(reader)

@@ -14,8 +14,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError
-from ..frames.attributes import ATTRIBUTES, flags_of, with_all_needed
+from .._errors import InputError, locating
+from ..frames.attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
 from ..frames.frame import Frame
 from ..frames.header import Header, errors_of
 from ..frames.reader import Reader
@@ -97,11 +97,8 @@ class AlembicReader(Reader):
                 }
             for name, array in values.items():
                 if ATTRIBUTES[name].dtype.kind == "b":
-                    if (array > 1).any():
-                        raise InputError(
-                            f"{name} must hold only 0 and 1", frame=self.header.number(number)
-                        )
-                    values[name] = array.astype(np.bool_)
+                    with locating(frame=self.header.number(number)):
+                        values[name] = as_mask(array)
             yield Frame(points, **values)
 
     def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:

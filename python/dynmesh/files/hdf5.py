@@ -1,7 +1,7 @@
 """HDF5: datasets of the root group, with the same names as in `.npz`.
 
-`known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE; integers are
-refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
+`known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE, or integers 0
+and 1; others are refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
 `metres_per_unit`, `derived` and `standard_error_of` may also be attributes of the root group.
 Datasets in other groups are ignored.
 """

@@ -4,12 +4,13 @@ from collections.abc import Container, Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .._checks import check_path
-from .._errors import InputError
-from ..frames.attributes import ATTRIBUTES
+from .._checks import as_array, check_path
+from .._errors import InputError, locating
+from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.frame import Frame
 from ..frames.naming import naming
 from ..frames.reader import Reader
@@ -60,7 +61,11 @@ class MaskedReader(Reader):
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
         for number, frame in zip(numbers, frames, strict=True):
-            known = frame.known if self._known is None else np.array(self._known[number])
+            known = frame.known
+            if self._known is not None:
+                file = self._mask_files[0] if self._mask_files else None
+                with locating(frame=self.header.number(number), file=file):
+                    known = as_mask(np.array(self._known[number]))
             if known is None:
                 known = np.asarray(np.isfinite(frame.points).all(axis=1))
             if self._zero_is_missing and number != self.whole:
@@ -74,7 +79,8 @@ class MaskedReader(Reader):
         self._reader.close()
 
 
-def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
+def _load(known: Any, shape: tuple[int, int]) -> Mask:
+    known = as_array("known", known)
     if isinstance(known, np.ndarray):
         ATTRIBUTES["known"].check(known.dtype, known.shape, shape)
         return known
@@ -84,8 +90,8 @@ def _load(known: Mask | str | PathLike[str], shape: tuple[int, int]) -> Mask:
         try:
             with path.open("rb") as file:
                 read_header(file)  # numpy would allocate memory without checking
-            mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
+            mask: Mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         except (ValueError, EOFError) as error:
             raise ValueError(f"is not a .npy file with a mask: {error}") from error
         ATTRIBUTES["known"].check(mask.dtype, mask.shape, shape)
-    return np.asarray(mask, np.bool_)
+    return mask

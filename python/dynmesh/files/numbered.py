@@ -76,11 +76,18 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
         if not by_number:
             raise _no_file(path)
         return _filled(by_number, 1, gaps, names.name)
-    matching = glob.glob(str(path))  # noqa: PTH207 (which would find hidden files, too)
-    found = _in_natural_order(map(Path, matching))
+    found = _in_natural_order(matching(path))
     if not found:
         raise _no_file(path)
     return _evenly_spaced(found, gaps)
+
+
+def matching(path: Path) -> list[Path]:
+    """Returns the files that match a glob; the path of an existing folder is none."""
+    folder = str(path.parent)
+    folder = glob.escape(folder) if path.parent.is_dir() else folder
+    found = glob.glob(str(Path(folder) / path.name))  # noqa: PTH207 (which would find hidden files, too)
+    return [Path(file) for file in found]
 
 
 def _no_file(path: Path) -> FileNotFoundError:
@@ -153,7 +160,7 @@ def names_to_write(path: Path, suffix: str) -> FrameNames:
                 f"contains {others[0].name}, which does not match {names.pattern}; "
                 "write to a folder without other frames"
             )
-    elif glob.has_magic(path.name):
+    elif any(sign in path.name for sign in "*?"):  # brackets are ordinary in names of files
         raise ValueError(f"a glob can only be read; write to frame_%04d{suffix}")
     return names
 

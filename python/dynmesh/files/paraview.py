@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from .._extras import require
-from ..frames.attributes import ATTRIBUTES, Attribute, with_all_needed
+from ..frames.attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..frames.frame import Frame
 from ..frames.times import Timing, frame_number, frame_seconds, rate_of, uneven
 from ..polygons import Polygons, as_polygons
@@ -181,8 +181,8 @@ def _point_data(mesh: Any, row: Attribute) -> NDArray[Any] | None:
     fits = values.shape == (mesh.GetNumberOfPoints(),) and values.dtype.kind in kinds
     if not fits or (kinds == "iu" and not np.array_equal(values, values.astype(np.int32))):
         raise ValueError(f"its point data '{name}' must have one {what} per vertex")
-    if row.dtype.kind == "b" and not np.isin(values, (0, 1)).all():
-        raise ValueError(f"its point data '{name}' must be 0 or 1")
+    if row.dtype.kind == "b":
+        return as_mask(values)
     return values if kinds == "f" else values.astype(row.dtype)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import parse_ply
-from ..frames.attributes import ATTRIBUTES, Attribute, with_all_needed
+from ..frames.attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
@@ -99,10 +99,7 @@ def _attribute(vertices: Columns, row: Attribute) -> NDArray[Any]:
         return _floats(vertices, row.name)
     if row.dtype.kind == "i":
         return _integers(vertices, row.name, row.dtype)
-    ones = _integers(vertices, row.name, np.dtype(np.int64))
-    if not np.isin(ones, (0, 1)).all():
-        raise ValueError(f"its property '{row.name}' must be 0 or 1")
-    return np.asarray(ones == 1)
+    return as_mask(_integers(vertices, row.name, np.dtype(np.int64)))
 
 
 def _floats(vertices: Columns, name: str) -> NDArray[np.floating[Any]]:

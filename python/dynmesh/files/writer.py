@@ -13,8 +13,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import as_array
 from .._errors import InputError, locating
-from ..frames.attributes import ATTRIBUTES
+from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
@@ -212,10 +213,15 @@ class Writer(ABC):
             ValueError: the shape or dtype is wrong, a mask is missing or unexpected, or the file
                 has all its frames already.
         """
+        points = as_array("points", points, np.float64)
+        known = as_array("known", known)
         frame = Frame(points, known, **attributes)
         with naming(self.path), self._blaming():
             with locating(frame=self._number):
                 self._check(frame)
+                if known is not None:
+                    known = as_mask(known)
+                    frame = replace(frame, known=known)
                 if known is not None and not self.keeps_known:
                     points = np.where(known[:, None], points, points.dtype.type(np.nan))
                     frame = replace(frame, points=points, known=None)

@@ -20,7 +20,7 @@ FUSED = -2
 :func:`dynmesh.whole_frame`."""
 
 _ACCEPTED = {
-    "b": ("b", "bool, not {}; if it holds a flag for each vertex, convert it with .astype(bool)"),
+    "b": ("biu", "bool, or integers 0 and 1, not {}"),
     "i": ("iu", "integers, not {}"),
     "f": ("f", "floats, not {}"),
 }
@@ -139,11 +139,23 @@ class VertexAttributes:
         return {name: values for name, values in found.items() if values is not None}
 
 
-def as_mask(known: NDArray[Any]) -> NDArray[Any]:
-    """Returns integers that are 0 or 1 as bool, and everything else as it is."""
-    if known.dtype.kind in "iu" and not (known > 1).any() and not (known < 0).any():
-        return known.astype(np.bool_)
-    return known
+def as_mask(known: NDArray[Any]) -> NDArray[np.bool_]:
+    """Returns (k,) or (n, k) integers that are 0 or 1 as bool, and bool as it is.
+
+    Raises:
+        ValueError: an integer is another one.
+    """
+    if known.dtype == np.bool_:
+        return known
+    mask = known.astype(np.bool_)
+    if len(others := np.argwhere(known != mask)):
+        *frame, vertex = others[0].tolist()
+        raise InputError(
+            f"must be 0 or 1, but vertex {vertex} has {known[*frame, vertex]}",
+            argument="known",
+            frame=frame[0] if frame else None,
+        )
+    return mask
 
 
 def flags_of(names: Collection[str]) -> dict[str, Any]:

@@ -38,7 +38,7 @@ class Header(Description, Flags):
     """The properties that all frames of a file share.
 
     Attributes:
-        faces: (m, 3) integers, triangles.
+        faces: (m, 3) integers, triangles; or other polygons, as of a Sequence.
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
@@ -62,6 +62,7 @@ class Header(Description, Flags):
         """Raises an error unless the properties are consistent."""
         check_integer("n_frames", self.n_frames, 0)
         check_integer("n_vertices", self.n_vertices, 0)
+        self._take_faces(self.n_vertices)
         check_array("faces", self.faces)
         object.__setattr__(self, "dtype", np.dtype(self.dtype))  # float is a dtype to numpy
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))

@@ -2,13 +2,16 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Container, Generator, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import locating
 from ..sequence import rate, summary
+from .attributes import as_mask
 from .frame import Frame
 from .header import Header
 from .naming import naming
@@ -27,9 +30,11 @@ class Reader(ABC):
         header: the properties of all frames.
         whole: the number of a frame that is complete, so that zeros in it are positions even with
             ``missing="zero"``; None if there is none. It may be changed.
+        remarks: what the user should know of what is read, one line each.
     """
 
     whole: int | None = 0
+    remarks: tuple[str, ...] = ()
 
     def __init__(self, path: Path, header: Header) -> None:
         """Called by subclasses when the file is open and its header is read."""
@@ -116,7 +121,11 @@ class Reader(ABC):
         error says if a file was changed since it was opened, as the frames may be a mixture then.
         """
         with naming(self.path):
-            yield from self._frames(range(self.n_frames)[start:stop:step])
+            numbers = range(self.n_frames)[start:stop:step]
+            for number, frame in zip(numbers, self._frames(numbers), strict=True):
+                with locating(frame=self.header.number(number)):
+                    known = None if frame.known is None else as_mask(frame.known)
+                yield replace(frame, known=known)
             self._check_unchanged()
 
     def _check_unchanged(self) -> None:

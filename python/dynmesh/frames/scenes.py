@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..polygons import Polygons
 from .unchanged import Unchanged
@@ -39,6 +40,14 @@ class Scene(ABC):
     def files(self) -> list[Path]:
         """The files that are read."""
 
+    @abstractmethod
+    def times(self, mesh: str) -> list[float]:
+        """The times of the frames of a mesh: time codes in USD, seconds in Alembic."""
+
+    @abstractmethod
+    def place(self, mesh: str, time: float) -> NDArray[np.float64]:
+        """The matrix (4, 4) that takes points of a mesh, as rows, to their place in the scene."""
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -58,8 +67,8 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     if prim is not None:
         if prim == every_mesh:
             raise ValueError(
-                "prim 'all' stands for every mesh, which only completion takes "
-                "(dynmesh complete --prim all, in Python dynmesh.complete_scene); "
+                "'all' stands for every mesh: dynmesh complete, convert, view and picture take "
+                "--prim all, in Python complete_scene and convert_file; "
                 f"here, choose one: {listed(list(meshes))}"
             )
         if prim not in meshes:
@@ -67,7 +76,7 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        every = f"; dynmesh complete takes all of them with --prim {every_mesh}"
+        every = f"; dynmesh complete takes all of them with --prim {every_mesh}, to USD or Alembic"
         raise ValueError(
             f"contains several meshes; choose one with --prim: {listed(candidates)}"
             f"{every if any(meshes.values()) else ''}"

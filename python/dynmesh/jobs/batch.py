@@ -1,4 +1,4 @@
-"""Completion and tracking of many files, in any number of processes or machines."""
+"""Completion, tracking and registration of many files, in any number of processes or machines."""
 
 import time
 from collections import defaultdict
@@ -6,16 +6,18 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor, Future, as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from .. import files
 from .._errors import InputError, KindError, SettingError
 from ..files import CannotResumeError
 from ..files.frame_names import FrameNames, single
+from ..files.scene_files import open_scene
 from ..frames.scenes import every_mesh
 from .checkpoint import OtherJobError
 from .completion_options import CompletionOptions
 from .file_completion import complete_into
+from .register_job import RegisterJob, RegisterReport
 from .report import FileReport
 from .scene_completion import SceneReport, complete_meshes
 from .track_report import TrackFileReport
@@ -41,6 +43,9 @@ class Job(CompletionOptions):
     output: Path
 
 
+AnyJob: TypeAlias = Job | TrackingJob | RegisterJob
+
+
 @dataclass(frozen=True)
 class Result:
     """The result of a job.
@@ -52,26 +57,28 @@ class Result:
         reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
             doubtful.
         frames: number of frames in the output, of all its meshes; 0 if it was not written.
-        seconds: the time that the job took.
+        seconds: the time that the job took; 0 if `kept`.
         remarks: remarks about the output for the user, one line each.
+        kept: whether the output is from an earlier run, so that nothing was done.
     """
 
-    job: Job | TrackingJob
+    job: AnyJob
     status: Literal["done", "doubtful", "exists", "failed"]
     reason: str = ""
     frames: int = 0
     seconds: float = 0.0
     remarks: tuple[str, ...] = ()
+    kept: bool = False
 
 
 def complete_files(
-    jobs: Iterable[Job | TrackingJob],
+    jobs: Iterable[AnyJob],
     executor: Executor | None = None,
     *,
     overwrite: bool = False,
     watch: Callable[[Result], None] | None = None,
 ) -> list[Result]:
-    """Completes, or tracks, the files of every job. If one fails, the others are still done.
+    """Completes, tracks or registers the files of every job; one that fails stops no other.
 
     A job whose output exists is skipped. An interrupted job is continued if the format of its
     output supports that, so repeating a call does what is left to do. Outputs appear under their
@@ -95,9 +102,10 @@ def complete_files(
         raise KindError(f"must be iterable, not {type(jobs).__name__}", argument="jobs")
     jobs = list(jobs)
     for number, job in enumerate(jobs):
-        if not isinstance(job, Job | TrackingJob):
+        if not isinstance(job, AnyJob):
             raise KindError(
-                f"item {number} must be a Job or a TrackingJob, not {job!r}", argument="jobs"
+                f"item {number} must be a Job, a TrackingJob or a RegisterJob, not {job!r}",
+                argument="jobs",
             )
     _check_outputs(jobs)
     results: dict[int, Result] = {}
@@ -118,23 +126,17 @@ def complete_files(
     return [results[number] for number in range(len(jobs))]
 
 
-def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
+def _run(job: AnyJob, overwrite: bool) -> Result:
     """Runs a job in a worker."""
     began = time.monotonic()
     try:
         if isinstance(job, Job) and job.source.get("prim") == every_mesh:
             scene = complete_meshes(Path(job.input), Path(job.output), job, overwrite)
             return _result_of_scene(job, scene, began)
-        overlay = isinstance(job, Job) and job.overlay
-        target = files.target_of(job.output, job.output_format, overlay=overlay)
-        try:
-            resume = target.writer.resumable and job.retime is None
-            report = _make(job, overwrite, resume=resume)
-        except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
-            report = _make(job, overwrite or not target.existing(), resume=False)
+        report = _continued(job, overwrite)
     except FileExistsError:
-        doubt = remembered(files.target_of(job.output, job.output_format)).get("doubtful", "")
-        return Result(job, "doubtful", remarks=(doubt,)) if doubt else Result(job, "exists")
+        doubt = _doubt_of(job)
+        return _kept(job, (doubt,) if doubt else ())
     except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # no error may stop the other jobs
@@ -146,15 +148,61 @@ def _run(job: Job | TrackingJob, overwrite: bool) -> Result:
     else:
         doubtful = report.quality != "good"
         remarks = (*remarks, report.reason) if report.reason else remarks
-    if report.existed and not doubtful:
-        return Result(job, "exists")
+    if report.existed:
+        return _kept(job, remarks if doubtful else ())
     return Result(job, "doubtful" if doubtful else "done", "", report.frames, seconds, remarks)
+
+
+def _kept(job: AnyJob, doubts: tuple[str, ...]) -> Result:
+    """The result of a job whose output was complete, and is doubtful if there are doubts."""
+    status: Literal["doubtful", "exists"] = "doubtful" if doubts else "exists"
+    return Result(job, status, frames=_frames_in(job), remarks=doubts, kept=True)
+
+
+def _frames_in(job: AnyJob) -> int:
+    """The number of frames in the output; 0 if it cannot be read."""
+    output = Path(job.output)
+    if isinstance(job, RegisterJob):
+        names = [path.name for path in output.iterdir()] if output.is_dir() else ["its one mesh"]
+        return sum(1 for name in names if not name.startswith("."))
+    meshes: list[str | None] = [None]
+    try:
+        if isinstance(job, Job) and job.source.get("prim") == every_mesh:
+            meshes = [mesh for mesh, moves in open_scene(output).moves.items() if moves]
+        frames = 0
+        for mesh in meshes:
+            with files.open(output, format=job.output_format, prim=mesh) as made:
+                frames += made.n_frames
+    except (OSError, ImportError, ValueError, TypeError):
+        return 0
+    return frames
+
+
+def _continued(job: AnyJob, overwrite: bool) -> FileReport | TrackFileReport | RegisterReport:
+    """Runs a job from where it was interrupted, if that can be done."""
+    if isinstance(job, RegisterJob):
+        return job.register(overwrite=overwrite)
+    overlay = isinstance(job, Job) and job.overlay
+    target = files.target_of(job.output, job.output_format, overlay=overlay)
+    resume = target.writer.resumable and job.retime is None
+    anew = overwrite or not target.existing()  # also if frames of another run are kept
+    try:
+        return _make(job, overwrite if resume else anew, resume=resume)
+    except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
+        return _make(job, anew, resume=False)
 
 
 def _make(job: Job | TrackingJob, overwrite: bool, *, resume: bool) -> FileReport | TrackFileReport:
     if isinstance(job, TrackingJob):
         return job.track(overwrite=overwrite, resume=resume)
     return complete_into(job.input, job.output, job, overwrite, resume)
+
+
+def _doubt_of(job: AnyJob) -> str:
+    """Why a result that exists is doubtful; empty if it is not."""
+    if isinstance(job, RegisterJob):
+        return job.doubt()
+    return str(remembered(files.target_of(job.output, job.output_format)).get("doubtful", ""))
 
 
 def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
@@ -171,7 +219,7 @@ def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
     )
 
 
-def _result_of(future: "Future[Result]", job: Job | TrackingJob) -> Result:
+def _result_of(future: "Future[Result]", job: AnyJob) -> Result:
     try:
         return future.result()
     except Exception as error:  # an error of the worker, not of the job
@@ -185,7 +233,7 @@ def _in_one_line(error: Exception) -> str:
     return lines[0] if lines else type(error).__name__
 
 
-def _check_outputs(jobs: list[Job | TrackingJob]) -> None:
+def _check_outputs(jobs: list[AnyJob]) -> None:
     """Raises an error if two jobs may write the same file, however their outputs name it."""
     files_in: dict[Path, dict[str, Path]] = defaultdict(dict)
     patterns_in: dict[Path, list[tuple[FrameNames, Path]]] = defaultdict(list)
@@ -209,9 +257,10 @@ def _check_outputs(jobs: list[Job | TrackingJob]) -> None:
                 files_in[names.folder][names.pattern] = output
 
 
-def _names_of(job: Job | TrackingJob) -> list[FrameNames]:
+def _names_of(job: AnyJob) -> list[FrameNames]:
     """The names of all files that a job writes."""
     try:
-        return files.target_of(job.output, job.output_format).names()
+        format = None if isinstance(job, RegisterJob) else job.output_format
+        return files.target_of(job.output, format).names()
     except (OSError, ValueError, TypeError, ImportError):  # of this job alone, which will fail
         return [single(Path(job.output))]

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any, Unpack, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._core import Completer
 from .._errors import InputError, KindError, locating
-from ..frames.attributes import ATTRIBUTES
+from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.memory import Collected, SequenceReader
+from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings, all_settings, takes_settings
 from .completion_options import CompletionOptions
@@ -24,7 +24,7 @@ from .start import start_in
 
 @overload
 def complete(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     frames: Iterable[Positions],
     known: Iterable[Mask] | None = None,
     *,
@@ -43,7 +43,7 @@ def complete(
 ) -> Sequence: ...
 @takes_settings
 def complete(
-    faces: NDArray[np.integer[Any]] | Sequence,
+    faces: Faces | Sequence,
     frames: Iterable[Positions] | None = None,
     known: Iterable[Mask] | None = None,
     *,
@@ -59,7 +59,8 @@ def complete(
     sequence is completed at once, as :func:`dynmesh.complete_file` completes a file.
 
     Args:
-        faces: (m, 3) integers, or a :class:`dynmesh.Sequence`, which has frames and masks itself.
+        faces: (m, 3) integers, other polygons, or a :class:`dynmesh.Sequence`, which has frames and
+            masks itself.
         frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
         training: complete frames of the same mesh, seen before, from which method detail learns;
@@ -99,7 +100,7 @@ def complete(
 
 
 def _complete_frames(
-    faces: NDArray[np.integer[Any]],
+    faces: Faces,
     frames: Iterable[Positions],
     known: Iterable[Mask] | None,
     training: Iterable[Positions] | None,
@@ -118,6 +119,7 @@ def _complete_frames(
     if mask is not None:
         given = np.asarray(mask)
         ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
+        as_mask(given)  # refuses other integers
     yield np.array(points, completer.dtype)
     for number, (points, mask) in enumerate(pairs, 1):
         with locating(frame=number):
@@ -129,7 +131,7 @@ def _complete_frames(
 class _InMemory:
     """Training frames in memory, as those of files."""
 
-    faces: NDArray[np.integer[Any]]
+    faces: Faces
     frames: Iterable[Positions] | None
 
     def __bool__(self) -> bool:

@@ -16,7 +16,7 @@ from .. import files, metrics
 from .._errors import InputError
 from ..calibration import Calibrating, Calibration, estimated
 from ..diagnosis.presence import observed_in
-from ..files import Frame, OneSequence, Reader
+from ..files import Frame, OneSequence, PathLike, Reader
 from ..frames.reader import check_comparable
 from ..frames.times import frame_numbers, indices_of
 from .true_surface import TrueSurface
@@ -77,9 +77,9 @@ class Evaluation:
     calibration: Calibration | None
     each: tuple[FrameErrors, ...] = ()
 
-    def write_csv(self, path: Path) -> None:
+    def write_csv(self, path: PathLike) -> None:
         """Writes a table with a row for each frame."""
-        with path.open("w", newline="", encoding="utf-8") as file:
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(field.name for field in fields(FrameErrors))
             writer.writerows(astuple(errors) for errors in self.each)
@@ -92,6 +92,7 @@ def evaluate(
     frames: slice | range | None = None,
     only: Only = "all",
     partial: OneSequence | None = None,
+    template: PathLike | None = None,
     watch: Watch = lambda frames, _: frames,
 ) -> Evaluation:
     """Compares two sequences frame by frame.
@@ -105,6 +106,7 @@ def evaluate(
         only: "missing" measures the distances of vertices that were not observed in their frame, as
             `partial` says, or else the generations in `completed`. "all" measures all vertices.
         partial: the sequence that was completed; only its missing vertices matter.
+        template: a mesh file that provides the faces of those of the files that hold none.
         watch: called with the frames of `completed` and their number, and must pass them on.
 
     Raises:
@@ -117,12 +119,12 @@ def evaluate(
         raise InputError(f"must be 'all' or 'missing', not {only!r}", argument="only")
     with contextlib.ExitStack() as stack:
         ours, truth = (
-            stack.enter_context(files.opened(given, name))
+            stack.enter_context(files.opened(given, name, template))
             for given, name in ((completed, "completed"), (reference, "reference"))
         )
         observed: Reader | None = None
         if partial is not None:
-            observed = stack.enter_context(files.opened(partial, "partial"))
+            observed = stack.enter_context(files.opened(partial, "partial", template))
             check_comparable(observed, truth)
         elif only == "missing" and not ours.has_provenance:
             raise InputError(

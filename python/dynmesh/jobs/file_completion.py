@@ -57,7 +57,8 @@ def complete_file(
             remarks of the report say so. "clean" is as "auto", but known positions that contradict
             other frames are left out and estimated, and with `noise` the frame is smoothed.
         template: a mesh file of any format, whose first frame stands before frame 0, which may then
-            be incomplete. It has the vertices and faces of the sequence, or provides its faces.
+            be incomplete. It has the vertices and faces of the sequence, or provides its faces. The
+            output keeps its polygons and what else it holds, as far as their format is the same.
         training: one or several files, of any format, with complete frames of the same mesh, for
             example a range-of-motion recording, from which method detail learns; see
             :class:`dynmesh.Completer`. Of several meshes in a file, it is the one at the path of

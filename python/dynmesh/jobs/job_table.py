@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from ..settings import SETTINGS
-from .batch import Job, Result
+from .batch import AnyJob, Job, Result
 from .option import Option, grouped, options_of
+from .register_job import RegisterJob
 from .tracking_job import TrackingJob
 
 
-def read_jobs(path: Path) -> list[Job | TrackingJob]:
+def read_jobs(path: Path) -> list[AnyJob]:
     """Reads jobs from a table with one line per job.
 
     Args:
@@ -23,7 +24,8 @@ def read_jobs(path: Path) -> list[Job | TrackingJob]:
             `drop_above` and the
             settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
             A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
-            needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. An empty
+            needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. One with a
+            value in `scan` is registered, see :func:`register_file`, with its options. An empty
             value stands for the default. Paths are relative to the table; several paths
             in `training` are separated by semicolons.
 
@@ -41,6 +43,7 @@ def read_jobs(path: Path) -> list[Job | TrackingJob]:
         raise ValueError(f"{path}: is not a table of comma-separated values: {error}") from error
 
 
+_KEPT = "kept from an earlier run"
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
@@ -50,7 +53,8 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
 
     Args:
         path: comma-separated values. The columns are `input`, `output`, `status`, `reason`,
-            `frames` and `seconds`, see :class:`dynmesh.batch.Result`.
+            `frames` and `seconds`, see :class:`dynmesh.batch.Result`. The seconds of an output that
+            was kept from an earlier run are those in the table that is replaced, if it has them.
 
     Yields:
         A function that adds a result.
@@ -59,23 +63,37 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
         OSError: the file cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    earlier = _seconds_in(path)
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(["input", "output", "status", "reason", "frames", "seconds"])
 
         def add(result: Result) -> None:
             job = result.job
-            outcome = (result.status, result.reason, result.frames, f"{result.seconds:.3f}")
+            reason, seconds = result.reason, result.seconds
+            if result.kept:
+                reason, seconds = _KEPT, earlier.get(str(job.output), 0.0)
+            outcome = (result.status, reason, result.frames, f"{seconds:.3f}")
             table.writerow([job.input, job.output, *outcome])
             file.flush()  # so that a killed process leaves its results
 
         yield add
 
 
+def _seconds_in(report: Path) -> dict[str, float]:
+    """The seconds of each output in an earlier report; nothing if the file is none."""
+    try:
+        with report.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if row["status"] != "failed"]
+            return {row["output"]: float(row["seconds"]) for row in rows}
+    except (OSError, ValueError, TypeError, KeyError, csv.Error):
+        return {}
+
+
 def _check_columns(path: Path, columns: Iterable[str]) -> None:
-    names = ("input", "scans", "output", *_columns)
+    names = (*_kinds, "output", *optional_columns)
     for needed in ("input", "output"):
-        if needed not in columns and not (needed == "input" and "scans" in columns):
+        if needed not in columns and not (needed == "input" and _kinds.keys() & set(columns)):
             used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
             hint = f"; separate the values by commas instead of {used[0]}" if used else ""
             raise ValueError(f"{path}: has no column '{needed}'{hint}")
@@ -86,27 +104,32 @@ def _check_columns(path: Path, columns: Iterable[str]) -> None:
             )
 
 
-def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> Job | TrackingJob:
+def _job_of(path: Path, line: int, row: Mapping[str, Any]) -> AnyJob:
     place = f"{path}: line {line}"
     if None in row or None in row.values():
         raise ValueError(f"{place}: has more or fewer values than there are columns")
-    if row.get("scans") and row.get("input"):
-        raise ValueError(f"{place}: has both input and scans")
-    kind = "scans" if row.get("scans") else "input"
+    given = [kind for kind in _kinds if row.get(kind)]
+    if len(given) > 1:
+        raise ValueError(f"{place}: has both {given[0]} and {given[1]}")
+    kind = given[0] if given else "input"
     for needed in (kind, "output"):
         if not row.get(needed):
             raise ValueError(f"{place}: {needed} is empty")
     values: dict[str, Any] = {}
-    known = _of_tracking if kind == "scans" else _of_completion
-    for column, (name, option) in _columns.items():
+    for column in optional_columns:
         if text := row.get(column):
-            if name not in known:
+            if column not in _kinds[kind]:
                 raise ValueError(f"{place}: {column}: cannot be combined with {kind}")
+            name, option = _kinds[kind][column]
             try:
                 values[name] = _read(option, text, path.parent)
             except ValueError as error:
                 raise ValueError(f"{place}: {column}: {error}") from error
     files = path.parent / row[kind], path.parent / row["output"]
+    if kind == "scan":
+        if "template" not in values:
+            raise ValueError(f"{place}: template is empty; a scan needs the mesh to register")
+        return RegisterJob(*files, **values)
     if kind == "scans":
         if "template" not in values:
             raise ValueError(f"{place}: template is empty; scans need the mesh to track")
@@ -155,13 +178,19 @@ def _read(option: Option, text: str, folder: Path) -> Any:
     return text if option.kind is str else _number(option.kind, text)
 
 
-_of_completion, _of_tracking = options_of(Job), options_of(TrackingJob)
-_columns = {
-    option.name or name: (name, option)
-    for name, option in sorted(
-        {**_of_completion, **_of_tracking}.items(), key=lambda row: row[0] in SETTINGS
-    )
-}
+def _columns_of(kind: type[Any]) -> dict[str, tuple[str, Option]]:
+    """The columns of a kind of job, and which option each one holds."""
+    return {option.name or name: (name, option) for name, option in options_of(kind).items()}
 
-optional_columns = tuple(_columns)
-"""The columns that a table of jobs may have besides `input`, `scans` and `output`."""
+
+_kinds = {
+    "input": _columns_of(Job),
+    "scans": _columns_of(TrackingJob),
+    "scan": _columns_of(RegisterJob),
+}
+"""By the column that says what kind of job a line is."""
+
+optional_columns = tuple(
+    sorted({name: None for kind in _kinds.values() for name in kind}, key=SETTINGS.__contains__)
+)
+"""The columns that a table of jobs may have besides `input`, `scans`, `scan` and `output`."""

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -16,7 +16,7 @@ from ..files import PathLike, Reader
 from ..files.new_output import check_output, new_output
 from ..files.scans import Scan, ScanReader
 from ..frames.naming import naming
-from ..frames.scan import DepthScan
+from ..frames.scan import DepthScan, PointScan
 from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
 from ..sequence import Positions
@@ -25,6 +25,27 @@ from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
 from .single_scans import names_of, open_single
 from .start import template_of
+
+_MISPLACED = 0.03
+"""Farther from its position than this share of the diagonal, a landmark is named."""
+_MANY_EMPTY = 0.2
+
+
+@dataclass(frozen=True)
+class RegisteredFile:
+    """A scan with which a template was registered.
+
+    Attributes:
+        scan: its path.
+        output: of the registered mesh.
+        found: the result.
+        reason: its quality, why it is not good, and what to do, in a sentence; empty if it is.
+    """
+
+    scan: Path
+    output: Path
+    found: Registration
+    reason: str = ""
 
 
 @takes(RegisterOptions)
@@ -65,7 +86,8 @@ def register_file(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an option
             is refused.
     """
-    return dict(register_each(template, scan, output, RegisterOptions(**options), overwrite))
+    made = register_each(template, scan, output, RegisterOptions(**options), overwrite)
+    return {one.output: one.found for one in made}
 
 
 def register_each(
@@ -74,7 +96,7 @@ def register_each(
     output: PathLike,
     options: RegisterOptions,
     overwrite: bool,
-) -> Iterator[tuple[Path, Registration]]:
+) -> Iterator[RegisteredFile]:
     """As :func:`register_file`, one result after another, with an object for the options."""
     for name, path in (("template", template), ("scan", scan), ("output", output)):
         check_path(name, path)
@@ -106,11 +128,12 @@ def register_each(
             with files.create(written, header) as writer:
                 writer.append(found.vertices)
             told[str(scanned)] = _told(found)
+            reason = _advised(found, measured, landmarks, options)
             if options.report is not None:
                 Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
             if options.page is not None:
                 results.append(found)
-            yield written, found
+            yield RegisteredFile(scanned, written, found, reason)
         if options.page is not None:
             made = page_of(mesh, first, scans, results, Path(output))
             with new_output(Path(options.page), overwrite, ".html") as (hidden, _):
@@ -139,10 +162,37 @@ def _register(
     return register_points(mesh.faces, first, scan.points, scan.normals, **asked)
 
 
+def _advised(
+    found: Registration, scan: Scan | None, landmarks: Landmarks | None, options: RegisterOptions
+) -> str:
+    """The quality and its reason, and what to do about it."""
+    if found.quality == "good":
+        return ""
+    advice = []
+    if landmarks is None:
+        advice.append("--landmarks FILE says where head, hands and feet, for example, belong")
+    else:
+        distances = np.linalg.norm(found.vertices[landmarks[0]] - landmarks[1], axis=1)
+        worst = int(distances.argmax())
+        if distances[worst] > _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
+            advice.append(
+                f"look at the landmarks: vertex {landmarks[0][worst]} came to lie "
+                f"{distances[worst]:.3g} from its position"
+            )
+    if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
+        advice.append("--cameras FILE says what the sensors could not see")
+    if options.page is None:
+        advice.append("--page FILE.html shows what is wrong")
+    return "; ".join([f"{found.quality}: {found.reason}", *advice])
+
+
 def _check_outputs(
     given: list[Path], pairs: list[tuple[Path, Path]], options: RegisterOptions, overwrite: bool
 ) -> None:
     """Refuses to replace an input, to write a file twice, or to replace one that exists."""
+    existing = [written for _, written in pairs if written.exists()]
+    if 0 < len(existing) < len(pairs) and not overwrite:
+        raise InputError("exists, but others do not; --overwrite makes all anew", file=existing[0])
     given += [] if options.landmarks is None else [Path(options.landmarks)]
     inputs = {path.resolve() for path in given}
     outputs: set[Path] = set()

@@ -46,6 +46,12 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
     Raises:
         OSError, ImportError, ValueError: as :func:`dynmesh.files.scans.open_scans`.
     """
+    if path.suffix.lower() == SUFFIX:
+        raise InputError(
+            "is a single depth image; give the folder of the images of all cameras, with "
+            f"{CAMERAS} in it or --cameras FILE",
+            file=path,
+        )
     beside = (path if path.is_dir() else path.parent) / CAMERAS
     if cameras is None:
         cameras = beside if beside.is_file() else None

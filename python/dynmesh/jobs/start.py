@@ -17,7 +17,7 @@ from .._errors import InputError, locating
 from ..diagnosis.finding import counted
 from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
-from ..files import Frame, Reader, Source
+from ..files import Frame, Reader
 from ..frames.attributes import FUSED
 from ..frames.header import Header
 from ..frames.times import index_of
@@ -286,14 +286,15 @@ def _open_with(
     """Opens a sequence that has the mesh of a template, or no faces of its own."""
     with files.open(template) as whole:
         first = template_of(whole)
-        try:
-            reader = files.open(path, **options.source)
-        except files.NoFacesError:
-            with_faces: Source = {**options.source, "faces": template}
-            reader = files.open(path, **with_faces)
-        with options.stated(reader) as reader:
+        with options.stated(files.open_with(path, template, **options.source)) as reader:
             reader.whole = None
             check_same_mesh(whole, reader)
+            # What the output keeps beside positions: texture coordinates, materials and others.
+            reader.header = replace(
+                reader.header,
+                polygons=reader.header.polygons or whole.header.polygons,
+                mesh_file=whole.header.mesh_file or reader.header.mesh_file,
+            )
             points = first.astype(reader.dtype)
             zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
             yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)

@@ -4,34 +4,38 @@ This needs the extra `reproduce`. The benchmarks, which are not part of the pack
 other methods and use the same sequences, losses, measurements and tables.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from .._extras import require_all
 from ..draw.figures import load_pyvista
+from ..files import PathLike
 from ..files.lock import check_folder
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
+from .methods import COMPARED
+from .own_methods import Begin, imported, own_methods
 from .sequence_study import Plan, study
 from .subjects import Subject, built_in, from_file
 
-__all__ = ["reproduce"]
+__all__ = ["imported", "reproduce"]
 
 Progress = Callable[[str, int, int], object]
 """A function of what was done, the number of steps done, and that of all steps."""
 
 
 def reproduce(
-    out: Path,
+    out: PathLike,
     *,
-    data: Iterable[Path] = (),
+    data: Iterable[PathLike] = (),
     quick: bool = False,
     frames: int | None = None,
     seed: int = 0,
     up: str | None = None,
     azimuth: float | None = None,
+    methods: Mapping[str, Begin] | None = None,
     overwrite: bool = False,
     progress: Progress = lambda _what, _done, _all: None,
 ) -> Path:
@@ -49,6 +53,10 @@ def reproduce(
             axis that the file names, z for sheets that lie flat, or else y.
         azimuth: the direction from which the pictures of `data` are taken, in degrees around `up`.
             The default is 60.
+        methods: others to be compared, by their names in tables and charts: functions or classes
+            of the faces (m, 3) and the first frame (k, 3). What they return has a method
+            `push(points, known)`, as :class:`dynmesh.Completer`, which returns the next frame,
+            (k, 3) and finite; positions that are not known are NaN.
         overwrite: whether to replace the results of another run.
         progress: called while work is being done.
 
@@ -56,12 +64,14 @@ def reproduce(
         The path of `report.html`.
 
     Raises:
+        TypeError: a method does not return what it must.
         ValueError, OSError: a sequence cannot be read, has missing vertices or no second frame, or
-            `frames` is less than 2.
+            `frames` is less than 2; or a method of `methods` fails or has the name of another one.
         ImportError: matplotlib or pyvista is not installed.
     """
     if frames is not None and frames < 2:
         raise ValueError(f"frames: must be at least 2, not {frames}")
+    out = Path(out)
     check_folder(out / "results.json")
     for older in (out / "results.json", out / "report.html"):
         if older.exists() and not overwrite:
@@ -74,10 +84,11 @@ def reproduce(
     plan = Plan.quick() if quick else Plan()
     if frames is not None:
         plan = replace(plan, frames=frames)
-    subjects = _subjects(list(data), plan, up, azimuth)
+    own = own_methods(methods or {})
+    subjects = _subjects([Path(item) for item in data], plan, up, azimuth)
     out.mkdir(parents=True, exist_ok=True)
 
-    whole = 2 + len(subjects) * (plan.n_runs + 3)  # runs and pictures
+    whole = 2 + len(subjects) * (plan.n_runs(len(COMPARED) + len(own)) + 3)  # runs and pictures
     done = 0
 
     def advance(what: str) -> None:
@@ -88,7 +99,7 @@ def reproduce(
     studies = []
     for subject in subjects:
         step = partial(advance, f"measuring {subject.name}")
-        studies.append(study(subject, plan, seed, step))
+        studies.append(study(subject, plan, seed, step, own))
 
     claims = Claims(
         [verdict for s in studies for verdict in verdicts(s)],

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .completion import Method
 from .fits import LinearFit, fit_line
 from .measure import Run
-from .methods import COMPARED, MOTION
+from .methods import MOTION
 from .sequence_study import Study
 from .style import NMSVE_LABEL, new_figure, save
 from .tables import NMSVE_UNIT, percent
@@ -46,7 +46,7 @@ def figure7(studies: list[Study], folder: Path) -> Path:
 
 def figure9(studies: list[Study], folder: Path) -> Path:
     """Draw the error and time of all methods, and the error along the frames."""
-    return compared(studies, COMPARED, folder, "figure9", with_bands=True)
+    return compared(studies, studies[0].methods, folder, "figure9", with_bands=True)
 
 
 def compared(

@@ -47,8 +47,8 @@ class Method:
         key: the name in JSON files.
         label: the name in tables and figures.
         colour: the colour in figures, chosen so that colour-blind readers can tell it from others.
-        dash: "--" for methods of other libraries and variants that the paper does not have, else
-            "-".
+        dash: "--" for methods of other libraries and variants that the paper does not have, "-."
+            for those of a user, else "-".
         begin: a function of the faces and frame 0 that returns a new completion. It raises
             ImportError if a library is missing, and ValueError if the method cannot run here.
         completes: False if the method only shows how long a part of the work takes, so that its

@@ -14,7 +14,6 @@ from .._core import __version__
 from .charts import linear_fit
 from .claims import Claims
 from .losses import SCENARIOS
-from .methods import COMPARED
 from .result_tables import evidence_table, sequence_table
 from .sequence_study import Study
 from .tables import html
@@ -78,7 +77,7 @@ def write_report(
     ]
     for study in studies:
         parts.append(f"<h2>{escape(study.subject.name)}: error and time of every method</h2>")
-        parts.append(html(sequence_table(study, COMPARED)))
+        parts.append(html(sequence_table(study, study.methods)))
     parts.append("<h2>Figures</h2>")
     titles = dict(_TITLES)
     for picture in pictures:
@@ -102,10 +101,12 @@ def _numbers(study: Study) -> dict[str, Any]:
                 str(share): study.grid[method.key, share].summary()
                 for share in study.shares(method)
             }
-            for method in COMPARED
+            for method in study.methods
         },
         "scenarios": {
-            name: {method.key: study.scenarios[name, method.key].summary() for method in COMPARED}
+            name: {
+                method.key: study.scenarios[name, method.key].summary() for method in study.methods
+            }
             for name in SCENARIOS
         },
     }

@@ -29,10 +29,9 @@ class Plan:
     shares: tuple[float, ...] = tuple(round(0.1 * step, 1) for step in range(1, 10))
     sweep: tuple[float, ...] = tuple(round(0.05 * step, 2) for step in range(1, 20))
 
-    @property
-    def n_runs(self) -> int:
-        """The number of runs of methods over a sequence."""
-        return len(self.sweep) + len(COMPARED) * (len(self.shares) + len(SCENARIOS))
+    def n_runs(self, n_methods: int = len(COMPARED)) -> int:
+        """The number of runs of so many methods over a sequence."""
+        return len(self.sweep) + n_methods * (len(self.shares) + len(SCENARIOS))
 
     @classmethod
     def quick(cls) -> "Plan":
@@ -51,6 +50,7 @@ class Study:
         grid: the runs by method key and share of known vertices.
         scenarios: the runs by scenario and method key.
         hidden: the known masks by scenario.
+        methods: those that are compared, in the order of tables.
     """
 
     subject: Subject
@@ -59,6 +59,7 @@ class Study:
     grid: dict[tuple[str, float], Run] = field(default_factory=dict)
     scenarios: dict[tuple[str, str], Run] = field(default_factory=dict)
     hidden: dict[str, list[Mask]] = field(default_factory=dict)
+    methods: tuple[Method, ...] = COMPARED
 
     def shares(self, method: Method) -> list[float]:
         """Return the shares of known vertices at which a method was measured."""
@@ -123,9 +124,13 @@ def pictured_frames(subject: Subject) -> dict[str, int]:
     return {figure: subject.frame_at(place) for figure, place in places.items()}
 
 
-def study(subject: Subject, plan: Plan, seed: int, advance: Advance) -> Study:
-    """Measure everything on one sequence."""
-    result = Study(subject, seed)
+def study(
+    subject: Subject, plan: Plan, seed: int, advance: Advance, own: tuple[Method, ...] = ()
+) -> Study:
+    """Measure everything on one sequence; the methods of a user come first, as they may fail."""
+    result = Study(subject, seed, methods=(*COMPARED, *own))
+    for method in own:
+        result.measure(method, plan.shares, advance=advance)
     for share in plan.sweep:
         masks = random_masks(subject, share, seed)
         result.sweep[share] = run(subject, MOTION, masks, with_error=False)

@@ -208,11 +208,17 @@ shell = [
     refused(f"{_PICTURE} --frame 3", "frame 3"),
     refused(f"{_PICTURE} --reference body.npz --range 3 3", "range:", "not 3 3"),
     misused(f"{_PICTURE} --size 0", "--size", "0"),
+    refused("evaluate bare.npy body.npz --template none.obj", "none.obj: no such file"),
+    refused("evaluate bare.npy body.npz --template wild.obj", "wild.obj: line 4", "vertex 9"),
     refused("reproduce new --data single.npz", "single.npz: has 1 frames", "2"),
     refused("reproduce new --data late_holes.npz", "late_holes.npz: has missing vertices"),
     refused("reproduce new --data frames", "frames: contains no sequence"),
     refused("reproduce new --data body.npz --data twin", "another sequence is called body too"),
     refused("reproduce new --data none.npz", "none.npz: No such file"),
+    refused("reproduce new --method dynmesh", "method: must be MODULE:NAME", "'dynmesh'"),
+    refused(
+        "reproduce new --method dynmesh:Nothing", "cannot import dynmesh:Nothing", "no attribute"
+    ),
     refused("batch none.csv", "none.csv:", "No such file"),
     refused("batch no_column.csv", "no_column.csv:", "'output'"),
     refused("batch semicolons.csv", "semicolons.csv:", "'input'", "commas"),

@@ -99,8 +99,10 @@ construction = [
     _faces(
         "a masked array", lambda w: np.ma.masked_equal(w.faces, 3), TypeError, "faces:", _MASKED
     ),
-    _faces("ragged rows", [[0, 1, 2], [1, 2]], ValueError, "faces:", "converted to an array"),
-    _faces("quads, (m, 4)", [[0, 1, 8, 7]], ValueError, "faces:", "(m, 3)", "(1, 4)"),
+    _faces("two corners", [[0, 1, 2], [1, 2]], ValueError, "faces: polygon 1", "2 corners"),
+    _faces("a corner twice", [[0, 1, 2], [0, 1, 8, 1]], ValueError, "polygon 1", "1 twice"),
+    _faces("a quad with vertex k", [[0, 1, 8, 49]], ValueError, "polygon 0", "vertex 49"),
+    _faces("a corner of 0.5", [[0, 1, 2], [0, 1, 8, 0.5]], TypeError, "polygon 1", "0.5"),
     _faces("a number", 3, ValueError, "faces:", "(m, 3)", "()"),
     _faces("an index of k", lambda w: _with_index(w, 49), ValueError, "face 5", "vertex 49"),
     _faces("an index of 2^40", lambda w: _with_index(w, 2**40), ValueError, "row 5", str(2**40)),

@@ -84,7 +84,9 @@ def _sequence(given: str, error: type[Exception], *names: str, **changed: Any) -
 
 
 sequences = [
-    _sequence("`vertices`: lists", TypeError, "vertices:", "list", vertices=[[[0.0, 0, 0]]]),
+    _sequence("`vertices`: ragged lists", ValueError, "vertices:", "converted to an array", vertices=[[[0.0, 0, 0], [0]]]),
+    _sequence("`vertices`: a dict", TypeError, "vertices:", "dict", vertices={}),
+    _sequence("`faces`: a corner twice", ValueError, "faces: polygon 1", "corner 4 twice", faces=[[0, 1, 2], [4, 5, 6, 4]]),
     _sequence("`vertices`: one frame", ValueError, "vertices:", "(49, 3)", vertices=np.ones((49, 3))),
     _sequence("`faces`: an index of 99", ValueError, "faces: face 0", "vertex 99", faces=np.array([[0, 1, 99]])),
     _sequence("`known`: of one frame", ValueError, "known:", "(3, 49)", "(49,)", known=np.ones(49, bool)),
@@ -176,7 +178,7 @@ writing = [
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
     _write("a format that is none", lambda w: dynmesh.write("new.off", w.sequence), ValueError, "new.off:", "'.off'", ".ply"),
     _write("more than 20 kB, where no file may exceed that", lambda _: on_a_full_disk(lambda: dynmesh.write("new.npz", dynmesh.read("long.npz"))), OSError, "new.npz"),
-    _create("`faces`: a list", lambda w: _begin(w, faces=[[0, 1, 2]]), TypeError, "faces:", "list"),
+    _create("`faces`: a number", lambda w: _begin(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
     _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
     _create("`fps`: -1", lambda w: _begin(w, fps=-1), ValueError, "fps:", "not -1"),
@@ -230,7 +232,7 @@ completing = [
     _convert("`frames`: an integer", lambda w: _converted(w, frames=3), TypeError, "frames:", "must be a slice, not int"),
     _convert("`frames` with step -1", lambda w: _converted(w, frames=slice(None, None, -1)), ValueError, "frames:", "not -1"),
     _convert("`up='w'`", lambda w: _converted(w, up="w"), ValueError, "up:", "'w'"),
-    _convert("`unit='furlong'`", lambda w: _converted(w, unit="furlong"), ValueError, "unit:", "'furlong'"),
+    _convert("`unit='furlong'`", lambda w: _converted(w, unit="furlong"), ValueError, "unit:", "or a number of metres, not 'furlong'"),
     _convert("`to_up` of an unknown axis", lambda w: _converted(w, to_up="y"), ValueError, "to_up:", "states no up axis: --up"),
     _convert("`to_unit` of an unknown unit", lambda w: _converted(w, to_unit="m"), ValueError, "to_unit:", "states no unit of length: --unit"),
     _convert("`retime` of an unknown rate", lambda w: dynmesh.convert(replace(w.sequence, fps=None), retime=30), ValueError, "retime:", "states no frames per second: --fps"),

@@ -235,7 +235,7 @@ cases = [
     _cameras("unsized", "a distortion without the size of the images", "width:", "distortion"),
     _open("a calibration without intrinsics", lambda _: open_scans("dropped", cameras="rig_kinect.json"), ValueError, "rig_kinect.json:", "4 x 3"),
     _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
-    _cameras("unit", "an unknown unit", "unit:", "'furlong'"),
+    _cameras("unit", "an unknown unit", "unit:", "metres or null, not 'furlong'"),
     _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
     _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
     _cameras("cut", "it is cut", "line 2, column 14"),

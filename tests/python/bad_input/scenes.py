@@ -20,11 +20,15 @@ def prepare(world: World) -> None:
     nothing = np.nan * sequence.vertices
     dynmesh.write(folder / "no_start.usda", dynmesh.Sequence(nothing, sequence.faces))
     dynmesh.write(folder / "old.usda", sequence)
+    twice = "".join(f'def "{name}" (references = @scene.usda@) {{}}\n' for name in ("one", "two"))
+    (folder / "two.usda").write_text(f"#usda 1.0\n{twice}")
 
 
 _complete = of("complete_file")
 _scene = of("complete_scene")
 _open = of("open")
+_convert = of("convert_file")
+_view = of("view")
 _batch = of("batch.complete_files")
 
 
@@ -60,5 +64,10 @@ cases = [
     _scene("`source` with one mesh", lambda _: _all(source={"prim": "/mesh"}), ValueError, "prim:", "'/mesh'", "complete_file"),
     _batch("all meshes of which none can be completed (the job's reason)", lambda _: failed_job("no_start.usda", source={"prim": "all"}), Printed, "no_start.usda: no mesh", "/mesh"),
     _batch("all meshes, and `fps` (the job's reason)", lambda _: failed_job("scene.usda", source={"prim": "all"}, fps=25), Printed, "scene.usda: fps:", "one mesh"),
+    _convert("a scene, to a format for a single mesh", lambda _: dynmesh.convert_file("two.usda", "new.npz"), ValueError, "two.usda:", "choose one", "/one, /two"),
+    _convert("`prim='all'`, to a format for a single mesh", lambda _: dynmesh.convert_file("two.usda", "new.npz", source={"prim": "all"}), ValueError, "new.npz:", "--prim", "single mesh"),
+    _convert("a scene, over itself", lambda _: dynmesh.convert_file("two.usda", "two.usda", overwrite=True), ValueError, "two.usda:", "input"),
+    _convert("a scene, and an output that exists", lambda _: dynmesh.convert_file("two.usda", "old.usda"), FileExistsError, "old.usda:", "overwrite=True"),
+    _view("`colour='mesh'` of a single mesh", lambda _: dynmesh.view("body.npz", colour="mesh"), ValueError, "body.npz:", "one mesh"),
     _scene("`watch`: a number", lambda _: _all(watch=3), TypeError, "watch:", "3"),
 ]  # fmt: skip

@@ -16,7 +16,7 @@ from ...frames.times import mean_rate
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range
-from ..scales import Scale
+from ..scales import Scale, every
 from .player import Playback, compose
 from .thin import thin
 
@@ -153,8 +153,8 @@ def page(
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
-    step = -(-reader.n_frames // max_frames)
-    indices = _every(step, reader.n_frames)
+    indices = every(reader.n_frames, max_frames)
+    step = indices.step
     frames = [frame.of(kept) for frame in watch(heatmap.frames(indices), len(indices))]
     if not any(frame.visible.any() for frame in frames):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
@@ -174,7 +174,7 @@ def page(
         captions = {**captions, "reference": f"{reference.path.name}, the reference"}
     playback = Playback(
         title or reader.title,
-        str(shown),
+        "; ".join([*([f"shown: {shown}"] if str(shown) else []), *reader.remarks]),
         captions,
         [reader.header.number(index) for index in indices],
         None if names is None else [names[index] for index in indices],
@@ -185,9 +185,7 @@ def page(
     )
     up = up or likely_up(first_points, stated_up(reader, reference, input))
     camera = View.of(_corners(frames), up, azimuth)
-    scales: dict[Colour, Scale | None] = {
-        name: heatmap.scale(name, frames) for name in heatmap.colours
-    }
+    scales: dict[Colour, Scale | None] = {name: heatmap.scale(name) for name in heatmap.colours}
     clouds = [frame.cloud for frame in frames if frame.cloud is not None]
     with locating(file=None if scans is None else scans.path):
         html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
@@ -200,10 +198,6 @@ def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) ->
     if scan_unit is not None and ours is None:
         raise InputError("states no unit, so that of the scans tells nothing", file=reader.path)
     return 1.0 if ours is None or theirs is None else theirs / ours
-
-
-def _every(step: int, n_frames: int) -> range:
-    return range(0, n_frames, step)
 
 
 def _most_telling(frames: Sequence[ShownFrame]) -> int:

@@ -8,7 +8,7 @@ const usualRate = 25;
 
 document.title = told.title;
 part('name').textContent = told.title;
-part('note').textContent = told.note && `shown: ${told.note}`;
+part('note').textContent = told.note;
 slider.max = last;
 slider.disabled = play.disabled = last === 0;
 if (told.fps === null) {
@@ -32,7 +32,9 @@ function showScale({ scale }) {
   const step = 100 / colours.length;
   const stops = colours.map((colour, i) => `${colour} ${i * step}% ${(i + 1) * step}%`);
   bar.style.setProperty('--stops', stops.join());
-  bar.style.setProperty('--height', `${Math.min(260, 36 * colours.length)}px`);
+  bar.style.setProperty('--height', `${Math.max(Math.min(260, 36 * colours.length), 20 * ticks.length)}px`);
+  const longest = Math.max(...ticks.map(({ label }) => label.length));
+  part('scale').style.setProperty('--width', `${longest + 7}ch`);
   for (const { position, label } of ticks) {
     const text = document.createElement('span');
     text.textContent = label;

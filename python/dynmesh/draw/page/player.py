@@ -37,7 +37,7 @@ class Playback:
 
     Attributes:
         title: above the panes.
-        note: what was left out.
+        note: what was left out, and what is remarkable.
         captions: of the panes, from left to right: "sequence" and those beside it in the frames.
         numbers: of the shown frames, in their file.
         names: of the shown frames, or None if their numbers tell enough.

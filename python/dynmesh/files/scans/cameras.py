@@ -15,7 +15,7 @@ import re
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,15 +145,18 @@ def write_cameras(path: Path, rig: Rig) -> None:
 
 
 def _unit_of(value: Any) -> float | None:
-    """Returns the metres of a unit: None, a name, or a number of metres."""
-    if value is None:
-        return None
+    """Returns the metres of a unit in a file: None, a name, or a number of metres."""
+    return None if value is None else _metres_of(value, " or null")
+
+
+def _metres_of(value: Any, more: str = "") -> float:
+    """Returns the metres of a unit: a name, or a number of metres."""
     if isinstance(value, str) and value in UNITS:
         return UNITS[value]
     if isinstance(value, int | float) and not isinstance(value, bool):
         return _positive("unit", value)
     raise ValueError(
-        f"unit: must be one of {', '.join(UNITS)}, a number of metres or null, not {value!r}"
+        f"unit: must be one of {', '.join(UNITS)}, or a number of metres{more}, not {value!r}"
     )
 
 
@@ -164,7 +167,7 @@ def given_unit(argument: str, value: str | float) -> float:
         ValueError: it is neither a name nor a number of metres; the message names the argument.
     """
     try:
-        return cast(float, _unit_of(value))
+        return _metres_of(value)
     except ValueError as error:
         raise InputError(str(error).removeprefix("unit: "), argument=argument) from error
 

@@ -1,6 +1,5 @@
 """Reading scans, frame by frame: a folder or a pattern of files."""
 
-import glob
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
 from ..frame_names import with_conversion
-from ..numbered import Found, files_in, find_files
+from ..numbered import Found, files_in, find_files, matching
 from .cameras import Rig, ScanCamera, given_unit, read_cameras
 from .corrections import AS_STATED, Corrections
 from .depth_files import SUFFIX, read_depth, read_size, require_png, usual_size
@@ -343,7 +342,7 @@ def _images_in(path: Path, rig: Rig) -> list[Path]:
         ends = end, *(f"_{camera.name}{end}" for camera in rig.cameras)
         among = files_in(path.parent, SUFFIX)
         return [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
-    return [Path(file) for file in sorted(glob.glob(str(path)))]  # noqa: PTH207
+    return sorted(matching(path))
 
 
 def _size_of_first(path: Path) -> tuple[int, int] | None:

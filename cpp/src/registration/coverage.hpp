@@ -1,0 +1,40 @@
+/// Which part of a surface was measured.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+
+#include "mesh/triangle.hpp"
+#include "registration/constants.hpp"
+#include "tracking/measurement.hpp"
+#include "tracking/visibility.hpp"
+
+namespace dynmesh {
+
+/// A surface (k,) with unit normals at its vertices, on the side that the sensors see, what they
+/// should see of it, and the template from which it was bent.
+struct SeenSurface {
+  std::span<const Triangle> faces;
+  const Cells& cells;
+  std::span<const Vector3<double>> first_frame;
+  std::span<const Vector3<double>> x;
+  std::span<const Vector3<double>> normals;
+  std::span<const Sight> seen;
+  double mean_edge = 1;
+};
+
+struct Coverage {
+  /// The share of the vertices that the sensors should see and that have no point: none within the
+  /// distance at which a vertex counts as observed or, where points are sparse, within some mean
+  /// distances between them. 1 if the sensors should see none.
+  double empty_share = 1;
+  /// The share of the edges between vertices without any point near them that have another length
+  /// than in the template: they join what does not belong together, such as exchanged legs.
+  double bridging = 0;
+};
+
+Coverage coverage_of(const SeenSurface& surface, const Measurement& scan,
+                     const TrackingConstants& tracking, const RegistrationConstants& constants);
+
+}  // namespace dynmesh

@@ -1,0 +1,79 @@
+"""A scan to register a mesh with, or a folder of them, among many files to process."""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass
+from pathlib import Path
+
+from .. import files
+from .._errors import DynmeshError
+from ..files import PathLike
+from .fits import Quality
+from .option import FILES, given
+from .register_options import RegisterOptions
+from .registering import RegisteredFile, register_each
+from .unfinished import remember, remembered
+
+
+@dataclass(frozen=True)
+class RegisterReport:
+    """What registering a job has done, as :class:`TrackFileReport` tells of tracking.
+
+    Attributes:
+        frames: number of scans.
+        quality: the worst of the results.
+        reason: why they are not good, in a sentence; empty if they are.
+    """
+
+    frames: int
+    quality: Quality
+    reason: str
+    remarks: tuple[str, ...] = ()
+    existed: bool = False
+
+
+@dataclass(frozen=True)
+class RegisterJob(RegisterOptions):
+    """A mesh and a scan, or a folder of them, with the options of :func:`dynmesh.register_file`.
+
+    Attributes:
+        input: the scan, or the folder of scans.
+        output: path of the registered mesh, or of the folder of these.
+        template: a mesh file whose first frame is registered.
+
+    The other options are attributes of the same name.
+    """
+
+    input: Path
+    output: Path
+    template: PathLike = given(MISSING, "The mesh.", FILES, Path, metavar="FILE")
+
+    def register(self, *, overwrite: bool) -> RegisterReport:
+        """Registers the mesh; errors name the scans if they name no other file."""
+        try:
+            made = [*register_each(self.template, self.input, self.output, self, overwrite)]
+        except DynmeshError as error:
+            error.file = error.file or Path(self.input)
+            raise
+        for one in made:
+            remember(files.target_of(one.output), {"doubtful": one.reason})
+        reasons = {one.output: one.reason for one in made}
+        return RegisterReport(len(made), _worst(made), self._named(reasons))
+
+    def doubt(self) -> str:
+        """Why results that exist are not good, as far as :meth:`register` has made them."""
+        output = Path(self.output)
+        made = f"*{Path(self.template).suffix}"  # as the outputs in a folder are named
+        existing = sorted(output.glob(made)) if output.is_dir() else [output]
+        kept = {one: remembered(files.target_of(one)).get("doubtful", "") for one in existing}
+        return self._named(kept)
+
+    def _named(self, reasons: Mapping[Path, str]) -> str:
+        """Why outputs are not good, with their names if there may be several."""
+        if not Path(self.output).is_dir():
+            return "".join(reasons.values())
+        return "; ".join(f"{path.name}: {reason}" for path, reason in reasons.items() if reason)
+
+
+def _worst(made: list[RegisteredFile]) -> Quality:
+    found = {one.found.quality for one in made}
+    return "ruined" if "ruined" in found else "doubtful" if "doubtful" in found else "good"
