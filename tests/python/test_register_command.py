@@ -223,15 +223,21 @@ def test_lines_of_a_table_are_registered(
     assert "1 done, 1 doubtful, 0 already complete, 1 failed of 3 jobs" in said
     assert "wrong.obj: ruined: " in said
     with report.open(newline="") as file:
-        assert [(line["status"], line["frames"]) for line in csv.DictReader(file)] == [
-            ("done", "1"),
-            ("doubtful", "3"),
-            ("failed", "0"),
-        ]
+        lines = [*csv.DictReader(file)]
+    assert [(line["status"], line["frames"]) for line in lines] == [
+        ("done", "1"),
+        ("doubtful", "3"),
+        ("failed", "0"),
+    ]
+    assert "wrong.obj: ruined: " in lines[1]["reason"]
     assert error(torus, truth, positions(tmp_path / "new" / "one.obj")) < 0.5
     table.write_text("".join(table.read_text().splitlines(keepends=True)[:3]))
-    again = run("batch", table, code=3).stderr
+    again = run("batch", table, "--report", report, code=3).stderr
     assert "0 done, 1 doubtful, 1 already complete, 0 failed" in again
+    with report.open(newline="") as file:
+        kept = [*csv.DictReader(file)][1]
+    assert kept["frames"] == "3"
+    assert re.match("kept from an earlier run; .*wrong.obj: ruined: ", kept["reason"])
     assert "wrong.obj: ruined: " in again
     (tmp_path / "made" / "second.obj").unlink()
     assert "--overwrite makes all anew" in run("batch", table, code=1).stderr

@@ -163,8 +163,10 @@ def _frames_in(job: AnyJob) -> int:
     """The number of frames in the output; 0 if it cannot be read."""
     output = Path(job.output)
     if isinstance(job, RegisterJob):
-        names = [path.name for path in output.iterdir()] if output.is_dir() else ["its one mesh"]
-        return sum(1 for name in names if not name.startswith("."))
+        if not output.is_dir():
+            return 1
+        # What is remembered of a doubtful result is a hidden file.
+        return sum(1 for path in output.iterdir() if not path.name.startswith("."))
     meshes: list[str | None] = [None]
     try:
         if isinstance(job, Job) and job.source.get("prim") == every_mesh:

@@ -70,10 +70,14 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
 
         def add(result: Result) -> None:
             job = result.job
-            reason, seconds = result.reason, result.seconds
+            reasons = [result.reason] if result.reason else []
+            seconds = result.seconds
             if result.kept:
-                reason, seconds = _KEPT, earlier.get(str(job.output), 0.0)
-            outcome = (result.status, reason, result.frames, f"{seconds:.3f}")
+                reasons.append(_KEPT)
+                seconds = earlier.get(str(job.output), 0.0)
+            if result.status == "doubtful":
+                reasons += result.remarks
+            outcome = (result.status, "; ".join(reasons), result.frames, f"{seconds:.3f}")
             table.writerow([job.input, job.output, *outcome])
             file.flush()  # so that a killed process leaves its results
 
