@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   const ProcessorLevel level = level_of(processor_features());
   if (level >= ProcessorLevel::v2) processor = "x86-64-v2";
   if (level >= ProcessorLevel::v3) processor = "x86-64-v3";
+  if (level >= ProcessorLevel::v4) processor = "x86-64-v4";
 #endif
   std::printf("%s, %s\n", DYNMESH_COMPILER, processor.data());
   return 0;

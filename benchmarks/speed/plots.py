@@ -77,7 +77,7 @@ def size(rows: Sequence[Comparison], folders: list[Path]) -> None:
             axis.set(title=_title(loss), xlabel="vertices", xscale="log", yscale="log")
         axes[0].set_ylabel("time of a frame / ms")
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
         _save(figure, folders, "size.png")
 
 

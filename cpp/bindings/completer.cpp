@@ -60,6 +60,7 @@ class AnyCompleter : public AnyStream<Completer, Settings> {
 void bind_completer(py::module_& module) {
   py::register_local_exception_translator(&translate_setting_error);
   py::class_<FrameReport>(module, "FrameReport", frame_report_doc)
+      .def(report_pickle<FrameReport>())
       .def_readonly("known", &FrameReport::known)
       .def_readonly("filled", &FrameReport::filled)
       .def_readonly("disconnected", &FrameReport::disconnected)

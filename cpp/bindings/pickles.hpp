@@ -1,11 +1,14 @@
-/// Pickles of the Python classes of completer and tracker.
+/// Pickles of the Python classes of completer and tracker, and of their reports.
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/version.hpp>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace dynmesh {
@@ -47,6 +50,42 @@ void bind_pickle(py::class_<Any>& bound) {
         if (given.size() != 2 || !py::isinstance<py::tuple>(given[0])) refuse_pickle<Any>();
         return std::pair(unpickled<Any>(py::object(given[0])), py::dict(given[1]));
       }));
+}
+
+/// References to all that a report holds.
+inline auto members_of(FrameReport& report) {
+  auto& [blend, prior_weight, prior_share, first_order_share, factor, rotation, solve] =
+      report.stages;
+  return std::tie(report.known, report.filled, report.disconnected, report.iterations,
+                  report.rejected, report.standard_error, report.seconds, blend, prior_weight,
+                  prior_share, first_order_share, factor, rotation, solve);
+}
+
+inline auto members_of(TrackingReport& report) {
+  auto& [points, far_share, disagreeing, distance] = report.agreement;
+  return std::tuple_cat(
+      members_of(static_cast<FrameReport&>(report)),
+      std::tie(points, far_share, disagreeing, distance, report.aligned, report.recovered));
+}
+
+template <class... Value>
+std::tuple<Value...> values_of(const std::tuple<Value&...>& members) {
+  return members;
+}
+
+template <class Report>
+auto report_pickle() {
+  return py::pickle([](Report report) { return py::cast(values_of(members_of(report))); },
+                    [](const py::object& state) {
+                      Report report;
+                      auto members = members_of(report);
+                      try {
+                        members = state.cast<decltype(values_of(members))>();
+                      } catch (const py::cast_error&) {
+                        throw py::value_error("state: not that of a pickled report");
+                      }
+                      return report;
+                    });
 }
 
 }  // namespace dynmesh

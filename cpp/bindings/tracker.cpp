@@ -72,6 +72,7 @@ void bind_tracker(py::module_& module) {
                     agreement.distance);
       });
   py::class_<TrackingReport, FrameReport>(module, "TrackingReport", tracking_report_doc)
+      .def(report_pickle<TrackingReport>())
       .def_property_readonly("points", [](const TrackingReport& r) { return r.agreement.points; })
       .def_property_readonly("far", [](const TrackingReport& r) { return r.agreement.far_share; })
       .def_property_readonly("disagreeing",

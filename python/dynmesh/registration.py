@@ -30,8 +30,8 @@ class Registration:
             began; with `scale`, its rotation is multiplied by the power of ten between the units.
         far: the share of the points that are farther than a mean edge from the mesh.
         disagreeing: the share of the points that are near the mesh but face the other way.
-        empty: the share of the vertices without a point, among those that the sensors should see;
-            without `viewpoints`, among all.
+        empty: the share of the vertices without a point, among those whose front the sensors should
+            see; without `viewpoints`, among all.
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.

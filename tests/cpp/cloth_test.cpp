@@ -13,6 +13,7 @@
 #include "scans.hpp"
 #include "support/workers.hpp"
 #include "tracking/correspondences.hpp"
+#include "tracking/depth_images.hpp"
 #include "tracking/membrane.hpp"
 
 namespace dynmesh::testing {
@@ -108,6 +109,50 @@ Samples part_of(const Samples& scan, double end) {
     }
   }
   return part;
+}
+
+TEST_CASE("cloth in free space is drawn back, and stays where nothing was measured behind") {
+  const auto sheet = flat_sheet(12);
+  const auto faces = triangles_of(sheet);
+  const auto topology = build_topology(sheet.faces(), sheet.size());
+  const std::vector<std::uint8_t> all(sheet.size(), 1);
+  const auto truth = rows_of(sheet.vertices);
+  auto x = truth;
+  const std::size_t first_moved = sheet.size() - 12;  // one side
+  for (std::size_t v = first_moved; v < x.size(); ++v) x[v].x += 2;
+  const Camera camera = {150, 150, 47.5, 47.5, 0, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, -40}};
+  Workers workers(1);
+  const TrackingConstants constants;
+  for (const float behind : {60.0F, 41.0F, 0.0F}) {
+    DepthImages images;
+    const auto pixels = images.add(camera, 96, 96);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto point = camera.at(i / 96, i % 96, 40);
+      pixels[i] = std::max(std::abs(point.x), std::abs(point.y)) < 5.6 ? 40 : behind;
+    }
+    images.prepare(0.5, workers);
+    Correspondences correspondences(faces, topology, workers, constants);
+    correspondences.reset(correspondences.prepare(truth, all), all);
+    correspondences.begin(images, 1);
+    correspondences.find_visible(x);
+    const auto found = correspondences.find(x, {0.9, 1, 1, 1});
+    const std::vector<Correspondence> before(found.begin(), found.end());
+    correspondences.draw_out_of_free_space(x, 1);
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      CAPTURE(v);
+      CAPTURE(behind);
+      if (behind == 60 && v >= first_moved) {
+        CHECK(found[v].weight == 1);
+        CHECK(std::sqrt(squared_norm(found[v].point - truth[v])) < 0.5);
+        const auto way = found[v].point - x[v];
+        CHECK(dot(found[v].normal, way) == doctest::Approx(std::sqrt(squared_norm(way))));
+      } else {
+        CHECK((v < first_moved) == (before[v].weight > 0));
+        CHECK(found[v].weight == before[v].weight);
+        CHECK(squared_norm(found[v].point - before[v].point) == 0);
+      }
+    }
+  }
 }
 
 TEST_CASE("cloth that folds is followed, where one side of it or the other is measured") {

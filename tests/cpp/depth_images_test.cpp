@@ -114,5 +114,44 @@ TEST_CASE("a vertex close to the camera finds points beyond a hole") {
   CHECK(squared_norm(found.point - position) < 1.01 * least_squared_distance(images, position));
 }
 
+TEST_CASE("space is free before what is measured, with a margin, and nowhere else") {
+  Workers workers(1);
+  DepthImages images;
+  const Camera camera = oblique_camera();
+  const auto pixels = add_plane(images, camera, 5);
+  const std::size_t row = 20;
+  const std::size_t column = 30;
+  const auto at = [&](std::size_t r, std::size_t c) -> float& { return pixels[r * width + c]; };
+  const auto before = [&](double depth) {
+    return camera.at(row, column,
+                     static_cast<double>(depth_of_plane(camera, row, column, 5)) - depth);
+  };
+  const auto is_free = [&](double depth) {
+    return images.is_free(before(depth), towards_camera, 1);
+  };
+  CHECK(is_free(1.5));
+  CHECK(images.is_free(before(1.5), -1.0 * towards_camera, 1));
+  CHECK_FALSE(is_free(0.5));
+  CHECK_FALSE(is_free(-1.5));
+  const auto edge_on = cross(towards_camera, {0, 1, 0});
+  CHECK_FALSE(images.is_free(before(1.5), edge_on, 1));
+  CHECK_FALSE(images.is_free(camera.at(0, column, 3), towards_camera, 1));  // at the border
+  CHECK_FALSE(images.is_free({0, 0, -3}, towards_camera, 1));               // behind the camera
+
+  const float there = at(row + 1, column - 1);
+  at(row + 1, column - 1) = there - 2;  // a silhouette
+  CHECK_FALSE(is_free(1.5));
+  at(row + 1, column - 1) = 0;  // not measured
+  CHECK(is_free(1.5));
+  const float middle = at(row, column);
+  at(row, column) = 0;
+  CHECK_FALSE(is_free(1.5));
+  at(row, column) = middle;
+  for (std::size_t c = column - 1; c <= column + 1; ++c) at(row - 1, c) = 0;
+  CHECK(is_free(1.5));
+  at(row, column + 1) = 0;
+  CHECK_FALSE(is_free(1.5));
+}
+
 }  // namespace
 }  // namespace dynmesh::testing

@@ -266,6 +266,18 @@ def test_the_report_lists_every_job(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "--scheduler: no Dask scheduler answers at tcp://127.0.0.1:1" in error
 
 
+def test_messages_name_the_columns_of_the_table(tmp_path: Path) -> None:
+    for number in (0, 1, 3):
+        write_partial(tmp_path / "scans" / f"f_{number}.ply", 1)
+    write_partial(tmp_path / "in.npz", 2)
+    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    table.write_text("input,output,to_unit\nin.npz,a.npz,mm\nscans,b.npz,\n")
+    printed = run("batch", table, "--report", report, code=1).stderr
+    for told in (" ".join(printed.split()), report.read_text()):
+        assert "to_unit: the file states no unit of length: the column unit says it" in told
+        assert "without observations by 'lost' in the column gaps; or, if" in told
+
+
 @contextlib.contextmanager
 def dask_cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
     """A Dask scheduler and two workers, each in a separate process on this machine."""

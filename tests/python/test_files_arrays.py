@@ -51,6 +51,29 @@ def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
     assert dynmesh.read(tmp_path / "a.hdf5").name == before.name
 
 
+@pytest.mark.parametrize("suffix", ["npz", "h5"])
+def test_faces_with_four_columns_are_quads(suffix: str, tmp_path: Path) -> None:
+    quads = np.array([[0, 1, 8, 7], [1, 2, 9, 8]])
+    expected = dynmesh.Sequence(sheet(7).vertices[None], quads)
+    arrays = {"vertices": expected.vertices, "faces": quads}
+
+    def save(path: Path, arrays: dict[str, Any]) -> None:
+        if suffix == "npz":
+            np.savez(path, **arrays)
+            return
+        with h5py.File(path, "w") as file:
+            file.update(arrays)
+
+    given, again = tmp_path / f"given.{suffix}", tmp_path / f"again.{suffix}"
+    save(given, arrays)
+    assert_same(dynmesh.read(given), expected)
+    dynmesh.write(again, dynmesh.read(given))
+    assert_same(dynmesh.read(again), expected)
+    save(given, arrays | {"polygon_sizes": np.array([4]), "polygon_corners": quads[0]})
+    with pytest.raises(ValueError, match=rf"given\.{suffix}: faces: must have shape \(m, 3\)"):
+        dynmesh.read(given)  # which of them is meant?
+
+
 def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
     path = tmp_path / "a.b.npy"
     before = sequence()

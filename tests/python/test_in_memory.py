@@ -160,6 +160,7 @@ def test_pages_and_pictures_are_those_of_the_file(
     made = dynmesh.view(completed, tmp_path / "page.html", reference=truth, max_frames=3)
     assert (tmp_path / "page.html").read_text() == made.html
     assert made.shown.frames == 3
+    assert '"sequence": "sequence", "reference": "the reference"' in made.html
     with pytest.raises(FileExistsError):
         dynmesh.view(completed, tmp_path / "page.html")
     drawn = dynmesh.picture(completed, tmp_path / "a.png", frames=3, reference=truth, title="A")

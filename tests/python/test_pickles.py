@@ -134,3 +134,18 @@ def test_pickles_of_something_else_are_refused(changes: dict[str, Any], message:
     made = dynmesh.Completer.__new__(dynmesh.Completer)
     with pytest.raises(ValueError, match=message):
         made.__setstate__(parts(**changes))
+
+
+@pytest.mark.parametrize("kind", [dynmesh.Completer, dynmesh.Tracker])
+def test_reports_are_pickled_and_copied(kind: Any) -> None:
+    subject = kind(MESH.faces, FRAMES[0], uncertainty=True)
+    all_pushed(subject, range(1, 4))
+    report: Any = subject.report
+    names = [name for name in dir(report) if not name.startswith("_")]
+    assert len(names) >= 14
+    for copied in [made(report) for made in COPIES]:
+        assert type(copied) is type(report)
+        for name in names:
+            np.testing.assert_equal(getattr(copied, name), getattr(report, name), err_msg=name)
+    with pytest.raises(ValueError, match="state: not that of a pickled report"):
+        report.__class__.__new__(report.__class__).__setstate__((1, 2))

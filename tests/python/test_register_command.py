@@ -90,7 +90,7 @@ def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser
     words = ("register", tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made", "--scale")
     run(*words, "--page", tmp_path / "page.html", code=3)
     page = Page(browser, tmp_path / "page.html")
-    assert page.captions() == ["body.obj, the template", "scans, the scans", "made"]
+    assert page.captions() == ["body.obj, the template", "the scans", "made"]
     assert page.text("title").split()[0] == "distance"
     areas, yellow = [], []
     for frame, name in enumerate(("first.ply: good", "second.ply: ruined")):

@@ -165,3 +165,43 @@ def test_exchanged_legs_are_not_good(rng: np.random.Generator) -> None:
     truth = frames.vertices[1].astype(np.float64)
     found = dynmesh.register(mesh.faces, mesh.vertices, *scan(mesh, truth, rng, n=20_000))
     assert (found.quality == "good") == (error(mesh, truth, found.vertices) < 1)
+
+
+def test_landmarks_on_limbs_that_moved(rng: np.random.Generator) -> None:
+    """Two hands and a foot do not tell how the body has moved."""
+    mesh, truth = person()
+    marks = np.array([412, 3077, 9120])
+    found = dynmesh.register(
+        mesh.faces, mesh.vertices, *scan(mesh, truth, rng), landmarks=(marks, truth[marks])
+    )
+    assert error(mesh, truth, found.vertices) < 1
+    assert found.quality == "good"
+
+
+def test_a_template_squeezed_into_a_part_is_not_good(torus: Mesh, rng: np.random.Generator) -> None:
+    flat = torus.vertices * (1, 0.4, 1)
+    found = dynmesh.register(torus.faces, torus.vertices, *scan(torus, flat, rng), align=False)
+    assert found.far < 0.01
+    assert found.quality == "doubtful"
+
+
+def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) -> None:
+    """A sensor behind the shell sees the inside of what is hidden from the other."""
+    n = 40
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    u, v = np.pi * (i / (n - 1) - 0.5), np.pi * (0.1 + 0.8 * j / (n - 1))
+    r = 1 + 0.1 * np.sin(3 * u + v) + 0.1 * np.cos(2 * v)
+    vertices = np.stack(
+        [r * np.cos(u) * np.sin(v), r * np.sin(u) * np.sin(v), r * np.cos(v)], axis=1
+    )
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    halves = [a, a + n + 1, a + n], [a, a + 1, a + n + 1]
+    faces = np.concatenate([np.stack(half, axis=1) for half in halves])
+    shell = Mesh(faces, vertices)
+    points, normals = scan(shell, vertices, rng)
+    sensors = np.array([[0.0, 6, 0], [-6, 0, 0]])
+    seen = ((sensors[0] - points) * normals).sum(axis=1) > 0
+    found = dynmesh.register(
+        faces, vertices, points[seen], normals[seen], viewpoints=sensors, align=False
+    )
+    assert found.quality == "good"

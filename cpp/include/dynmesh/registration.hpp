@@ -15,7 +15,7 @@ namespace dynmesh {
 
 /// How well a registered template explains its scan, as the shares in Registration tell.
 enum class RegistrationQuality {
-  good,      ///< at most 1 % of the points are far from the surface, 0.5 % by one sensor
+  good,      ///< at most 1 % of the points are far from the surface
   doubtful,  ///< a part is probably wrong or missing, or another pose fits as well
   ruined,    ///< the scan is of something else, or the pose was not found
 };
@@ -34,8 +34,8 @@ struct Registration {
   double far_share = 0;
   /// The share of the points near the surface whose normal is that of another one.
   double disagreeing = 0;
-  /// The share of the vertices without a point, among those that the sensors should see; without
-  /// viewpoints, among all.
+  /// The share of the vertices without a point, among those whose front the sensors should see;
+  /// without viewpoints, among all.
   double empty_share = 0;
   /// The root mean square distance of the points that are not far, in their unit.
   double distance = 0;

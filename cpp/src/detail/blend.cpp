@@ -47,8 +47,9 @@ Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
   return {finite(-(sums.s01 + c * sums.s12) / s11), c};
 }
 
-LocalBlend::LocalBlend(const Cells& cells, const DetailConstants& constants)
+LocalBlend::LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants)
     : cells_(cells),
+      workers_(workers),
       constants_(constants),
       shares_(cells.size()),
       fits_(cells.size()),
@@ -62,31 +63,30 @@ LocalBlend::LocalBlend(const Cells& cells, const DetailConstants& constants)
 
 std::span<const double> LocalBlend::find(const ResidualField& residuals, const ResidualSums& sums,
                                          const Blend& global) {
-  double sum = 0;
-  for (std::size_t i = 0; i < fits_.size(); ++i) {
+  workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     fits_[i] = {};
-    if (sums.s11 == 0) continue;
+    if (sums.s11 == 0) return;
     residuals.visit(i, [&](const Residuals& r) { fits_[i].add(r, global.c); });
-    sum += fits_[i].q;
-  }
+  });
+  double sum = 0;
+  for (const BlendFit& fit : fits_) sum += fit.q;
   const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
   for (int n = 0; n < constants_.averagings; ++n) {
-    for (std::size_t i = 0; i < fits_.size(); ++i) {
-      const auto cell = cells_[static_cast<Index>(i)];
+    workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
       BlendFit mean;
-      for (const Index j : cell) {
+      for (const Index j : cells_[static_cast<Index>(i)]) {
         mean.h += fits_[static_cast<std::size_t>(j)].h;
         mean.q += fits_[static_cast<std::size_t>(j)].q;
       }
       averaged_[i] = {shares_[i] * mean.h, shares_[i] * mean.q};
-    }
+    });
     std::swap(fits_, averaged_);
   }
-  for (std::size_t i = 0; i < fits_.size(); ++i) {
+  workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
     blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, constants_.least_blend,
                            constants_.largest_blend);
-  }
+  });
   return blend_;
 }
 

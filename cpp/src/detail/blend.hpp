@@ -12,6 +12,7 @@
 #include "detail/constants.hpp"
 #include "detail/shape_terms.hpp"
 #include "support/geometry.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
@@ -95,8 +96,8 @@ struct BlendFit {
 /// blend.
 class LocalBlend {
  public:
-  /// Both arguments must outlive this object. Allocates memory only in the constructor.
-  LocalBlend(const Cells& cells, const DetailConstants& constants);
+  /// All arguments must outlive this object. Allocates memory only in the constructor.
+  LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants);
 
   /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or s11
   /// is 0.
@@ -105,6 +106,7 @@ class LocalBlend {
 
  private:
   const Cells& cells_;
+  Workers& workers_;
   const DetailConstants& constants_;
   std::vector<double> shares_;  // (k,) the inverse of the size of the cell
   std::vector<BlendFit> fits_;

@@ -28,7 +28,7 @@ Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optio
       constants_(constants),
       system_(topology.cells, workers),
       rotations_(topology.cells, workers),
-      local_blend_(topology.cells, constants_),
+      local_blend_(topology.cells, workers, constants_),
       memory_(topology.cells.size(), constants_),
       training_(std::move(training)),
       rest_fit_(topology.cells, workers, constants_.training),
@@ -147,9 +147,9 @@ Detail::Positions Detail::move_smoothly(Field previous, const Anchors& anchors) 
   const Stopwatch stopwatch(report_.solve_seconds);
   std::vector<Vector3<double>>& moved = workspace_.shape;  // K times the motion of the anchors
   if (!anchors.are_noisy()) {
-    for (std::size_t v = 0; v < previous.size(); ++v) {
+    workers_.for_each_in_chunks(previous.size(), [&](std::size_t v) {
       workspace_.kx[v] = anchors.observed[v] - previous[v];
-    }
+    });
     system_.apply(workspace_.kx, 1, moved);
     std::ranges::copy(anchors.observed, workspace_.x.begin());
   } else {
@@ -158,17 +158,17 @@ Detail::Positions Detail::move_smoothly(Field previous, const Anchors& anchors) 
   const Positions positions{workspace_.x, workspace_.kx};
   const Field step = system_.solve<1>([&](std::size_t v, std::size_t) { return -1.0 * moved[v]; },
                                       positions.x, anchors);
-  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
-  system_.apply(positions.x, 1, positions.kx);
-  return positions;
+  return take_step(positions, step);
 }
 
 /// Fits Q to the positions, with wide averages if the surface `is_stiff`. Returns whether it is,
 /// which the first fit of a frame finds out.
 bool Detail::fit_rotations(Field positions, std::optional<bool> is_stiff) {
   const Stopwatch stopwatch(report_.rotation_seconds);
-  const double angle = is_stiff.value_or(true) ? rotations_.fit_widely(positions) : 0;
-  if (!is_stiff) is_stiff = angle <= constants_.largest_stiff_angle;
+  if (is_stiff.value_or(true)) rotations_.fit_widely(positions);
+  if (!is_stiff) {
+    is_stiff = rotations_.mean_angle_between_clusters() <= constants_.largest_stiff_angle;
+  }
   if (!*is_stiff) rotations_.fit_narrowly(positions);
   return *is_stiff;
 }
@@ -234,10 +234,17 @@ Detail::Positions Detail::take_directions(Positions positions, const ResidualFie
   const auto step = [&](Vector3<double>& from, const ShapeTerms& by) {
     from = from + by.last + blend.b * by.to_rest + blend.c * by.change;
   };
-  for (std::size_t v = 0; v < positions.x.size(); ++v) {
+  workers_.for_each_in_chunks(positions.x.size(), [&](std::size_t v) {
     step(positions.x[v], directions.steps[v]);
     step(positions.kx[v], directions.k_steps[v]);
-  }
+  });
+  return positions;
+}
+
+Detail::Positions Detail::take_step(Positions positions, Field step) {
+  workers_.for_each_in_chunks(step.size(),
+                              [&](std::size_t v) { positions.x[v] = positions.x[v] + step[v]; });
+  system_.apply(positions.x, 1, positions.kx);
   return positions;
 }
 
@@ -245,9 +252,9 @@ Detail::Positions Detail::take_directions(Positions positions, const ResidualFie
 Detail::Field Detail::blended(std::span<const ShapeTerms> turned, std::span<const double> b,
                               double c) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  for (std::size_t v = 0; v < b.size(); ++v) {
+  workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
     workspace_.shape[v] = turned[v].last + b[v] * turned[v].to_rest + c * turned[v].change;
-  }
+  });
   return workspace_.shape;
 }
 
@@ -256,9 +263,7 @@ Detail::Positions Detail::take_shape(Positions positions, Field shape, const Anc
   const Stopwatch stopwatch(report_.solve_seconds);
   const Field step = system_.solve<1>(
       [&](std::size_t v, std::size_t) { return shape[v] - positions.kx[v]; }, positions.x, anchors);
-  for (std::size_t v = 0; v < step.size(); ++v) positions.x[v] = positions.x[v] + step[v];
-  system_.apply(positions.x, 1, positions.kx);
-  return positions;
+  return take_step(positions, step);
 }
 
 /// Returns the mean share of the satellites.
@@ -295,7 +300,7 @@ void Detail::remember(Frame completed) {
   const Field x = in_workspace(completed);
   fit_rotations(x, is_stiff_);
   const Stopwatch stopwatch(report_.rotation_seconds);
-  memory_.learn(detail_turned_back(x));
+  memory_.learn(detail_turned_back(x), workers_);
   if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0);
 }
 

@@ -95,6 +95,7 @@ class Detail final : public Estimator<double> {
   Fitted add_modes(Fit& fit, ResidualField directions, const Generations& generations);
   Positions take_directions(Positions positions, const ResidualField& directions,
                             const Blend& blend);
+  Positions take_step(Positions positions, Field step);
   Field blended(std::span<const ShapeTerms> turned, std::span<const double> b, double c);
   Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
   double take_first_order(Field previous, const Positions& positions, Field shape,

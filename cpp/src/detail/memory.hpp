@@ -8,6 +8,7 @@
 
 #include "detail/constants.hpp"
 #include "detail/shape_terms.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
@@ -25,7 +26,7 @@ class ShapeMemory {
 
   /// Updates m and u with the detail (k,) of a completed frame, rotated back to the axes of frame
   /// 0.
-  void learn(Field detail);
+  void learn(Field detail, Workers& workers);
 
   /// Restores m and u.
   void recall(Field detail, Field change);

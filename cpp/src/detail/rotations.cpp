@@ -56,26 +56,22 @@ void Rotations::fit_narrowly(std::span<const Vector3<double>> frame) {
   });
 }
 
-double Rotations::fit_widely(std::span<const Vector3<double>> frame) {
+void Rotations::fit_widely(std::span<const Vector3<double>> frame) {
   measure(frame);
-  const auto n_clusters = static_cast<Index>(wide_.clusters.size());
-  const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists,
-                          std::vector<Covariance>& sums, bool with_own) {
-    workers_.for_each_short_chunk(n_clusters, [&](Index first, Index last) {
-      for (Index c = first; c < last; ++c) {
-        Covariance sum = with_own ? from[static_cast<std::size_t>(c)] : Covariance{};
-        for (const Index j : lists[c]) {
-          for (std::size_t row = 0; row < 3; ++row) {
-            sum.rows[row] = sum.rows[row] + from[static_cast<std::size_t>(j)].rows[row];
-          }
-        }
-        sums[static_cast<std::size_t>(c)] = sum;
-      }
+  const auto for_each_cluster = [&](const auto& work) {
+    constexpr Index vertices = 7;  // of most clusters
+    workers_.for_each_short_chunk(static_cast<Index>(wide_.clusters.size()), work, vertices);
+  };
+  const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists, bool with_own,
+                          std::vector<Covariance>& sums) {
+    for_each_cluster([&](Index first, Index last) {
+      kernels_.add_lists(from.data(), lists.offsets.data(), lists.neighbours.data(), with_own,
+                         sums.data(), first, last);
     });
   };
-  add_up(covariances_, wide_.clusters.members, wide_.covariances, false);
+  add_up(covariances_, wide_.clusters.members, false, wide_.covariances);
   for (int n = 0; n < 2; ++n) {
-    add_up(wide_.covariances, wide_.clusters.neighbours, wide_.averaged, true);
+    add_up(wide_.covariances, wide_.clusters.neighbours, true, wide_.averaged);
     std::swap(wide_.covariances, wide_.averaged);
   }
   for (std::size_t c = 0; c < wide_.clusters.size(); ++c) {
@@ -85,13 +81,11 @@ double Rotations::fit_widely(std::span<const Vector3<double>> frame) {
   of_clusters.cell_offsets = wide_.no_cells.data();
   of_clusters.covariances = wide_.covariances.data();
   of_clusters.quaternions = wide_.quaternions.data();
-  workers_.for_each_short_chunk(
-      n_clusters, [&](Index first, Index last) { kernels_.turn(of_clusters, first, last); });
+  for_each_cluster([&](Index first, Index last) { kernels_.turn(of_clusters, first, last); });
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     kernels_.blend(data(frame), wide_.clusters.of_vertex.data(), wide_.quaternions.data(), first,
                    last);
   });
-  return mean_angle_between_clusters();
 }
 
 double Rotations::mean_angle_between_clusters() const {

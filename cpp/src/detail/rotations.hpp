@@ -41,10 +41,11 @@ class Rotations {
   /// Averages the covariance of each vertex once with those of its neighbours.
   void fit_narrowly(std::span<const Vector3<double>> frame);
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
-  /// clusters. Each vertex then takes the mean rotation of the clusters of its cell. Returns the
-  /// mean angle, in degrees, by which neighbouring clusters are turned against each other, 0 if
-  /// there is one cluster.
-  double fit_widely(std::span<const Vector3<double>> frame);
+  /// clusters. Each vertex then takes the mean rotation of the clusters of its cell.
+  void fit_widely(std::span<const Vector3<double>> frame);
+  /// The mean angle, in degrees, by which the last wide fit turned neighbouring clusters against
+  /// each other; 0 if there is one cluster.
+  [[nodiscard]] double mean_angle_between_clusters() const;
 
   /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
   /// frame. The result may be the same memory.
@@ -64,7 +65,6 @@ class Rotations {
  private:
   void measure(std::span<const Vector3<double>> frame);
   [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);
-  [[nodiscard]] double mean_angle_between_clusters() const;
 
   const Cells& cells_;
   Workers& workers_;

@@ -56,10 +56,10 @@ ShapeSystem::Field ShapeSystem::scatter(std::span<const Vector3<double>> rows, s
   const auto order = solved();
   const auto steps = side_by_side(std::span(steps_)).first(width * cells_.size());
   if (order.size() < cells_.size()) std::ranges::fill(steps, Vector3<double>{});
-  for (std::size_t r = 0; r < order.size(); ++r) {
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     const auto v = static_cast<std::size_t>(order[r]);
     for (std::size_t f = 0; f < width; ++f) steps[width * v + f] = rows[width * r + f];
-  }
+  });
   return steps;
 }
 

@@ -67,11 +67,11 @@ class ShapeSystem {
   /// to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>
   Field solve(const Residual& residual, const Pull& pull, const Anchors& anchors) {
-    for (std::size_t v = 0; v < cells_.size(); ++v) {
+    workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
       for (std::size_t f = 0; f < fields; ++f) {
         scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
       }
-    }
+    });
     multiply_transposed(fields);
     if (anchors.are_noisy()) {
       const auto rows = solved();

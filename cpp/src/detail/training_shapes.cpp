@@ -77,19 +77,18 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers);
   rotations.reset(rotations.prepare(first), first, mean_edge);
-  // Sets all shapes. `fit(x)` returns the mean angle between clusters, and so does this function.
-  const auto find_shapes = [&](const auto& fit) {
+  // Sets all shapes. Returns the mean angle between clusters, which only wide fits set.
+  const auto find_shapes = [&](auto fit) {
     double sum_of_angles = 0;
     for (std::size_t frame = 0; frame < training.size(); ++frame) {
       std::ranges::copy(training[frame], x.begin());
       std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
-      double angle = 0;
       for (int n = 0; n < most_fits; ++n) {
         std::ranges::copy(rotations.quaternions(), before.begin());
-        angle = fit(x);
+        (rotations.*fit)(x);
         if (largest_change(before, rotations.quaternions()) <= settled) break;
       }
-      sum_of_angles += angle;
+      sum_of_angles += rotations.mean_angle_between_clusters();
       apply_operator(k, x, 1, kx, workers);
       rotations.turn_back(kx, kx);
       for (std::size_t v = 0; v < n_vertices; ++v) {
@@ -98,14 +97,8 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
     }
     return sum_of_angles / static_cast<double>(training.size());
   };
-  using Field = std::span<const Vector3<double>>;
-  const double angle = find_shapes([&](Field frame) { return rotations.fit_widely(frame); });
-  if (!(angle <= largest_stiff_angle)) {
-    find_shapes([&](Field frame) {
-      rotations.fit_narrowly(frame);
-      return 0.0;
-    });
-  }
+  const double angle = find_shapes(&Rotations::fit_widely);
+  if (!(angle <= largest_stiff_angle)) find_shapes(&Rotations::fit_narrowly);
   return shapes;
 }
 

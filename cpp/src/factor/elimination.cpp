@@ -109,10 +109,10 @@ struct Block {
 /// Limits the share of zeros by the width of the block. Narrow blocks are joined more readily,
 /// since the mask removes columns from them and very narrow blocks are slow.
 bool is_worth_joining(const Block& joined) {
-  if (joined.columns <= 8) return true;
+  if (joined.columns <= 6) return true;
   const double zeros = joined.share_of_zeros();
-  if (joined.columns <= 16) return zeros < 0.5;
-  if (joined.columns <= 32) return zeros < 0.25;
+  if (joined.columns <= 16) return zeros < 0.4;
+  if (joined.columns <= 32) return zeros < 0.2;
   return zeros < 0.05;
 }
 

@@ -5,6 +5,13 @@
 #include "support/indices.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// The least number of rows of a panel that a thread takes at once, if several compute it together:
+/// a multiple of those that the kernels take, so that the results are those of one thread.
+constexpr Index rows_of_piece = 32;
+
+}  // namespace
 
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
   const bool is_same_mask = std::ranges::equal(mask, mask_);
@@ -35,7 +42,8 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   workspaces_.lend([&](Workspace& workspace) {
     const double worth_it = workers_.task_sharing().factor_step_from;
     for (const Index p : above_) {
-      const bool has_parts = !borders_.empty() && panels_[at(p)].rows() > rows_of_product;
+      const bool has_parts =
+          workers_.threads() > 1 && !borders_.empty() && panels_[at(p)].rows() > rows_of_piece;
       if (has_parts && multiplications_before(p) >= worth_it) {
         factor_together(p, workspace);
       } else {
@@ -52,6 +60,7 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   fill(panel, workspace.local);
   for (Index d = head_[at(p)]; d != none;) {
     const Index following = next_[at(d)];
+    if (following != none) prefetch(following);
     const Index n = n_common(d, panel);
     subtract_rows(panel, d, n, 0, panels_[at(d)].n_below - reached_[at(d)], workspace.local,
                   workspace);
@@ -62,6 +71,20 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   kernels_.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
                         panel.columns, &inverse_[at(panel.first)], workspace.packed.data());
   queue(p, 0, border);
+}
+
+/// Lets the processor load the unprocessed rows of an earlier panel, which are often in main
+/// memory.
+void MaskedFactor::prefetch(Index d) const {
+  constexpr std::size_t most = 8192;  // bytes, a quarter of a first-level cache
+  constexpr std::size_t line = 64;
+  const Panel& panel = panels_[at(d)];
+  const auto rows = at(panel.n_below - reached_[at(d)]);
+  const auto* first = reinterpret_cast<const char*>(
+      &factor_[panel.data + at(panel.columns + reached_[at(d)]) * at(panel.columns)]);
+  const std::size_t size = std::min(most, rows * at(panel.columns) * sizeof(double));
+  for (std::size_t i = 0; i < size; i += line) __builtin_prefetch(first + i);
+  __builtin_prefetch(&rows_[at(panel.below + reached_[at(d)])]);
 }
 
 /// The number of multiplications for the contributions of all earlier panels.
@@ -80,9 +103,10 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   const Panel& panel = panels_[at(p)];
   fill(panel, workspace.local);
   const auto in_pieces = [&](Index n_rows, bool is_worth_it, const auto& work) {
-    workers_.share((n_rows + rows_of_product - 1) / rows_of_product, is_worth_it, [&](Index i) {
-      work(i * rows_of_product, std::min(n_rows, (i + 1) * rows_of_product));
-    });
+    const Index n_pieces = (n_rows + rows_of_piece - 1) / rows_of_piece;
+    const Index rows = rows_of_piece * std::max(n_pieces / (2 * workers_.threads()), Index{1});
+    workers_.share((n_rows + rows - 1) / rows, is_worth_it,
+                   [&](Index i) { work(i * rows, std::min(n_rows, (i + 1) * rows)); });
   };
   in_pieces(panel.rows(), true, [&](Index begin, Index end) {
     workspaces_.lend([&](Workspace& own) {
@@ -127,8 +151,9 @@ void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
     const auto position = at(position_at_[at(panel.first + j)]);
     for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       const Index row = row_of_[at(matrix_.rows[at(e)])];
-      if (row == none) continue;
-      data[at(local[at(row)]) * at(panel.columns) + at(j)] = matrix_.values[at(e)];
+      const std::size_t entry = at(local[at(std::max(row, Index{0}))]) * at(panel.columns) + at(j);
+      double masked_out;
+      (row == none ? masked_out : data[entry]) = matrix_.values[at(e)];
     }
     if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
   }
@@ -154,7 +179,7 @@ void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index fir
   const Index* rows = &rows_[at(descendant.below + begin)];
   const Index c = descendant.columns;
   const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
-  const Index stride = (n + 3) / 4 * 4;
+  const Index stride = (n + stride_of_products - 1) / stride_of_products * stride_of_products;
   const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
   for (; first < last; first += rows_of_product) {
     const Index m = std::min(rows_of_product, last - first);

@@ -71,7 +71,7 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
   panel_of_.resize(n);
   panels_before_.reserve(supernodes + 1);
   panels_.reserve(supernodes);
-  rows_.reserve(plan_.rows.size());
+  rows_.resize(plan_.rows.size());
   inverse_.resize(n);
   above_.reserve(supernodes);
   borders_.reserve(supernodes);
@@ -89,22 +89,28 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
 
 /// Determines the panels of the submatrix and their rows.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
-  position_at_.clear();
-  order_.clear();
-  for (std::size_t position = 0; position < row_of_.size(); ++position) {
-    const bool is_in = mask[at(plan_.column_at[position])] != 0;
-    row_of_[position] = is_in ? static_cast<Index>(position_at_.size()) : none;
-    if (!is_in) continue;
-    position_at_.push_back(static_cast<Index>(position));
-    order_.push_back(plan_.column_at[position]);
+  // Here and below, no branch depends on the mask, since the processor could not predict it.
+  const std::size_t n = row_of_.size();
+  position_at_.resize(n);
+  order_.resize(n);
+  std::size_t size_of_order = 0;
+  for (std::size_t position = 0; position < n; ++position) {
+    const Index column = plan_.column_at[position];
+    const bool is_in = mask[at(column)] != 0;
+    row_of_[position] = is_in ? static_cast<Index>(size_of_order) : none;
+    position_at_[size_of_order] = static_cast<Index>(position);
+    order_[size_of_order] = column;
+    size_of_order += is_in ? 1 : 0;
   }
+  position_at_.resize(size_of_order);
+  order_.resize(size_of_order);
   panels_.clear();
   panels_before_.clear();
-  rows_.clear();
   std::ranges::fill(seen_, none);
   std::ranges::fill(first_child_, none);
   std::size_t size = 0;
   Index first = 0;
+  Index below = 0;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
     const Index end_position = plan_.firsts[at(s) + 1];
     const Index begin = first;
@@ -115,11 +121,10 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
       panel_of_[at(first++)] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
-    Panel panel = {begin, first - begin, static_cast<Index>(rows_.size()), 0, 0, size};
-    panels_.push_back(panel);
+    panels_.push_back({begin, first - begin, below, 0, 0, size});
     find_rows(s);
-    panel.n_below = static_cast<Index>(rows_.size()) - panel.below;
-    panels_.back() = panel;
+    const Panel& panel = panels_.back();
+    below += panel.n_below;
     size += at(panel.columns) * at(panel.rows());
     multiplications_[at(s)] = 0.5 * panel.columns * panel.rows() * panel.rows();
   }
@@ -132,10 +137,11 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
 /// Divides the panels among subtrees.
 void MaskedFactor::divide() {
   cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
-  if (cost_.multiplications < workers_.task_sharing().factor_from) {
-    subtrees_.clear();
-  } else {
+  const TaskSharing& sharing = workers_.task_sharing();
+  if (matrix_.size() >= sharing.factor_size_from && cost_.multiplications >= sharing.factor_from) {
     subtrees_.divide(multiplications_);
+  } else {
+    subtrees_.clear();
   }
   above_.clear();
   borders_.clear();
@@ -170,7 +176,7 @@ void MaskedFactor::divide() {
 /// contains.
 void MaskedFactor::find_rows(Index supernode) {
   const auto s = at(supernode);
-  const Panel& panel = panels_.back();
+  Panel& panel = panels_.back();
   const auto mine = static_cast<Index>(panels_.size()) - 1;
   for (Index j = panel.first; j < panel.first + panel.columns; ++j) {
     const auto position = at(position_at_[at(j)]);
@@ -186,9 +192,11 @@ void MaskedFactor::find_rows(Index supernode) {
   }
   for (Index r = plan_.row_offsets[s]; r < plan_.row_offsets[s + 1]; ++r) {
     const auto position = at(plan_.rows[at(r)]);
-    if (seen_[position] == mine && row_of_[position] != none) rows_.push_back(row_of_[position]);
+    const Index row = row_of_[position];
+    rows_[at(panel.below + panel.n_below)] = row;
+    panel.n_below += static_cast<Index>(seen_[position] == mine) & static_cast<Index>(row != none);
   }
-  if (static_cast<Index>(rows_.size()) == panel.below) return;
+  if (panel.n_below == 0) return;
   const Index position = position_at_[at(rows_[at(panel.below)])];
   const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), position) -
                   plan_.firsts.begin() - 1;

@@ -15,53 +15,71 @@ using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = doub
   *reinterpret_cast<Unaligned*>(to) = value;
 }
 
-/// Multiplies `height` rows of a with `width` quads of packed columns of b.
+// The factorisation uses the widest registers, of which a tile fills half.
+#ifdef __AVX512F__
+constexpr int lanes = 8;
+constexpr int tile_height = 8;
+#else
+constexpr int lanes = 4;
+constexpr int tile_height = 4;
+#endif
+using Wide [[gnu::vector_size(8 * lanes), gnu::may_alias, gnu::aligned(8)]] = double;
+static_assert(widest_supernode % (2 * lanes) == 0 && stride_of_products % lanes == 0);
+
+[[gnu::always_inline]] inline Wide& wide(double* numbers) {
+  return *reinterpret_cast<Wide*>(numbers);
+}
+[[gnu::always_inline]] inline const Wide& wide(const double* numbers) {
+  return *reinterpret_cast<const Wide*>(numbers);
+}
+
+/// Multiplies `height` rows of a with `width` vectors of packed columns of b.
 template <int height, int width>
 [[gnu::always_inline]] inline void multiply_tile(const double* a, Index c, const double* packed,
                                                  double* products, Index stride) {
-  Doubles sums[height][width] = {};
+  Wide sums[height][width] = {};
   for (Index k = 0; k < c; ++k) {
-    Doubles columns[width];
-    for (int w = 0; w < width; ++w) columns[w] = load(packed + (width * k + w) * 4);
+    Wide columns[width];
+    for (int w = 0; w < width; ++w) columns[w] = wide(packed + (width * k + w) * lanes);
     for (int h = 0; h < height; ++h) {
       const double factor = a[h * c + k];
       for (int w = 0; w < width; ++w) sums[h][w] += factor * columns[w];
     }
   }
   for (int h = 0; h < height; ++h) {
-    for (int w = 0; w < width; ++w) store(products + h * stride + 4 * w, sums[h][w]);
+    for (int w = 0; w < width; ++w) wide(products + h * stride + lanes * w) = sums[h][w];
   }
 }
 
 template <int width>
 void multiply_columns(const double* a, Index m, const double* b, Index n, Index c, double* products,
                       Index stride, double* packed) {
-  for (Index j = 0; j < 4 * width; ++j) {
+  constexpr int taken = lanes * width;
+  for (Index j = 0; j < taken; ++j) {
     const double* row = b + (j < n ? j : n - 1) * c;
-    for (Index k = 0; k < c; ++k) packed[4 * width * k + j] = row[k];
+    for (Index k = 0; k < c; ++k) packed[taken * k + j] = row[k];
   }
   Index i = 0;
-  for (; i + 4 <= m; i += 4) {
-    multiply_tile<4, width>(a + i * c, c, packed, products + i * stride, stride);
-  }
-  for (; i < m; ++i) multiply_tile<1, width>(a + i * c, c, packed, products + i * stride, stride);
+  const auto multiply_rows = [&]<int height>() {
+    for (; i + height <= m; i += height) {
+      multiply_tile<height, width>(a + i * c, c, packed, products + i * stride, stride);
+    }
+  };
+  multiply_rows.template operator()<tile_height>();
+  multiply_rows.template operator()<tile_height / 4>();
+  multiply_rows.template operator()<1>();
 }
 
 void multiply(const double* a, Index m, Index first, const double* b, Index n, Index c,
               double* products, double* work) {
-  const Index stride = (n + 3) / 4 * 4;
-  Index j = 0;
-  // Rows before `above` of these columns are in the upper triangle, which is not used.
-  for (; j + 4 < n; j += 8) {
+  const Index stride = (n + stride_of_products - 1) / stride_of_products * stride_of_products;
+  for (Index j = 0; j < n; j += 2 * lanes) {
+    // Rows before `above` of these columns are in the upper triangle, which is not used.
     const Index above = j > first ? j - first : 0;
     if (above >= m) return;
-    multiply_columns<2>(a + above * c, m - above, b + j * c, n - j, c,
-                        products + above * stride + j, stride, work);
-  }
-  const Index above = j > first ? j - first : 0;
-  if (j < n && above < m) {
-    multiply_columns<1>(a + above * c, m - above, b + j * c, n - j, c,
-                        products + above * stride + j, stride, work);
+    const auto multiply_wide = j + lanes < n ? multiply_columns<2> : multiply_columns<1>;
+    multiply_wide(a + above * c, m - above, b + j * c, n - j, c, products + above * stride + j,
+                  stride, work);
   }
 }
 
@@ -89,27 +107,27 @@ void factor_triangle(double* panel, Index columns, const double* least, double* 
   }
 }
 
-/// Solves for `width` quads of rows below the triangle, with one row in each lane.
+/// Solves for `width` vectors of rows below the triangle, with one row in each lane.
 template <int width>
 [[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
                                                const double* upper) {
-  Doubles lanes[widest_supernode][width];
+  Wide values[widest_supernode][width];
   for (Index k = 0; k < columns; ++k) {
     for (int w = 0; w < width; ++w) {
-      for (int i = 0; i < 4; ++i) lanes[k][w][i] = rows[(4 * w + i) * columns + k];
+      for (int i = 0; i < lanes; ++i) values[k][w][i] = rows[(lanes * w + i) * columns + k];
     }
   }
   for (Index k = 0; k < columns; ++k) {
-    Doubles x[width];
-    for (int w = 0; w < width; ++w) x[w] = lanes[k][w] *= inverse[k];
+    Wide x[width];
+    for (int w = 0; w < width; ++w) x[w] = values[k][w] *= inverse[k];
     for (Index j = k + 1; j < columns; ++j) {
       const double factor = upper[widest_supernode * k + j];
-      for (int w = 0; w < width; ++w) lanes[j][w] -= factor * x[w];
+      for (int w = 0; w < width; ++w) values[j][w] -= factor * x[w];
     }
   }
   for (Index k = 0; k < columns; ++k) {
     for (int w = 0; w < width; ++w) {
-      for (int i = 0; i < 4; ++i) rows[(4 * w + i) * columns + k] = lanes[k][w][i];
+      for (int i = 0; i < lanes; ++i) rows[(lanes * w + i) * columns + k] = values[k][w][i];
     }
   }
 }
@@ -124,8 +142,10 @@ void factor_row(double* row, Index columns, const double* inverse, const double*
 void factor_below(double* rows, Index n, Index columns, const double* inverse,
                   const double* upper) {
   Index r = 0;
-  for (; r + 8 <= n; r += 8) factor_rows<2>(rows + r * columns, columns, inverse, upper);
-  for (; r + 4 <= n; r += 4) factor_rows<1>(rows + r * columns, columns, inverse, upper);
+  for (; r + 2 * lanes <= n; r += 2 * lanes) {
+    factor_rows<2>(rows + r * columns, columns, inverse, upper);
+  }
+  for (; r + lanes <= n; r += lanes) factor_rows<1>(rows + r * columns, columns, inverse, upper);
   for (; r < n; ++r) factor_row(rows + r * columns, columns, inverse, upper);
 }
 

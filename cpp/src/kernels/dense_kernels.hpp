@@ -12,18 +12,19 @@ namespace dynmesh {
 /// The largest number of columns of a supernode, and therefore of a panel. The diagonal blocks then
 /// fit into the first-level cache.
 constexpr Index widest_supernode = 32;
-static_assert(widest_supernode % 4 == 0, "products of full panels take no more columns than that");
+/// The rows of a product begin at multiples of this number of elements.
+constexpr Index stride_of_products = 8;
 
 /// The number of elements that the functions below need in `work`, where `factor_triangle`
 /// stores a transposed triangle.
 constexpr Index most_work = widest_supernode * widest_supernode;
-static_assert(most_work >= 8 * widest_supernode, "the rows that `multiply` packs");
+static_assert(most_work >= 16 * widest_supernode, "the rows that `multiply` packs");
 
 struct DenseKernels {
   /// Computes products (m, stride) = a (m, c) times the transpose of b (n, c), where row i of a is
   /// row `first` + i of a symmetric product: columns after that of its diagonal are undefined. The
-  /// stride is n rounded up to a multiple of 4; the columns from n on are undefined. c is at most
-  /// `widest_supernode`.
+  /// stride is n rounded up to a multiple of `stride_of_products`; the columns from n on are
+  /// undefined. c is at most `widest_supernode`.
   void (*multiply)(const double* a, Index m, Index first, const double* b, Index n, Index c,
                    double* products, double* work);
 

@@ -32,7 +32,9 @@ constexpr std::uint32_t osxsave = bits({27});                          // XGETBV
 constexpr std::uint32_t v3_leaf_1 = osxsave | bits({12, 22, 28, 29});  // FMA, MOVBE, AVX, F16C
 constexpr std::uint32_t v3_leaf_7 = bits({3, 5, 8});                   // BMI1, AVX2, BMI2
 constexpr std::uint32_t v3_leaf_80000001 = bits({5});                  // LZCNT
+constexpr std::uint32_t v4_leaf_7 = bits({16, 17, 28, 30, 31});        // AVX-512 F, DQ, CD, BW, VL
 constexpr std::uint64_t sse_and_avx_registers = bits({1, 2});
+constexpr std::uint64_t avx_512_registers = bits({5, 6, 7});
 
 }  // namespace
 
@@ -43,7 +45,9 @@ ProcessorLevel level_of(const ProcessorFeatures& features) {
   const bool is_v3 = has(features.leaf_1_ecx, v3_leaf_1) && has(features.leaf_7_ebx, v3_leaf_7) &&
                      has(features.leaf_80000001_ecx, v3_leaf_80000001) &&
                      has(features.xcr0, sse_and_avx_registers);
-  return is_v3 ? ProcessorLevel::v3 : ProcessorLevel::v2;
+  if (!is_v3) return ProcessorLevel::v2;
+  const bool is_v4 = has(features.leaf_7_ebx, v4_leaf_7) && has(features.xcr0, avx_512_registers);
+  return is_v4 ? ProcessorLevel::v4 : ProcessorLevel::v3;
 }
 
 // __builtin_cpu_supports is not used, since Clang 14 supports neither the levels nor all of their

@@ -6,7 +6,7 @@
 
 namespace dynmesh {
 
-enum class ProcessorLevel { baseline, v2, v3 };
+enum class ProcessorLevel { baseline, v2, v3, v4 };
 
 /// The features of a processor: registers after the instructions CPUID, with the leaf in eax, and
 /// XGETBV.

@@ -21,23 +21,45 @@ using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = doub
   return (lanes[0] & lanes[1] & lanes[2] & lanes[3]) != 0;
 }
 
+/// The rows of a covariance.
+struct Rows {
+  Doubles x, y, z;
+
+  [[gnu::always_inline]] void add(const Rows& other) {
+    x += other.x;
+    y += other.y;
+    z += other.z;
+  }
+};
+
+[[gnu::always_inline]] inline Rows& rows_of(Covariance& covariance) {
+  return *reinterpret_cast<Rows*>(&covariance);
+}
+[[gnu::always_inline]] inline const Rows& rows_of(const Covariance& covariance) {
+  return *reinterpret_cast<const Rows*>(&covariance);
+}
+
+[[gnu::always_inline]] inline Rows measured(const RotationData& data, Index i) {
+  Rows sum{};
+  const Doubles here = quad(data.frame[i]);
+  for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
+    const Doubles edge = quad(data.frame[data.neighbours[e]]) - here;
+    const Doubles rest = quad(data.rest_edges[e]);
+    sum.add({edge[0] * rest, edge[1] * rest, edge[2] * rest});
+  }
+  return sum;
+}
+
 void measure(const RotationData& data, Index first, Index last) {
-  for (Index i = first; i < last; ++i) {
-    Doubles x{};
-    Doubles y{};
-    Doubles z{};
-    const Doubles here = quad(data.frame[i]);
-    for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
-      const Doubles edge = quad(data.frame[data.neighbours[e]]) - here;
-      const Doubles rest = quad(data.rest_edges[e]);
-      x += edge[0] * rest;
-      y += edge[1] * rest;
-      z += edge[2] * rest;
-    }
-    auto* rows = reinterpret_cast<Doubles*>(&data.covariances[i]);
-    rows[0] = x;
-    rows[1] = y;
-    rows[2] = z;
+  for (Index i = first; i < last; ++i) rows_of(data.covariances[i]) = measured(data, i);
+}
+
+void add_lists(const Covariance* from, const Index* offsets, const Index* members, bool with_own,
+               Covariance* sums, Index first, Index last) {
+  for (Index c = first; c < last; ++c) {
+    Rows sum = with_own ? rows_of(from[c]) : Rows{};
+    for (Index m = offsets[c]; m < offsets[c + 1]; ++m) sum.add(rows_of(from[members[m]]));
+    rows_of(sums[c]) = sum;
   }
 }
 
@@ -145,14 +167,14 @@ void turn(const RotationData& data, Index first, Index last) {
     Turns q;
     for (int lane = 0; lane < 4; ++lane) {
       const Index vertex = i + lane < last ? i + lane : last - 1;
-      const auto* rows = reinterpret_cast<const Doubles*>(&data.covariances[vertex]);
-      Doubles sum[3] = {rows[0], rows[1], rows[2]};
+      Rows sum = rows_of(data.covariances[vertex]);
       for (Index e = data.cell_offsets[vertex]; e < data.cell_offsets[vertex + 1]; ++e) {
-        rows = reinterpret_cast<const Doubles*>(&data.covariances[data.neighbours[e]]);
-        for (int c = 0; c < 3; ++c) sum[c] += rows[c];
+        sum.add(rows_of(data.covariances[data.neighbours[e]]));
       }
-      for (int c = 0; c < 3; ++c) {
-        for (int d = 0; d < 3; ++d) s.s[c][d][lane] = sum[c][d];
+      for (int d = 0; d < 3; ++d) {
+        s.s[0][d][lane] = sum.x[d];
+        s.s[1][d][lane] = sum.y[d];
+        s.s[2][d][lane] = sum.z[d];
       }
       q.w[lane] = data.quaternions[vertex].w;
       q.x[lane] = data.quaternions[vertex].x;
@@ -210,6 +232,6 @@ void blend(const RotationData& data, const Index* cluster_of, const Quaternion* 
 }  // namespace
 
 extern const RotationKernels rotation_kernels;
-const RotationKernels rotation_kernels = {measure, turn, blend};
+const RotationKernels rotation_kernels = {measure, add_lists, turn, blend};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

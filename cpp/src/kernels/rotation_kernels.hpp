@@ -30,6 +30,10 @@ struct RotationData {
 struct RotationKernels {
   /// Computes the covariances of the vertices `first` to `last` - 1.
   void (*measure)(const RotationData& data, Index first, Index last);
+  /// Adds up the covariances of the lists `first` to `last` - 1, and that with the number of the
+  /// list if `with_own`.
+  void (*add_lists)(const Covariance* from, const Index* offsets, const Index* members,
+                    bool with_own, Covariance* sums, Index first, Index last);
   /// Fits the rotations of these vertices, from the covariances of all vertices.
   void (*turn)(const RotationData& data, Index first, Index last);
   /// Sets the rotations of these vertices to the mean of those of the clusters of their cell, the

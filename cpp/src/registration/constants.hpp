@@ -116,10 +116,9 @@ struct RegistrationConstants {
 
   /// About so many points are examined.
   std::size_t examined_points = 6000;
-  /// The shares of far points from which on a result is doubtful, by several sensors and by one,
-  /// and ruined, and the share of points with a disagreeing normal from which on it is ruined.
+  /// The shares of far points from which on a result is doubtful, and ruined, and the share of
+  /// points with a disagreeing normal from which on it is ruined.
   double doubtful_far = 0.01;
-  double doubtful_far_of_one_sensor = 0.005;
   double ruined_far = 0.05;
   double ruined_disagreeing = 0.1;
   /// Where points are sparse, a vertex has one within so many mean distances between them, which is
@@ -133,7 +132,10 @@ struct RegistrationConstants {
   /// which on it is doubtful.
   double bridging_edges = 1.5;
   double bridging_stretch = 1.5;
-  double doubtful_bridging = 0.002;
+  double doubtful_bridging = 0.003;
+  /// The share of all edges that are so much stretched or shortened from which on it is doubtful,
+  /// as where the whole was squeezed into a part. Faces and bones reach 0.09, waves 0.15.
+  double doubtful_stretched = 0.15;
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;
@@ -144,6 +146,12 @@ struct RegistrationConstants {
     constants.prediction = 0;
     constants.first_weight = first_weight;
     constants.most_searches = most_searches;
+    return constants;
+  }
+  /// The same, where vertices that lie on the scan are drawn towards unexplained points as well.
+  [[nodiscard]] TrackingConstants drawing() const {
+    TrackingConstants constants = fine();
+    constants.explained = 0;
     return constants;
   }
 };

@@ -26,34 +26,43 @@ double spacing_of(const SeenSurface& surface, std::size_t n_points) {
   return std::sqrt(area / static_cast<double>(n_points));
 }
 
-/// (k,) which vertices the sensors should see, but have no point within a radius.
-std::vector<std::uint8_t> find_empty(const SeenSurface& surface, const Measurement& scan,
+/// (k,) which vertices have no point within a radius.
+std::vector<std::uint8_t> find_alone(const SeenSurface& surface, const Measurement& scan,
                                      double radius, double agreement) {
-  std::vector<std::uint8_t> empty(surface.x.size());
-  for (std::size_t v = 0; v < empty.size(); ++v) {
-    if (surface.seen[v] == Sight::hidden) continue;
-    const auto nearest =
-        scan.nearest(surface.x[v], surface.normals[v], radius, agreement, Measurement::no_guess);
-    empty[v] = nearest.weight == 0 ? 1 : 0;
+  std::vector<std::uint8_t> alone(surface.x.size());
+  for (std::size_t v = 0; v < alone.size(); ++v) {
+    // A sheet that is seen from both sides is measured from either.
+    const bool is_either = surface.seen[v] == Sight::both;
+    const auto nearest = is_either
+                             ? scan.nearest_of_both_sides(surface.x[v], surface.normals[v], radius,
+                                                          agreement, Measurement::no_guess)
+                             : scan.nearest(surface.x[v], surface.normals[v], radius, agreement,
+                                            Measurement::no_guess);
+    alone[v] = nearest.weight == 0 ? 1 : 0;
   }
-  return empty;
+  return alone;
 }
 
-double share_bridging(const SeenSurface& surface, std::span<const std::uint8_t> empty,
-                      double largest_stretch) {
+/// Finds the shares of stretched edges.
+void find_stretched(const SeenSurface& surface, std::span<const std::uint8_t> alone,
+                    double largest_stretch, Coverage& coverage) {
   double n_edges = 0;
+  double n_stretched = 0;
   double n_bridging = 0;
   for (std::size_t v = 0; v < surface.x.size(); ++v) {
     for (const Index other : surface.cells[static_cast<Index>(v)]) {
       n_edges += 1;
-      if (empty[v] == 0 || empty[at(other)] == 0) continue;
       const double before = squared_norm(surface.first_frame[at(other)] - surface.first_frame[v]);
       const double now = squared_norm(surface.x[at(other)] - surface.x[v]);
       const auto [less, more] = std::minmax(before, now);
-      if (more > largest_stretch * largest_stretch * less) n_bridging += 1;
+      if (!(more > largest_stretch * largest_stretch * less)) continue;
+      n_stretched += 1;
+      if (alone[v] != 0 && alone[at(other)] != 0) n_bridging += 1;
     }
   }
-  return n_edges > 0 ? n_bridging / n_edges : 0;
+  if (n_edges == 0) return;
+  coverage.stretched = n_stretched / n_edges;
+  coverage.bridging = n_bridging / n_edges;
 }
 
 }  // namespace
@@ -63,14 +72,23 @@ Coverage coverage_of(const SeenSurface& surface, const Measurement& scan,
   const double sparse = std::min(constants.empty_spacings * spacing_of(surface, scan.size()),
                                  constants.largest_empty_radius * size_of(surface.x));
   const double near = std::max(tracking.observed_distance * surface.mean_edge, sparse);
-  const auto n_seen = static_cast<double>(
-      std::ranges::count_if(surface.seen, [](Sight sight) { return sight != Sight::hidden; }));
-  if (n_seen == 0) return {};
-  const auto empty = find_empty(surface, scan, near, tracking.agreement);
+  const auto empty = find_alone(surface, scan, near, tracking.agreement);
+  double n_seen = 0;
+  double n_empty = 0;
+  for (std::size_t v = 0; v < empty.size(); ++v) {
+    // The inside of a face or of clothes is not measured: something else is there.
+    if (surface.seen[v] == Sight::hidden || surface.seen[v] == Sight::back) continue;
+    n_seen += 1;
+    if (empty[v] != 0) n_empty += 1;
+  }
+  Coverage coverage;
+  if (n_seen == 0) return coverage;
+  coverage.empty_share = n_empty / n_seen;
   const double around = std::max(constants.bridging_edges * surface.mean_edge, sparse);
-  const auto alone = find_empty(surface, scan, around, 0);
-  return {static_cast<double>(std::ranges::count(empty, 1)) / n_seen,
-          share_bridging(surface, alone, constants.bridging_stretch)};
+  constexpr double any_normal = -2;
+  find_stretched(surface, find_alone(surface, scan, around, any_normal), constants.bridging_stretch,
+                 coverage);
+  return coverage;
 }
 
 }  // namespace dynmesh

@@ -25,12 +25,14 @@ struct SeenSurface {
 };
 
 struct Coverage {
-  /// The share of the vertices that the sensors should see and that have no point: none within the
-  /// distance at which a vertex counts as observed or, where points are sparse, within some mean
-  /// distances between them. 1 if the sensors should see none.
+  /// The share of the vertices whose front the sensors should see and that have no point: none
+  /// within the distance at which a vertex counts as observed or, where points are sparse, within
+  /// some mean distances between them. 1 if the sensors should see none.
   double empty_share = 1;
-  /// The share of the edges between vertices without any point near them that have another length
-  /// than in the template: they join what does not belong together, such as exchanged legs.
+  /// The share of the edges that have another length than in the template, and of those without any
+  /// point near them, seen or hidden: they join what does not belong together, such as exchanged
+  /// legs.
+  double stretched = 0;
   double bridging = 0;
 };
 

@@ -9,11 +9,12 @@
 namespace dynmesh {
 
 FineRounds::FineRounds(std::vector<Triangle> faces, Stream<double>& stream, TrainingFrames training,
-                       bool has_uncertainty, double epsilon, const RegistrationConstants& constants)
+                       bool has_uncertainty, double epsilon, const RegistrationConstants& constants,
+                       const TrackingConstants& tracking)
     : constants_(constants),
       stream_(stream),
-      surface_(std::move(faces), *stream.topology, stream.workers, constants.fine(),
-               std::move(training), has_uncertainty, epsilon),
+      surface_(std::move(faces), *stream.topology, stream.workers, tracking, std::move(training),
+               has_uncertainty, epsilon),
       written_(3 * stream.n_vertices()) {}
 
 FineRounds::Result FineRounds::run(const Measurement& scan, Field first_frame, Field start) {

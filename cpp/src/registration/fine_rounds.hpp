@@ -20,7 +20,8 @@ class FineRounds {
 
   /// `stream` must outlive this object. `training` is in its order.
   FineRounds(std::vector<Triangle> faces, Stream<double>& stream, TrainingFrames training,
-             bool has_uncertainty, double epsilon, const RegistrationConstants& constants);
+             bool has_uncertainty, double epsilon, const RegistrationConstants& constants,
+             const TrackingConstants& tracking);
 
   struct Result {
     std::size_t rounds = 0;

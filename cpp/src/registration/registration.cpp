@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <dynmesh/registration.hpp>
 #include <limits>
 #include <stdexcept>
@@ -17,6 +16,7 @@
 #include "registration/surface_sample.hpp"
 #include "registration/targets.hpp"
 #include "registration/tips.hpp"
+#include "registration/unit.hpp"
 #include "scans/camera_arguments.hpp"
 #include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
@@ -37,30 +37,6 @@ using Motion = Eigen::Isometry3d;
 
 void check(const RegistrationSettings& settings) {
   check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
-}
-
-/// The power of ten by which the template is multiplied.
-double unit_of(Field frame, const Measurement& scan, bool may_scale,
-               const RegistrationConstants& constants) {
-  Cloud points;
-  const std::size_t stride = 1 + scan.size() / constants.examined_points;
-  for (std::size_t i = 0; i < scan.size(); i += stride) points.push_back(scan.point(i));
-  const double size = size_of(frame);
-  const double ratio = size > 0 ? size_of(points) / size : 1;
-  if (!(ratio > 0) || !std::isfinite(ratio)) {
-    throw std::invalid_argument("points: all are at the same position, as far as can be computed");
-  }
-  if (may_scale) {
-    const bool is_other = std::max(ratio, 1 / ratio) > constants.other_unit;
-    return is_other ? std::pow(10.0, std::round(std::log10(ratio))) : 1;
-  }
-  if (std::max(ratio, 1 / ratio) <= constants.largest_ratio) return 1;
-  std::array<char, 200> text{};
-  (void)std::snprintf(text.data(), text.size(),
-                      "points: are %.4g times as large as the template; both must be in the same "
-                      "unit of length, unless scale is set",
-                      ratio);
-  throw std::invalid_argument(text.data());
 }
 
 Cloud moved(const Motion& motion, Field frame) {
@@ -114,18 +90,28 @@ class Work {
     CoarseMesh mesh = coarse_mesh_of(faces_, frame_, constants_.most_coarse_vertices);
     CoarseFit coarse(mesh, workers(), constants_);
     FineRounds rounds(faces_, stream_, training_, settings_.uncertainty,
-                      std::numeric_limits<Real>::epsilon(), constants_);
+                      std::numeric_limits<Real>::epsilon(), constants_, constants_.fine());
     auto registration = best_of(candidates(scan), mesh, coarse, rounds, scan);
+    const auto try_others = [&](std::vector<Candidate> others) {
+      if (others.empty()) return;
+      auto other = best_of(std::move(others), mesh, coarse, rounds, scan);
+      if (rank_of(other) < rank_of(registration)) registration = std::move(other);
+    };
+    // Landmarks on limbs that have moved say little about the motion of the whole.
+    if (settings_.align && targets_.determine_a_rotation() &&
+        registration.quality != RegistrationQuality::good) {
+      try_others(candidates_by_points(scan));
+    }
     // By one sensor, limbs end where it does not see them.
     const bool has_tips =
         settings_.align && targets_.vertices.empty() && scan.viewpoints().size() != 1;
     if (has_tips && registration.far_share > constants_.doubtful_far &&
         registration.far_share < constants_.tips.largest_far) {
-      auto by_tips = candidates_by_tips(scan);
-      if (!by_tips.empty()) {
-        auto other = best_of(std::move(by_tips), mesh, coarse, rounds, scan);
-        if (share_of(other) < share_of(registration)) registration = std::move(other);
-      }
+      try_others(candidates_by_tips(scan));
+    }
+    if (!registration.ambiguous && registration.far_share > constants_.doubtful_far &&
+        registration.far_share < constants_.ruined_far) {
+      draw_out(scan, registration);
     }
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(
         registration.transform.data());
@@ -153,6 +139,12 @@ class Work {
     const auto landmarks = targets_.landmarks_of(frame_);
     if (!settings_.align) return {{Motion::Identity(), landmarks}};
     if (targets_.determine_a_rotation()) return {{targets_.motion_from(frame_), landmarks}};
+    return candidates_by_points(scan);
+  }
+
+  /// The rigid motions that bring the surface to the points.
+  [[nodiscard]] std::vector<Candidate> candidates_by_points(const Measurement& scan) const {
+    const auto landmarks = targets_.landmarks_of(frame_);
     const RigidStart in_place = start_in_place(faces_, frame_, scan, constants_.rigid);
     double moved_by = 0;
     for (const auto& x : frame_) {
@@ -185,7 +177,7 @@ class Work {
   /// Motions and landmarks of which the tips of limbs are brought to those of the scan.
   [[nodiscard]] std::vector<Candidate> candidates_by_tips(const Measurement& scan) const {
     PointScan sample;
-    take_sample(scan, Motion::Identity(), constants_.tips.points, sample);
+    sample_scan(scan, Motion::Identity(), constants_.tips.points, sample);
     const SurfaceSample places = sample_surface(faces_, frame_, constants_.tips.points);
     PointScan surface;
     surface.points = places.points;
@@ -205,6 +197,25 @@ class Work {
       found.push_back({targets.motion_from(frame_), targets.landmarks_of(frame_)});
     }
     return found;
+  }
+
+  /// Draws every vertex towards the points that none explains, also those that lie on the scan
+  /// already, such as a nose that was pushed into the head, and keeps what is better.
+  void draw_out(const Measurement& scan, Registration<Real>& registration) {
+    FineRounds rounds(faces_, stream_, training_, settings_.uncertainty,
+                      std::numeric_limits<Real>::epsilon(), constants_, constants_.drawing());
+    Candidate candidate;
+    candidate.motion.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
+        registration.transform.data());
+    const std::span<const std::vector<Real>> found(&registration.vertices, 1);
+    candidate.x = take_in_internal_order(found, stream_.numbering).front();
+    auto other = finished(candidate, rounds, scan);
+    if (rank_of(other) < rank_of(registration)) registration = std::move(other);
+  }
+
+  /// The better of two results comes first.
+  static std::pair<RegistrationQuality, double> rank_of(const Registration<Real>& registration) {
+    return {registration.quality, share_of(registration)};
   }
 
   static double share_of(const Registration<Real>& registration) {
@@ -259,30 +270,12 @@ class Work {
     return distance > constants_.elsewhere * mean_edge();
   }
 
-  /// Some points of the scan, moved.
-  static void take_sample(const Measurement& scan, const Motion& motion, std::size_t n_points,
-                          PointScan& sample) {
-    const auto brought = [&](const Vector3<double>& point) {
-      return from_eigen(motion * to_eigen(point));
-    };
-    const double step =
-        std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n_points));
-    for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
-      const auto i = static_cast<std::size_t>(next);
-      sample.points.push_back(brought(scan.point(i)));
-      sample.normals.push_back(from_eigen(motion.linear() * to_eigen(scan.normal(i))));
-      sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
-    }
-    for (const auto& viewpoint : scan.viewpoints()) sample.sensors.push_back(brought(viewpoint));
-    sample.index();
-  }
-
   /// Bends the template in its own axes.
   CoarseFit::Fitted fitted(CoarseFit& coarse, const Candidate& candidate, const Measurement& scan,
                            std::size_t n_points, int passes) const {
     const Motion back = candidate.motion.inverse();
     PointScan sample;
-    take_sample(scan, back, n_points, sample);
+    sample_scan(scan, back, n_points, sample);
     auto landmarks = candidate.landmarks;
     for (Landmark& landmark : landmarks) {
       landmark.position = from_eigen(back * to_eigen(landmark.position));
@@ -345,25 +338,31 @@ class Work {
                        tracking_, constants_);
   }
 
-  /// Whether a vertex of the result is not where the caller says that it belongs.
-  [[nodiscard]] bool have_misplaced_landmarks() const {
+  /// Whether a vertex is not where the caller says. What no sensor measured follows the shape
+  /// alone.
+  [[nodiscard]] bool have_misplaced_landmarks(const Measurement& scan) const {
     const double limit = constants_.misplaced_landmark * size_of(stream_.previous);
+    constexpr double any_normal = -2;
     for (std::size_t i = 0; i < targets_.vertices.size(); ++i) {
+      const auto& position = targets_.positions[i];
       const auto& found = stream_.previous[static_cast<std::size_t>(targets_.vertices[i])];
-      if (squared_norm(found - targets_.positions[i]) > limit * limit) return true;
+      const bool is_measured =
+          scan.viewpoints().empty() ||
+          scan.nearest(position, {}, limit, any_normal, Measurement::no_guess).weight > 0;
+      if (is_measured && squared_norm(found - position) > limit * limit) return true;
     }
     return false;
   }
 
   void set_quality(const Measurement& scan, const Coverage& coverage,
                    Registration<Real>& registration) const {
-    const double doubtful = scan.viewpoints().size() == 1 ? constants_.doubtful_far_of_one_sensor
-                                                          : constants_.doubtful_far;
     const bool is_ruined = registration.far_share > constants_.ruined_far ||
                            registration.disagreeing > constants_.ruined_disagreeing;
-    const bool is_doubtful =
-        registration.far_share > doubtful || registration.empty_share > constants_.doubtful_empty ||
-        coverage.bridging > constants_.doubtful_bridging || have_misplaced_landmarks();
+    const bool is_doubtful = registration.far_share > constants_.doubtful_far ||
+                             registration.empty_share > constants_.doubtful_empty ||
+                             coverage.bridging > constants_.doubtful_bridging ||
+                             coverage.stretched > constants_.doubtful_stretched ||
+                             have_misplaced_landmarks(scan);
     registration.quality = is_ruined     ? RegistrationQuality::ruined
                            : is_doubtful ? RegistrationQuality::doubtful
                                          : RegistrationQuality::good;

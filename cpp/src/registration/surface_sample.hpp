@@ -1,12 +1,15 @@
-/// Places spread evenly over a surface.
+/// Places spread evenly over a surface, and some of the points of a scan.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "mesh/triangle.hpp"
+#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -19,5 +22,9 @@ struct SurfaceSample {
 /// n places, always the same, as many for each area; none if there is no area.
 SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
                              std::size_t n);
+
+/// Fills `sample`, which is empty, with about n points of the scan, moved, and its search tree.
+void sample_scan(const Measurement& scan, const Eigen::Isometry3d& motion, std::size_t n,
+                 PointScan& sample);
 
 }  // namespace dynmesh

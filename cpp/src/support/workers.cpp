@@ -1,5 +1,6 @@
 #include "support/workers.hpp"
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <system_error>
@@ -12,7 +13,19 @@ namespace {
 constexpr unsigned bits = 20;  // in each of the two counters of a ticket
 constexpr std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
 
+/// A thread that has nothing to do stays awake for this long, about twice the time that waking it
+/// takes: between two parts of a frame it usually has to wait less.
+constexpr std::chrono::microseconds awake{100};
+
 std::atomic<std::uint64_t> done_by_others{0};
+
+/// Returns when the number is no longer `old`.
+void await_change(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
+  const auto end = std::chrono::steady_clock::now() + awake;
+  while (number.load(std::memory_order_acquire) == old) {
+    if (std::chrono::steady_clock::now() > end) return wait_while(number, old);
+  }
+}
 
 }  // namespace
 
@@ -59,10 +72,10 @@ void Workers::run(Index count, Piece piece, void* context) {
     std::this_thread::yield();
   }
   take_pieces(true);
-  // Other threads may still be executing their last piece. Waiting sleeps instead of spinning.
+  // Other threads may still be executing their last piece.
   for (std::uint32_t done = done_.load(std::memory_order_acquire); done < pieces;
        done = done_.load(std::memory_order_acquire)) {
-    wait_while(done_, done);
+    await_change(done_, done);
   }
 }
 
@@ -82,7 +95,7 @@ void Workers::take_pieces(bool as_caller) {
 void Workers::serve() {
   std::uint32_t seen = 0;
   while (true) {
-    wait_while(call_, seen);
+    await_change(call_, seen);
     seen = call_.load(std::memory_order_acquire);
     if (ending_) return;
     take_pieces(false);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <thread>
@@ -28,12 +29,14 @@ struct TaskSharing {
   /// For tests: a thread that is alone executes the pieces from the last to the first, which must
   /// not change any result.
   bool backwards = false;
-  /// The factorisation of method detail is divided into parts, which threads share, if it takes at
-  /// least this many multiplications, and single steps of it from the second number on.
-  double factor_from = 2.5e7;
-  double factor_step_from = 5e5;
+  /// The factorisation of method detail is divided into parts, which threads share, if the mesh has
+  /// so many vertices that short chunks are shared and it takes at least this many multiplications,
+  /// and single steps of it from the third number on.
+  std::size_t factor_size_from = 5889;
+  double factor_from = 4e6;
+  double factor_step_from = 1e5;
   /// Solving with a factor that is divided is shared if it takes this many multiplications.
-  double solve_from = 1e6;
+  double solve_from = 2e5;
 };
 
 /// The default of Workers. Only tests change it, before they construct completers, so that the work
@@ -88,12 +91,29 @@ class Workers {
   void for_each_chunk(Index count, const Work& work) {
     cut(count, sharing_.chunk, work);
   }
+  /// The same with short chunks, of which a thread may take several at a time. They begin at
+  /// multiples of four, since kernels take four numbers at once, which may affect each other's
+  /// rounding. `weight` is the work of a number, in that of a vertex.
   template <class Work>
-  void for_each_short_chunk(Index count, const Work& work) {
-    cut(count, sharing_.short_chunk, work);
+  void for_each_short_chunk(Index count, const Work& work, Index weight = 1) {
+    const Index length = (std::max(sharing_.short_chunk / weight, Index{1}) + 3) / 4 * 4;
+    const Index chunks = (count + length - 1) / length;
+    const Index together = length * std::max(chunks / (pieces_of_thread * threads()), Index{1});
+    share((count + together - 1) / together, chunks >= sharing_.fewest_pieces,
+          [&](Index i) { work(i * together, std::min(count, (i + 1) * together)); });
+  }
+  /// Calls `work(i)` for i = 0 ... count - 1, in short chunks.
+  template <class Work>
+  void for_each_in_chunks(std::size_t count, const Work& work) {
+    for_each_short_chunk(static_cast<Index>(count), [&](Index first, Index last) {
+      for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i)
+        work(i);
+    });
   }
 
  private:
+  static constexpr Index pieces_of_thread = 8;  // so that none waits long for the last one
+
   template <class Work>
   void cut(Index count, Index length, const Work& work) {
     for_each((count + length - 1) / length,

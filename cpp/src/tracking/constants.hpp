@@ -65,6 +65,8 @@ struct TrackingConstants {
   /// vertex if that is nearer than the second. The distance at which it counts half, and its weight
   /// compared with other correspondences.
   double least_unexplained = 1.5;
+  /// It does not draw a vertex that has a point of its own this near: it is of something else.
+  double explained = 1.5;
   double drawing_radius = 24;
   double drawing_scale = 12;
   double drawing_weight = 1;
@@ -79,7 +81,7 @@ struct TrackingConstants {
   int most_searches = 12;
 
   /// The width of a pixel where the surface is drawn to find out what hides what, and how far
-  /// behind the front a vertex may lie.
+  /// behind the front a vertex may lie, and before what a camera measured.
   double pixel = 1;
   double thickness = 1.5;
   /// The same for a vertex of a sheet that is seen from behind.

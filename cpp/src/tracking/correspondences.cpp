@@ -218,12 +218,34 @@ void Correspondences::index_vertices(Field x) {
   vertices_.index();
 }
 
+void Correspondences::draw_out_of_free_space(Field x, double weight) {
+  if (boundary_ == nullptr) return;
+  const Measurement& measurement = *measurement_;
+  const double margin = constants_.thickness * mean_edge_;
+  const double radius = constants_.narrow_radius * mean_edge_;
+  constexpr double any_normal = -2;
+  workers_.for_each_short_chunk(static_cast<Index>(x.size()), [&](Index first, Index last) {
+    for (auto v = static_cast<std::size_t>(first); v < static_cast<std::size_t>(last); ++v) {
+      const bool is_lost =
+          is_cloth_[v] != 0 && visible_[v] != Sight::hidden && !(found_[v].weight > 0);
+      if (!is_lost || !measurement.is_free(x[v], normals_[v], margin)) continue;
+      const auto c = measurement.nearest_of_both_sides(x[v], normals_[v], radius, any_normal,
+                                                       Measurement::no_guess);
+      const auto offset = c.point - x[v];
+      const double distance = squared_norm(offset);
+      if (c.weight == 0 || !(distance > 0)) continue;
+      found_[v] = {c.point, (1 / std::sqrt(distance)) * offset, weight, c.number};
+    }
+  });
+}
+
 double Correspondences::draw_towards_unexplained(Field x, double weight, double cloth_weight) {
   const Measurement& measurement = *measurement_;
   index_vertices(x);
   std::ranges::fill(drawn_, Correspondence{});
   const double radius = constants_.drawing_radius * mean_edge_;
   const double least = constants_.least_unexplained * mean_edge_;
+  const double explained = constants_.explained * mean_edge_;
   // The points that are compared in the end, which then know a vertex that is near.
   const std::size_t stride = comparison_.stride_of(measurement);
   double n_near = 0;
@@ -251,7 +273,9 @@ double Correspondences::draw_towards_unexplained(Field x, double weight, double 
     // A vertex that lies on the measured surface stays there: the point is of something else.
     const Correspondence& own = found_[nearest.index];
     if (visible_[nearest.index] == Sight::hidden) continue;
-    if (own.weight > 0 && squared_norm(own.point - x[nearest.index]) < least * least) continue;
+    if (own.weight > 0 && squared_norm(own.point - x[nearest.index]) < explained * explained) {
+      continue;
+    }
     n_unexplained += 1;
     Correspondence& drawn = drawn_[nearest.index];
     drawn.point = drawn.point + point;

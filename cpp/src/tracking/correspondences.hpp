@@ -68,6 +68,11 @@ class Correspondences {
   /// found.
   [[nodiscard]] bool have_share(double share) const;
 
+  /// Where a sensor looked through a vertex at something farther, the surface is not. Such vertices
+  /// of cloth, if they have no point, are drawn to the nearest one, whatever its normal. Changes
+  /// the last result of `find`; `weight` is that of its search for cloth.
+  void draw_out_of_free_space(Field x, double weight);
+
   /// Measured points that are far from all vertices draw the nearest one: so a limb that lies on
   /// the wrong one comes back. Changes the last result of `find`; `weight` and `cloth_weight` are
   /// those of its searches. Returns the share of such points.

@@ -12,6 +12,11 @@ namespace {
 /// only every second, third ... pixel is, and then those around the best one, ever closer.
 constexpr Index search_width = 4;
 
+/// The least cosine between a normal and the view of a camera at which it would have seen the
+/// surface, and of how many of 3 by 3 pixels it must have seen what is behind.
+constexpr double least_frontal = 0.3;
+constexpr int least_behind = 5;
+
 }  // namespace
 
 Vector3<double> Camera::to_camera(const Vector3<double>& point) const {
@@ -231,6 +236,45 @@ Correspondence DepthImages::nearest(const Vector3<double>& position, const Vecto
   }
   if (found == no_guess) return {};
   return {points_[found], normals_[found], 1, found};
+}
+
+bool DepthImages::is_free(const Vector3<double>& position, const Vector3<double>& normal,
+                          double margin) const {
+  return std::ranges::any_of(images_, [&](const Image& image) {
+    const auto view = image.camera.position - position;
+    const double ahead = dot(normal, view);
+    return ahead * ahead > least_frontal * least_frontal * squared_norm(view) &&
+           is_free_in(image, position, margin);
+  });
+}
+
+bool DepthImages::is_free_in(const Image& image, const Vector3<double>& position,
+                             double margin) const {
+  const Camera& camera = image.camera;
+  const auto local = camera.to_camera(position);
+  if (!(local.z > 0)) return false;
+  const double y = local.y / local.z;
+  const double row = std::round(camera.fy * y + camera.cy);
+  const double column = std::round(camera.fx * local.x / local.z + camera.skew * y + camera.cx);
+  if (!(row >= 1 && row + 1 < static_cast<double>(image.height) && column >= 1 &&
+        column + 1 < static_cast<double>(image.width))) {
+    return false;
+  }
+  const float* pixel = &depths_[image.first + static_cast<std::size_t>(row) * image.width +
+                                static_cast<std::size_t>(column)];
+  if (*pixel == 0) return false;
+  const double least = local.z + margin;
+  const auto width = static_cast<std::ptrdiff_t>(image.width);
+  int n_behind = 0;
+  for (const std::ptrdiff_t line : {std::ptrdiff_t{0}, -width, width}) {
+    for (const std::ptrdiff_t aside : {0, -1, 1}) {
+      const auto depth = static_cast<double>(pixel[line + aside]);
+      if (depth == 0) continue;
+      if (depth < least) return false;
+      ++n_behind;
+    }
+  }
+  return n_behind >= least_behind;
 }
 
 }  // namespace dynmesh

@@ -57,9 +57,15 @@ class DepthImages final : public Measurement {
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement, std::uint32_t guess) const override;
+  /// The pixel of the position is measured, and so are most around it; all of them are farther. A
+  /// surface that is nearly edge-on to the camera may be thinner than a pixel.
+  [[nodiscard]] bool is_free(const Vector3<double>& position, const Vector3<double>& normal,
+                             double margin) const override;
 
  private:
   class Search;
+  [[nodiscard]] bool is_free_in(const Image& image, const Vector3<double>& position,
+                                double margin) const;
 
   /// The pixels of the same surface around one: itself where there is none on that side.
   struct Neighbours {

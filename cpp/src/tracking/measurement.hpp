@@ -63,6 +63,14 @@ class Measurement {
     const auto squared = [&](const Correspondence& c) { return squared_norm(c.point - position); };
     return squared(front) <= squared(back) ? front : back;
   }
+
+  /// Whether a sensor looked through `position` at something that is farther by more than `margin`,
+  /// so that no surface with this normal can be there. False where that is not known.
+  [[nodiscard]] virtual bool is_free(const Vector3<double>& /*position*/,
+                                     const Vector3<double>& /*normal*/, double /*margin*/) const {
+    return false;
+  }
+
   static constexpr std::uint32_t no_guess = std::numeric_limits<std::uint32_t>::max();
 };
 

@@ -93,6 +93,7 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
   const Search of_cloth = {is_early ? constants_.wide_radius : constants_.narrow_cloth_radius,
                            constants_.scale, constants_.side, cloth_weight};
   const auto found = correspondences_.find(x_, of_bodies, of_cloth);
+  correspondences_.draw_out_of_free_space(x_, cloth_weight);
   const double lost =
       is_early ? correspondences_.draw_towards_unexplained(x_, weight, cloth_weight) : 0;
   const auto reaches = correspondences_.find_reaches(x_);

@@ -18,7 +18,7 @@ import typer
 
 from .._extras import require
 from ..jobs.batch import Result, complete_files
-from ..jobs.job_table import optional_columns, read_jobs, report_file
+from ..jobs.job_table import naming_columns, optional_columns, read_jobs, report_file
 from .terminal import DOUBTFUL, say, say_remarks, work_bar
 
 
@@ -78,6 +78,7 @@ def batch(
 
         def watch(result: Result) -> None:
             progress("completing", next(done), len(table))
+            result = naming_columns(result)
             if add is not None:
                 add(result)
             if result.status == "failed":

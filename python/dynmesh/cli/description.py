@@ -133,7 +133,7 @@ def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | No
             table.add_row(*row)
     show(table)
     print()
-    Console().print(diagnosis.summary, highlight=False)
+    Console(emoji=False).print(diagnosis.summary, highlight=False)
     if not diagnosis.findings:
         return
     findings = Table.grid(padding=(0, 2))

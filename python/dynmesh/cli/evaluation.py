@@ -149,8 +149,9 @@ def reproduce(
         list[str] | None,
         typer.Option(
             metavar="MODULE:NAME",
-            help="Also measure your own method, a Python class that is used as dynmesh.Completer; "
-            "repeatable.",
+            help="Also measure your own method: a Python class that is created from the faces and "
+            "the first frame, with a method push(points, known) that returns the next frame. Its "
+            "module is in the current folder or installed. Repeatable.",
         ),
     ] = None,
     overwrite: Annotated[

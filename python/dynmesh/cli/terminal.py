@@ -30,7 +30,7 @@ PATIENCE = 2.0
 DOUBTFUL = 3
 """The exit code if an output was written but is doubtful or ruined by its own measure."""
 
-_console = Console(stderr=True)
+_console = Console(stderr=True, emoji=False)  # names may contain ":B:"
 
 
 def be_quiet(quiet: bool) -> None:
@@ -45,7 +45,7 @@ def say(message: str) -> None:
 
 def show(table: Table, *, highlight: bool = True) -> None:
     """Prints a table on standard output, without spaces at the ends of its lines."""
-    console = Console()
+    console = Console(emoji=False)
     with console.capture() as printed:
         console.print(table, highlight=highlight)
     for line in printed.get().splitlines():

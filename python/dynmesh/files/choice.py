@@ -31,7 +31,7 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format with --format (in Python, format=; in a job table, the column format)"
+_NAME_IT = "name the format with --format (in Python, format=)"
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:

@@ -46,7 +46,8 @@ def header_of(
     shape, dtype = kind_of("vertices")
     check_vertices(dtype, shape)
     faces = array_of("faces")
-    check_faces(faces.dtype, faces.shape)
+    if "polygon_sizes" in names:  # which tell what was cut into these triangles
+        check_faces(faces.dtype, faces.shape)
     for name, row in ATTRIBUTES.items():
         if name in names:
             own_shape, own_dtype = kind_of(name)

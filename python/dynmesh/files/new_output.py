@@ -7,6 +7,13 @@ from pathlib import Path
 from .lock import check_folder, unfinished_folder, working_folder
 
 
+def exists_already(path: Path, replaced: str = "it") -> FileExistsError:
+    """The error for a file that stays unless `overwrite` is set, which replaces what is named."""
+    return FileExistsError(
+        f"{path}: exists already; --overwrite replaces {replaced}, in Python overwrite=True"
+    )
+
+
 def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
     """Refuses a path that such a file cannot be written to.
 
@@ -20,7 +27,7 @@ def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
         raise ValueError(f"{path}: must end in {expected}")
     check_folder(path)
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{path}: exists already; --overwrite replaces it")
+        raise exists_already(path)
 
 
 @contextmanager

@@ -24,6 +24,7 @@ from ..sequence import Mask, Positions
 from .frame_names import FrameNames, single
 from .kept import Pieces, Sums
 from .lock import working_folder
+from .new_output import exists_already
 from .replacement import put_in_place, remove_placed
 
 
@@ -190,9 +191,7 @@ class Writer(ABC):
     def refuse_existing(cls, path: Path) -> None:
         """Raises a FileExistsError if one of these files exists."""
         if existing := cls.existing(path):
-            raise FileExistsError(
-                f"{existing[0]}: exists already; --overwrite replaces it, in Python overwrite=True"
-            )
+            raise exists_already(existing[0])
 
     def append(
         self,

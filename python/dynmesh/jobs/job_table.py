@@ -1,14 +1,16 @@
 """Tables of jobs and tables of their results."""
 
 import csv
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..settings import SETTINGS
 from .batch import AnyJob, Job, Result
-from .option import Option, grouped, options_of
+from .option import STARTS, Option, grouped, options_of
 from .register_job import RegisterJob
 from .tracking_job import TrackingJob
 
@@ -84,6 +86,21 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
         yield add
 
 
+def naming_columns(result: Result) -> Result:
+    """Says which columns of a table are meant where messages name options of the shell."""
+
+    def column(match: re.Match[str]) -> str:
+        name, value = match[1].replace("-", "_"), match[2]
+        if name not in optional_columns:
+            return match[0]
+        return f"'{value}' in the column {name}" if value else f"the column {name}"
+
+    def told(message: str) -> str:
+        return _OPTION.sub(column, _PYTHON.sub("", message))
+
+    return replace(result, reason=told(result.reason), remarks=(*map(told, result.remarks),))
+
+
 def _seconds_in(report: Path) -> dict[str, float]:
     """The seconds of each output in an earlier report; nothing if the file is none."""
     try:
@@ -96,11 +113,12 @@ def _seconds_in(report: Path) -> dict[str, float]:
 
 def _check_columns(path: Path, columns: Iterable[str]) -> None:
     names = (*_kinds, "output", *optional_columns)
-    for needed in ("input", "output"):
-        if needed not in columns and not (needed == "input" and _kinds.keys() & set(columns)):
+    for needed in ([*_kinds], ["output"]):
+        if not set(needed) & set(columns):
             used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
             hint = f"; separate the values by commas instead of {used[0]}" if used else ""
-            raise ValueError(f"{path}: has no column '{needed}'{hint}")
+            listed = " or ".join(f"'{name}'" for name in needed)
+            raise ValueError(f"{path}: has no column {listed}{hint}")
     for column in columns:
         if column not in names:
             raise ValueError(
@@ -198,3 +216,10 @@ optional_columns = tuple(
     sorted({name: None for kind in _kinds.values() for name in kind}, key=SETTINGS.__contains__)
 )
 """The columns that a table of jobs may have besides `input`, `scans`, `scan` and `output`."""
+
+_values = {*STARTS, *(v for kind in _kinds.values() for _, o in kind.values() for v in o.choices)}
+_PYTHON = re.compile(r" \(in Python, [^)]*\)")
+_OPTION = re.compile(
+    rf"--([a-z-]+)(?: (?:[A-Z]\w*(?:\.\w+)?|({'|'.join(map(re.escape, _values))})(?![\w:=-])))?"
+)
+"""An option, and what follows it: one of a few values, or what stands for one, such as FILE."""

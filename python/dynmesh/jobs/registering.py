@@ -13,7 +13,7 @@ from .._checks import check_path
 from .._errors import InputError
 from ..draw.page import require_page
 from ..files import PathLike, Reader
-from ..files.new_output import check_output, new_output
+from ..files.new_output import check_output, exists_already, new_output
 from ..files.scans import Scan, ScanReader
 from ..frames.naming import naming
 from ..frames.scan import DepthScan, PointScan
@@ -205,7 +205,7 @@ def _check_outputs(
             raise InputError("would be written twice; rename one of the scans", file=written)
         outputs.add(place)
         if written.exists() and not overwrite:
-            raise FileExistsError(17, "exists; overwrite it with --overwrite", str(written))
+            raise exists_already(written)
     if options.page is not None:
         check_output(Path(options.page), overwrite, ".html")
 

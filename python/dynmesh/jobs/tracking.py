@@ -15,6 +15,7 @@ from ..diagnosis.rig_reading import turned
 from ..diagnosis.surroundings import shares_in_planes
 from ..files import CannotResumeError, Header, PathLike, Reader
 from ..files.conversion import Output
+from ..files.new_output import exists_already
 from ..files.scans import PointScan, Scan, ScanReader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..sequence import Positions
@@ -427,7 +428,7 @@ def _check_report(
     if path.resolve() in taken:
         raise InputError("is also an input or the output; name another file", file=path)
     if path.exists() and not replaces:
-        raise FileExistsError(17, "exists; --overwrite replaces it", str(path))
+        raise exists_already(path)
 
 
 def _has_points(scan: Scan) -> bool:

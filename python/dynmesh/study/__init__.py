@@ -13,6 +13,7 @@ from .._extras import require_all
 from ..draw.figures import load_pyvista
 from ..files import PathLike
 from ..files.lock import check_folder
+from ..files.new_output import exists_already
 from . import charts, pictures, report
 from .claims import Claims, detail_verdicts, verdicts
 from .methods import COMPARED
@@ -75,10 +76,7 @@ def reproduce(
     check_folder(out / "results.json")
     for older in (out / "results.json", out / "report.html"):
         if older.exists() and not overwrite:
-            raise FileExistsError(
-                f"{older}: exists already; --overwrite replaces all results, in Python "
-                "overwrite=True"
-            )
+            raise exists_already(older, "all results")
     require_all("PIL.Image", "matplotlib", extra="reproduce")
     load_pyvista("reproduce")
     plan = Plan.quick() if quick else Plan()

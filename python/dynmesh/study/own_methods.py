@@ -113,5 +113,7 @@ def imported(names: Iterable[str]) -> dict[str, Begin]:
             found[name] = attrgetter(name)(importlib.import_module(module))
         except Exception as error:
             reason = f"cannot import {text}: {type(error).__name__}: {error}"
+            if isinstance(error, ModuleNotFoundError):
+                reason += f"; modules are looked for in {here} and among installed packages"
             raise InputError(reason, argument="method") from error
     return found

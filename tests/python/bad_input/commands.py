@@ -216,14 +216,12 @@ shell = [
     refused("reproduce new --data body.npz --data twin", "another sequence is called body too"),
     refused("reproduce new --data none.npz", "none.npz: No such file"),
     refused("reproduce new --method dynmesh", "method: must be MODULE:NAME", "'dynmesh'"),
-    refused(
-        "reproduce new --method dynmesh:Nothing", "cannot import dynmesh:Nothing", "no attribute"
-    ),
+    refused("reproduce new --method dynmesh:B", "cannot import dynmesh:B: ", "no attribute"),
     refused("batch none.csv", "none.csv:", "No such file"),
     refused("batch no_column.csv", "no_column.csv:", "'output'"),
     refused("batch semicolons.csv", "semicolons.csv:", "'input'", "commas"),
     refused("batch tabs.csv", "tabs.csv:", "'input'", "tabs"),
-    refused("batch nothing.csv", "nothing.csv:", "'input'"),
+    refused("batch nothing.csv", "nothing.csv:", "'input' or 'scans' or 'scan'"),
     refused("batch too_few.csv", "too_few.csv: line 3"),
     refused("batch unclosed.csv", "unclosed.csv:"),
     refused("batch odd_column.csv", "odd_column.csv:", "'colour'"),

@@ -185,6 +185,7 @@ _MARKS = f"{_REGISTER} --landmarks"
 cases = [
     refused("register template.npz cloud/s_0000.ply template.npz --overwrite", "template.npz: is an input"),
     refused("register template.npz body.obj body.obj --overwrite", "body.obj: is an input"),
+    refused("register template.npz body.obj other.npz", "other.npz: exists already; --overwrite replaces it, in Python overwrite=True"),
     refused(f"{_REGISTER} --report template.npz --overwrite", "template.npz: is an input"),
     refused(f"{_MARKS} marks_flat.json --report marks_flat.json --overwrite", "marks_flat.json: is an input"),
     refused("register template.npz both_kinds new", "s_0000.npz: would be written twice"),

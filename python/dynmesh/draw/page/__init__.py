@@ -101,9 +101,9 @@ def page(
 
     The others play beside it, seen from the same side. Triangles with a missing
     vertex are left out; remaining vertices without a triangle become dots. The page states what it
-    leaves out to stay small. It opens playing, at the frame with the largest mean error if there is
-    a reference; otherwise at the first of those in which the most vertices are missing or were
-    filled in.
+    leaves out to stay small. It opens paused at the frame with the largest mean error if there is
+    a reference; otherwise it plays from the first of those in which the most vertices are missing
+    or were filled in.
 
     Args:
         reader: of the sequence.
@@ -165,13 +165,13 @@ def page(
     captions = {"sequence": reader.path.name}
     if scans is not None:
         noun = "the scan" if scans.n_frames == 1 else "the scans"
-        captions = {"scans": f"{scans.path.name}, {noun}", **captions}
+        captions = {"scans": _caption(scans.path.name, noun), **captions}
     if input is not None:
-        captions = {"input": f"{input.path.name}, the input", **captions}
+        captions = {"input": _caption(input.path.name, "the input"), **captions}
     if template is not None:
-        captions = {"template": f"{template.path.name}, the template", **captions}
+        captions = {"template": _caption(template.path.name, "the template"), **captions}
     if reference is not None:
-        captions = {**captions, "reference": f"{reference.path.name}, the reference"}
+        captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     playback = Playback(
         title or reader.title,
         "; ".join([*([f"shown: {shown}"] if str(shown) else []), *reader.remarks]),
@@ -179,6 +179,7 @@ def page(
         [reader.header.number(index) for index in indices],
         None if names is None else [names[index] for index in indices],
         _most_telling(frames),
+        reference is None,
         reader.header.number(reader.n_frames - 1),
         step,
         mean_rate(reader.header),
@@ -190,6 +191,11 @@ def page(
     with locating(file=None if scans is None else scans.path):
         html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
     return Page(html, shown)
+
+
+def _caption(name: str, what: str) -> str:
+    """Says what a pane shows; a name that says nothing else, as in memory, is not repeated."""
+    return what if what == f"the {name}" else f"{name}, {what}"
 
 
 def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:

@@ -133,4 +133,4 @@ document.addEventListener('keydown', (event) => {
 
 show(told.first);
 paint(told.colours.indexOf(colour));
-if (last) start();
+if (last && told.plays) start();

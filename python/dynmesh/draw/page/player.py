@@ -42,6 +42,7 @@ class Playback:
         numbers: of the shown frames, in their file.
         names: of the shown frames, or None if their numbers tell enough.
         first: the index of the frame that is shown first.
+        plays: whether it plays from there at once.
         last: the number of the last frame of the sequence, in its file.
         step: every so many frames are shown.
         fps: frames of the sequence per second, or None if unknown.
@@ -53,6 +54,7 @@ class Playback:
     numbers: list[float]
     names: list[str] | None
     first: int
+    plays: bool
     last: float
     step: int
     fps: float | None

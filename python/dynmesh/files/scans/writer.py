@@ -12,6 +12,7 @@ import numpy as np
 
 from ...frames.scan import DepthScan, PointScan
 from ..lock import check_folder, working_folder
+from ..new_output import exists_already
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, require_png, write_depth
 from .point_files import write_ply
@@ -60,10 +61,10 @@ class ScanFolder:
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             ours = {file for pattern in _OURS for file in path.glob(pattern)}
             others = sorted({*path.iterdir()} - ours) if path.is_dir() else [path]
-            if others or not self._overwrite:
-                what = others[0] if others else path
-                advice = "" if others else "; --overwrite replaces it"
-                raise FileExistsError(f"{what}: exists already{advice}")
+            if others:
+                raise FileExistsError(f"{others[0]}: exists already")
+            if not self._overwrite:
+                raise exists_already(path)
 
     def __enter__(self) -> Self:
         """Begins the folder.
