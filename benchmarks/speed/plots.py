@@ -107,5 +107,6 @@ def latency(rows: Sequence[Latency], folders: list[Path]) -> None:
             )
             axis.invert_xaxis()
         axes[0].set_ylabel("time of a frame / ms")
-        axes[0].legend(loc="upper left")
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
         _save(figure, folders, "latency.png")
