@@ -24,6 +24,7 @@ void await_change(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
   const auto end = std::chrono::steady_clock::now() + awake;
   while (number.load(std::memory_order_acquire) == old) {
     if (std::chrono::steady_clock::now() > end) return wait_while(number, old);
+    std::this_thread::yield();  // the thread that is waited for may be on the same processor
   }
 }
 
