@@ -152,7 +152,7 @@ void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
     for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
       const Index row = row_of_[at(matrix_.rows[at(e)])];
       const std::size_t entry = at(local[at(std::max(row, Index{0}))]) * at(panel.columns) + at(j);
-      double masked_out;
+      double masked_out;  // written instead of branching, which the processor could not predict
       (row == none ? masked_out : data[entry]) = matrix_.values[at(e)];
     }
     if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
