@@ -69,8 +69,8 @@ py::tuple registered(const Request& request, const Call& call) {
   constexpr const char* qualities[] = {"good", "doubtful", "ruined"};
   return py::make_tuple(array_of(found.vertices), array_of(found.observed), errors,
                         py::array_t<double>({4, 4}, found.transform.data()), found.far_share,
-                        found.disagreeing, found.empty_share, found.distance, found.rounds,
-                        found.converged, found.ambiguous,
+                        found.disagreeing, found.empty_share, found.stretched, found.distance,
+                        found.rounds, found.converged, found.ambiguous,
                         qualities[static_cast<std::size_t>(found.quality)]);
 }
 

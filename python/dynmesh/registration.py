@@ -32,6 +32,8 @@ class Registration:
         disagreeing: the share of the points that are near the mesh but face the other way.
         empty: the share of the vertices without a point, among those whose front the sensors should
             see; without `viewpoints`, among all.
+        stretched: the share of the edges that are more than 1.5 times as long as in the template,
+            or as short.
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
@@ -47,6 +49,7 @@ class Registration:
     far: float
     disagreeing: float
     empty: float
+    stretched: float
     distance: float
     rounds: int
     converged: bool
@@ -63,7 +66,10 @@ class Registration:
             f"{self.disagreeing:.1%} are near it but face the other way"
         )
         if self.quality == "ruined":
-            return f"the template does not fit the scan: {shares}"
+            return (
+                f"the template does not fit the scan: {shares}; {self.stretched:.1%} of the edges "
+                "are more than 1.5 times as long as in the template, or as short"
+            )
         if self.ambiguous:
             return f"another pose fits the scan as well; landmarks can tell them apart; {shares}"
         return (

@@ -70,7 +70,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     const auto known = random_mask(k, 0.5, 1);
     completer.push({frame.data(), k}, {known.data(), k}, {out.data(), k});
     const auto state = completer.state();
-    const std::size_t pose = state.size() - 8 - (3 + 13 * 16) * 8;
+    const std::size_t pose = state.size() - 8 - (4 + 13 * 16) * 8;
     const auto with = [&](std::size_t place, double value) {
       auto bytes = state;
       std::memcpy(&bytes[pose + 8 * place], &value, sizeof value);
@@ -82,9 +82,10 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
             "state: does not contain a valid memory of this method");
       CHECK(completer.state() == state);
     };
-    for (std::size_t place = 0; place < 3 + 13 * 16; place += 7) refused(place, nan);
-    for (const std::size_t place : {1, 2}) refused(place, -1);
-    for (const std::size_t place : {3, 210}) refused(place, 1e7);
+    for (std::size_t place = 0; place < 4 + 13 * 16; place += 7) refused(place, nan);
+    for (const std::size_t place : {1, 2, 3}) refused(place, -1);
+    refused(3, 1.5);
+    for (const std::size_t place : {4, 211}) refused(place, 1e7);
     // With every other value, later frames are finite, and so are their states.
     for (const double value : {0.0, 1e-300, 1e300}) {
       for (const std::size_t place : {0, 1, 2}) {

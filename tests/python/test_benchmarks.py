@@ -132,7 +132,7 @@ def test_the_table_of_costs_is_whole(run: Run) -> None:
 @pytest.mark.parametrize("part", ["detail", "error-bars", "tracking"])
 @pytest.mark.usefixtures("compiled")
 def test_constants_have_an_effect(part: str, folder: Path, run: Run) -> None:
-    constant = {"detail": "pull", "error-bars": "averagings", "tracking": "steps"}[part]
+    constant = {"detail": "pull", "error-bars": "averagings", "tracking": "iterations"}[part]
     few = ("--frames", "6", "--cameras", "2", "--constants")
     ((_, *rows),) = run("constants", part, folder, "sheet", *few, constant)
     numbers = [cell for row in rows for cell in row[2:]]

@@ -146,7 +146,7 @@ def test_hashes_are_the_numbers_of_files(folder: Path, monkeypatch: pytest.Monke
     options = ("--scan", "--points", "900", "--cameras", "2")
     run("degrade", "truth.npz", "scans", *options)
     run("track", "scans/frame_#####.ply", "a.npz", "--template", "body.obj")
-    run("degrade", "truth.npz", "depth", "--depth", "32x24", "--cameras", "1")
+    run("degrade", "truth.npz", "depth", "--depth", "64x48", "--cameras", "1")
     run("track", "depth/depth_#####_0.png", "b.npz", "--template", "body.obj")
     assert len(dynmesh.read("b.npz")) == N
 

@@ -71,6 +71,7 @@ class Posed(reference.Detail):
         self.sigma2: float | None = None
         self.n_v, self.d_v = 0.03 * len(modes), float(len(modes))
         self.prior_weight = self.prior_share = 0.0
+        self.explained = 0.3
 
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))
@@ -134,6 +135,7 @@ class Posed(reference.Detail):
             self.d_v = (self.d_v + gamma) / 2
         left = ((r + r3) ** 2).sum()
         self.prior_share = float(np.clip(1 - left / (r**2).sum(), 0, 1))
+        self.explained = 0.9 * self.explained + 0.1 * self.prior_share
         self.sigma2 = left / coordinates
         return y3, r3
 
@@ -168,7 +170,10 @@ class Trained(Posed):
         self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
     ) -> tuple[list[Array], list[Array], list[Array]]:
         y3, r3 = self._found(r[0] + r[1], *frame)
-        k = self.prior_weight = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
+        k = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
+        if self.noise is None:
+            k *= float(np.clip(self.explained / 0.2 - 1, 0, 1))
+        self.prior_weight = k
         rest = detail[1] + k * self._field(self.a)
         return [x[0], x[1] + k * y3], [r[0], r[1] + k * r3], [detail[0], rest, detail[2]]
 

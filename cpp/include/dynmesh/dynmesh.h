@@ -522,6 +522,7 @@ typedef struct dynmesh_registration_report {
   double far_share;
   double disagreeing;
   double empty_share;
+  double stretched;
   double distance;
   int64_t rounds;
   int32_t converged;  ///< 0 or 1

@@ -37,6 +37,8 @@ struct Registration {
   /// The share of the vertices without a point, among those whose front the sensors should see;
   /// without viewpoints, among all.
   double empty_share = 0;
+  /// The share of the edges that are more than 1.5 times as long as in the template, or as short.
+  double stretched = 0;
   /// The root mean square distance of the points that are not far, in their unit.
   double distance = 0;
   std::size_t rounds = 0;  ///< how often the whole surface was drawn into the scan

@@ -29,7 +29,8 @@ struct Anchors {
   /// a point of the plane. Empty if they observe positions.
   std::span<const Vector3<double>> normals;
   /// (k,) for planes: a second direction in which the step of a vertex is resisted, times the root
-  /// of the weight, and a force on it. Empty if there are none.
+  /// of the weight, and a force on it. Empty if there are none; without the former, the membrane of
+  /// the system does not count either.
   std::span<const Vector3<double>> outward, forces;
   /// (k,) for planes: the weight with which `forces` also draws a vertex to a position. Empty if
   /// there is none.

@@ -23,6 +23,12 @@ struct TrainingConstants {
   /// v, the variance of the coefficients, before anything is known about it. It is also the v below
   /// which the training sequence is not used; at twice this v, it is used fully.
   double first_variance = 0.03;
+  /// The same for the share of the residuals that the modes explain: what it is taken to be at
+  /// first, the part of it that a frame keeps, and the share below which the training sequence is
+  /// not used. It counts if anchors are exact; noise would hide it.
+  double first_share = 0.3;
+  double share_kept = 0.9;
+  double least_share = 0.2;
   double least_variance = 1e-4;
   double largest_variance = 2;
   /// The same if the coefficients are the change since the last frame. Changes per frame are a

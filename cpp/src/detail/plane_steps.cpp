@@ -47,7 +47,7 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   for (std::size_t i = 0; i < steps.size(); ++i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
-    if (!membrane_.empty()) {
+    if (!membrane_.empty() && !anchors.outward.empty()) {
       scaled_residual_[i] = scaled_residual_[i] + membrane_[i / width] * steps[i];
     }
   }

@@ -51,6 +51,7 @@ void ModeFit::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
   size_ = constants_.first_variance * determined_;
+  explained_ = constants_.first_share;
 }
 
 void ModeFit::replace(Modes& modes) {
@@ -63,18 +64,20 @@ void ModeFit::store(std::span<double> memory) const {
   memory[0] = residual_variance_;
   memory[1] = size_;
   memory[2] = determined_;
+  memory[3] = explained_;
 }
 
 bool ModeFit::accepts(std::span<const double> memory) const {
   const auto is_finite = [](double value) { return std::isfinite(value); };
   return std::ranges::all_of(memory.first(n_evidence), is_finite) && memory[1] >= 0 &&
-         memory[2] >= 0;
+         memory[2] >= 0 && memory[3] >= 0 && memory[3] <= 1;
 }
 
 void ModeFit::recall(std::span<const double> memory) {
   residual_variance_ = memory[0];
   size_ = memory[1];
   determined_ = memory[2];
+  explained_ = memory[3];
 }
 
 void ModeFit::recall_coefficients(std::span<const double> coefficients) {
@@ -238,10 +241,14 @@ FittedModes ModeFit::find(const ResidualField& residuals, ShapeSystem& system,
     }
     update_evidence();
   }
-  if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  const double explained = 1 - energies.with / energies.without;
+  const double explained = std::clamp(1 - energies.with / energies.without, 0.0, 1.0);
   const bool is_share = energies.without > rounding && std::isfinite(explained);
-  return {.prior_share = is_share ? std::clamp(explained, 0.0, 1.0) : 0};
+  if (is_share) {
+    const double kept = constants_.share_kept;
+    explained_ = kept * explained_ + (1 - kept) * explained;
+  }
+  if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
+  return {.prior_share = is_share ? explained : 0};
 }
 
 FittedModes RestFit::find(const ResidualField& residuals, ShapeSystem& system,
@@ -249,7 +256,11 @@ FittedModes RestFit::find(const ResidualField& residuals, ShapeSystem& system,
   const bool was_first = is_first();
   begin_at_last(residuals.anchors, system, rotations);
   FittedModes found = ModeFit::find(residuals, system, rotations, generations);
-  found.prior_weight = std::clamp(variance() / constants().first_variance - 1, 0.0, 1.0);
+  const auto beyond = [](double x, double least) { return std::clamp(x / least - 1, 0.0, 1.0); };
+  found.prior_weight = beyond(variance(), constants().first_variance);
+  if (!residuals.anchors.are_noisy()) {
+    found.prior_weight *= beyond(explained(), constants().least_share);
+  }
   found.is_first = was_first;
   return found;
 }

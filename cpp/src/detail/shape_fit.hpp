@@ -66,12 +66,13 @@ class ModeFit {
   [[nodiscard]] const TrainingConstants& constants() const { return constants_; }
   [[nodiscard]] bool is_first() const { return residual_variance_ < 0; }
   [[nodiscard]] double variance() const;
+  [[nodiscard]] double explained() const { return explained_; }
   [[nodiscard]] std::span<const double> coefficients() const { return coefficients_; }
   void recall_coefficients(std::span<const double> coefficients);
   [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
 
   /// The evidence in a memory of a fit: its first numbers.
-  static constexpr std::size_t n_evidence = 3;
+  static constexpr std::size_t n_evidence = 4;
   void store(std::span<double> memory) const;
   [[nodiscard]] bool accepts(std::span<const double> memory) const;
   void recall(std::span<const double> memory);
@@ -100,6 +101,7 @@ class ModeFit {
   double residual_variance_ = -1;     // sigma^2; negative before the first frame
   double size_ = 0;                   // N_v, the evidence: the squared coefficients,
   double determined_ = 0;             // D_v, and how many of them were determined
+  double explained_ = 0;              // the share of |r|^2 that the modes explain, lately
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j

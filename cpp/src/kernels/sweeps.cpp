@@ -86,35 +86,43 @@ template <>
 }
 #endif
 
-/// Adds s_ij times the estimate for four slots.
-template <class Real>
+/// Adds s_ij times the estimate for two or four slots.
+template <int count, class Real>
 [[gnu::always_inline]] inline Quad<Real> sum_of(const Real* estimates,
                                                 const std::uint32_t* neighbours, Quad<Real> s,
                                                 Quad<Real> sum) {
   sum += spread<0>(s) * quad(estimates, neighbours[0]);
   sum += spread<1>(s) * quad(estimates, neighbours[1]);
+  if constexpr (count == 2) return sum;
   sum += spread<2>(s) * quad(estimates, neighbours[2]);
   sum += spread<3>(s) * quad(estimates, neighbours[3]);
   return sum;
 }
 
-/// Returns the same sum over a cell of any size, computing s_ij each time.
-template <class Real>
+/// Returns that of a cell with at most `taken` neighbours.
+template <int taken, class Real>
+[[gnu::always_inline]] inline Quad<Real> sum_of_cell(const Real* estimates,
+                                                     const std::uint32_t* neighbours,
+                                                     const Quad<Real>* weights) {
+  return sum_of<4>(estimates, neighbours, weights[0], Quad<Real>{}) +
+         sum_of<taken - 4>(estimates, neighbours + 4, weights[1], Quad<Real>{});
+}
+
+/// Returns the same sum over a cell of any size, whose weights are found first in iteration 1.
+template <bool is_first, class Real>
 Quad<Real> sum_of_wide(const SweepData<Real>& data, Index j) {
-  constexpr std::uint32_t size = sizeof(Quad<Real>);
+  const std::uint32_t* range = data.neighbours + slots * static_cast<std::size_t>(j);
   Quad<Real> sum{};
-  const Index end = data.cell_offsets[j + 1];
-  for (Index i = data.cell_offsets[j]; i < end; i += 4) {
-    std::uint32_t neighbours[4];
-    Quad<Real> taken{};
-    for (Index slot = 0; slot < 4; ++slot) {
-      const bool is_taken = i + slot < end;
-      const Index neighbour = is_taken ? data.cell_neighbours[i + slot] : j;
-      neighbours[slot] = size * static_cast<std::uint32_t>(neighbour);
-      taken[slot] = is_taken ? Real(1) : Real(0);
+  for (std::uint32_t i = range[0]; i < range[1]; i += 4) {
+    const std::uint32_t* neighbours = data.wide_neighbours + i;
+    auto& weights = *reinterpret_cast<Quad<Real>*>(data.wide_weights + i);
+    if (is_first) {
+      weights = inverse_squared_distances(data, neighbours, quad_of(data.previous, j));
+      for (std::uint32_t slot = 0; slot < 4; ++slot) {
+        if (i + slot >= range[2]) weights[slot] = Real(0);
+      }
     }
-    const auto s = inverse_squared_distances(data, neighbours, quad_of(data.previous, j));
-    sum = sum_of(data.before, neighbours, s * taken, sum);
+    sum = sum_of<4>(data.before, neighbours, weights, sum);
   }
   return sum;
 }
@@ -142,7 +150,8 @@ template <class Real>
 Rows prepare(const SweepData<Real>& arrays, const Rows& chunk_rows) {
   const SweepData<Real> data = arrays;  // which no write below can change
   Rows rows = chunk_rows;
-  Index narrow_rows = 0;
+  Index* front = data.rows + rows.first;
+  Index* back = data.rows + rows.last - 1;
   for (Index v = rows.first; v < rows.last; ++v) {
     const Index known = data.known[v];  // 0 or 1
     Quad<Real> motion = quad_of<Real>(data.points, v) - quad_of<Real>(data.previous, v);
@@ -152,61 +161,67 @@ Rows prepare(const SweepData<Real>& arrays, const Rows& chunk_rows) {
     quad_of(data.before, v) = motion;
     quad_of(data.after, v) = motion;
     data.generation[v] = 0;
-    data.rows[rows.first + narrow_rows] = v;
-    narrow_rows += (1 - known) & data.narrow[v];
+    // Both places are free, since this vertex is not listed yet.
+    *front = v;
+    *back = v;
+    const Index valence = data.valence[v];
+    const Index is_usual = valence <= usual_slots ? 1 : 0;
+    front += (1 - known) & is_usual;
+    back -= (1 - known) & (1 - is_usual) & (valence <= slots ? 1 : 0);
   }
-  rows.narrow = narrow_rows;
+  rows.usual = static_cast<Index>(front - (data.rows + rows.first));
+  rows.narrow = static_cast<Index>(data.rows + rows.last - 1 - back);
   rows.wide = 0;
   for (Index w = rows.first_wide; w < rows.last_wide; ++w) {
     const Index v = data.wide[w];
-    if (data.known[v] == 0) data.rows[rows.last - ++rows.wide] = v;
+    if (data.known[v] == 0) front[rows.wide++] = v;
   }
   return rows;
 }
 
-template <class Real>
-Index first_sweep(const SweepData<Real>& arrays, const Rows& of_rows) {
-  const SweepData<Real> data = arrays;  // which no write below can change
-  const Rows rows = of_rows;
-  const Real next_share = Real(1) / Real(2);
+/// Executes an iteration for some of the rows, whose cells have at most `taken` neighbours.
+template <int taken, bool is_first, class Real>
+[[gnu::always_inline]] inline Bits<Real> sweep_rows(const SweepData<Real>& data, Index first,
+                                                    Index last, Real next_share) {
   Bits<Real> reached{};
-  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
+  for (Index r = first; r < last; ++r) {
     const Index j = data.rows[r];
     const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
     auto* weights =
         reinterpret_cast<Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
-    weigh<Real>(data, j, neighbours, weights);
-    const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
-    const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
-    reached -= settle(data, j, low + high, Real(0), next_share);
+    if (is_first) weigh<Real>(data, j, neighbours, weights);
+    const Quad<Real> sum = sum_of_cell<taken>(data.before, neighbours, weights);
+    reached -= settle(data, j, sum, is_first ? Real(0) : data.visits[j], next_share);
   }
-  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
+  return reached;
+}
+
+template <bool is_first, class Real>
+[[gnu::always_inline]] inline Index sweep(const SweepData<Real>& arrays, const Rows& of_rows,
+                                          Index t) {
+  const SweepData<Real> data = arrays;  // which no write below can change
+  const Rows rows = of_rows;
+  const Real next_share = Real(1) / static_cast<Real>(t + 1);
+  const Index first_wide = rows.first + rows.usual;
+  Bits<Real> reached =
+      sweep_rows<usual_slots, is_first>(data, rows.first, rows.first + rows.usual, next_share);
+  reached += sweep_rows<slots, is_first>(data, rows.last - rows.narrow, rows.last, next_share);
+  for (Index r = first_wide; r < first_wide + rows.wide; ++r) {
     const Index j = data.rows[r];
-    reached -= settle(data, j, sum_of_wide(arrays, j), Real(0), next_share);
+    const Real visits = is_first ? Real(0) : data.visits[j];
+    reached -= settle(data, j, sum_of_wide<is_first>(arrays, j), visits, next_share);
   }
   return static_cast<Index>(reached[0]);
 }
 
 template <class Real>
-Index next_sweep(const SweepData<Real>& arrays, const Rows& of_rows, Index t) {
-  const SweepData<Real> data = arrays;  // which no write below can change
-  const Rows rows = of_rows;
-  const Real next_share = Real(1) / static_cast<Real>(t + 1);
-  Bits<Real> reached{};
-  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
-    const Index j = data.rows[r];
-    const std::uint32_t* neighbours = data.neighbours + slots * static_cast<std::size_t>(j);
-    const Quad<Real>* weights =
-        reinterpret_cast<const Quad<Real>*>(data.weights + slots * static_cast<std::size_t>(j));
-    const Quad<Real> low = sum_of<Real>(data.before, neighbours, weights[0], Quad<Real>{});
-    const Quad<Real> high = sum_of<Real>(data.before, neighbours + 4, weights[1], Quad<Real>{});
-    reached -= settle(data, j, low + high, data.visits[j], next_share);
-  }
-  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
-    const Index j = data.rows[r];
-    reached -= settle(data, j, sum_of_wide(arrays, j), data.visits[j], next_share);
-  }
-  return static_cast<Index>(reached[0]);
+Index first_sweep(const SweepData<Real>& data, const Rows& rows) {
+  return sweep<true>(data, rows, 1);
+}
+
+template <class Real>
+Index next_sweep(const SweepData<Real>& data, const Rows& rows, Index t) {
+  return sweep<false>(data, rows, t);
 }
 
 template <class Real>
@@ -226,10 +241,10 @@ template <class Real>
 void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations) {
   const SweepData<Real> data = arrays;  // which no write below can change
   const Rows rows = of_rows;
-  for (Index r = rows.first; r < rows.first + rows.narrow; ++r) {
+  for (Index r = rows.first; r < rows.first + rows.usual + rows.wide; ++r) {
     finish_row(data, data.rows[r], iterations);
   }
-  for (Index r = rows.last - rows.wide; r < rows.last; ++r) {
+  for (Index r = rows.last - rows.narrow; r < rows.last; ++r) {
     finish_row(data, data.rows[r], iterations);
   }
 }

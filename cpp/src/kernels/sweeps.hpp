@@ -8,8 +8,9 @@
 ///   one multiply-add include a neighbour in numerator and denominator. It is zero until the vertex
 ///   is reached, which also determines the generations.
 /// - s_ij is computed in the first iteration and stored for the others.
-/// - Each cell has eight slots for neighbours, of which the last may be empty. The few vertices
-///   with more neighbours are processed separately by a slower loop.
+/// - Each cell has eight slots for neighbours, of which the last may be empty. Loops over six and
+///   over eight slots process the vertices that have no more neighbours, and a slower one the few
+///   others.
 ///
 /// sweeps.cpp is compiled once for each kind of processor, and `runnable_kernels` returns those
 /// that may be used.
@@ -19,20 +20,21 @@
 
 namespace dynmesh {
 
-/// The number of neighbours that the fast loop supports.
+/// The number of neighbours that the fast loops support, and that of a usual cell at most.
 constexpr int slots = 8;
+constexpr int usual_slots = 6;
 
 /// The arrays of a mesh and a frame. A quad is four Reals, aligned to its size.
 template <class Real>
 struct SweepData {
   // Of the mesh. `neighbours` has eight slots per vertex, each the offset of a quad in bytes.
   const std::uint32_t* neighbours;
-  const std::uint8_t* valence;   // (k,) the number of slots in use; 9 if there are more neighbours
-  const std::uint8_t* narrow;    // (k,) 1 if there are at most eight neighbours, else 0
-  const Index* wide;             // the vertices with more than eight neighbours, ascending
-  const Index* cell_offsets;     // (k + 1,) the cells, which are used
-  const Index* cell_neighbours;  // for vertices with more than eight neighbours
-  Real inverse_mean_edge;        // 1 / h
+  const std::uint8_t* valence;  // (k,) the number of slots in use; 9 if there are more neighbours
+  const Index* wide;            // the vertices with more than eight neighbours, ascending
+  // Those of a vertex of these: the slots from the first number in `neighbours` to the second, of
+  // which the last few, from the third number on, are empty.
+  const std::uint32_t* wide_neighbours;
+  Real inverse_mean_edge;  // 1 / h
   // Of the frame:
   const std::uint8_t* known;  // (k,)
   const Real* previous;       // (k,) quads: V
@@ -40,20 +42,22 @@ struct SweepData {
   Index* generation;          // (k,)
   // Of the iterations:
   Real* weights;  // (k, 8) s_ij
-  Real* before;   // (k,) quads: w d / t and w / t before the iteration
-  Real* after;    // (k,) quads: the same after the iteration
-  Real* visits;   // (k,) the number of iterations that gave the vertex an estimate
-  Index* rows;    // (k,) unknown vertices; see Rows
+  Real* wide_weights;
+  Real* before;  // (k,) quads: w d / t and w / t before the iteration
+  Real* after;   // (k,) quads: the same after the iteration
+  Real* visits;  // (k,) the number of iterations that gave the vertex an estimate
+  Index* rows;   // (k,) unknown vertices; see Rows
 };
 
-/// A chunk of vertices and a list of its unknown vertices. Those with up to eight neighbours are
-/// stored from `rows[first]` on, the others backwards from `rows[last - 1]`.
+/// A chunk of vertices and a list of its unknown vertices: from `rows[first]` on those with up to
+/// six neighbours, then those with more than eight, and the others backwards from `rows[last - 1]`.
 struct Rows {
   Index first;
   Index last;
   Index first_wide;  // the range of this chunk in `wide`, the list of all vertices with more
                      // neighbours
   Index last_wide;
+  Index usual;  // the numbers of those with up to six neighbours, up to eight, and more
   Index narrow;
   Index wide;
   Index reached;  // how many of the unknown vertices have been reached

@@ -21,7 +21,6 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       extra_iterations_(extra_iterations),
       neighbours_(slots * cells.size()),
       valence_(cells.size()),
-      narrow_(cells.size()),
       weights_(2 * cells.size()),
       before_(cells.size()),
       after_(cells.size()),
@@ -29,15 +28,26 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       rows_(cells.size()) {
   for (std::size_t j = 0; j < cells.size(); ++j) {
     const auto cell = cells[static_cast<Index>(j)];
-    narrow_[j] = cell.size() <= slots ? 1 : 0;
-    if (cell.size() > slots) wide_.push_back(static_cast<Index>(j));
     valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      // Empty slots refer to the vertex itself and have weight 0.
+    // Empty slots refer to the vertex itself and have weight 0.
+    const auto neighbour = [&](std::size_t slot) {
       const std::size_t i = slot < cell.size() ? static_cast<std::size_t>(cell[slot]) : j;
-      neighbours_[slots * j + slot] = static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
+      return static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
+    };
+    std::uint32_t* of_vertex = &neighbours_[slots * j];
+    if (cell.size() <= slots) {
+      for (std::size_t slot = 0; slot < slots; ++slot) of_vertex[slot] = neighbour(slot);
+      continue;
     }
+    wide_.push_back(static_cast<Index>(j));
+    of_vertex[0] = static_cast<std::uint32_t>(wide_neighbours_.size());
+    of_vertex[2] = static_cast<std::uint32_t>(wide_neighbours_.size() + cell.size());
+    for (std::size_t slot = 0; slot < (cell.size() + 3) / 4 * 4; ++slot) {
+      wide_neighbours_.push_back(neighbour(slot));
+    }
+    of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
   }
+  wide_weights_.resize(wide_neighbours_.size() / 4);
   const auto k = static_cast<Index>(cells.size());
   Index wide = 0;
   const Index chunk = workers.task_sharing().chunk;
@@ -84,15 +94,14 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
                                  std::span<const std::uint8_t> known, Generations& generations) {
   data_.neighbours = neighbours_.data();
   data_.valence = valence_.data();
-  data_.narrow = narrow_.data();
   data_.wide = wide_.data();
-  data_.cell_offsets = cells_.offsets.data();
-  data_.cell_neighbours = cells_.neighbours.data();
+  data_.wide_neighbours = wide_neighbours_.data();
   data_.known = known.data();
   data_.previous = &previous[0].x;
   data_.points = &points[0].x;
   data_.generation = generations.to_fill().data();
   data_.weights = &weights_[0].x;
+  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
   data_.before = &before_[0].x;
   data_.after = &after_[0].x;
   data_.visits = visits_.data();
@@ -100,7 +109,7 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
 
   for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
   Index unknown = 0;
-  for (const Rows& rows : chunks_) unknown += rows.narrow + rows.wide;
+  for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
 
   Index reached = 0;
   Index last = 0;  // T

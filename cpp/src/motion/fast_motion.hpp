@@ -44,9 +44,10 @@ class FastMotion final : public Estimator<Real> {
 
   LargeVector<std::uint32_t> neighbours_;
   LargeVector<std::uint8_t> valence_;
-  LargeVector<std::uint8_t> narrow_;
   std::vector<Index> wide_;
-  LargeVector<Vector3<Real>> weights_;  // two quads per vertex
+  std::vector<std::uint32_t> wide_neighbours_;
+  std::vector<Vector3<Real>> wide_weights_;  // one for each four slots
+  LargeVector<Vector3<Real>> weights_;       // two quads per vertex
   LargeVector<Vector3<Real>> before_;
   LargeVector<Vector3<Real>> after_;
   LargeVector<Real> visits_;

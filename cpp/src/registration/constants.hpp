@@ -1,6 +1,9 @@
 /// The constants of registration that do not follow from its equations.
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "tracking/constants.hpp"
 
 namespace dynmesh {
@@ -34,10 +37,10 @@ struct TipConstants {
   /// The number of tips of the template, and of the scan, of which some are none.
   std::size_t of_template = 6;
   std::size_t of_scan = 8;
-  /// About so many points of the scan are used. Each is connected with its nearest neighbours, if
-  /// they are at most so many mean distances between neighbours away and their normals have at
-  /// least this cosine.
-  std::size_t points = 2500;
+  /// About so many points of the scan are used, the later numbers if what is found with the earlier
+  /// ones is not good. Each is connected with its nearest neighbours, if they are at most so many
+  /// mean distances between neighbours away and their normals have at least this cosine.
+  std::array<std::size_t, 3> points = {2500, 6000, 12000};
   int neighbours = 10;
   double reach = 3;
   double least_cosine = -0.3;
@@ -45,6 +48,11 @@ struct TipConstants {
   /// all tips, and of all but one.
   double mean_weight = 0.5;
   int candidates = 10;
+  /// A tip of the scan was left out if no vertex is within so many mean edges. So many of them, the
+  /// farthest ones, are tried at most, and so often.
+  double left_out = 3;
+  std::size_t most_left_out = 2;
+  int repairs = 3;
   /// If more than this share of the points is far without them, they cannot help.
   double largest_far = 0.3;
 };
@@ -133,9 +141,11 @@ struct RegistrationConstants {
   double bridging_edges = 1.5;
   double bridging_stretch = 1.5;
   double doubtful_bridging = 0.003;
-  /// The share of all edges that are so much stretched or shortened from which on it is doubtful,
-  /// as where the whole was squeezed into a part. Faces and bones reach 0.09, waves 0.15.
+  /// The shares of all edges that are so much stretched or shortened from which on it is doubtful,
+  /// as where the whole was squeezed into a part, and ruined. Faces and bones reach 0.09, waves
+  /// 0.15.
   double doubtful_stretched = 0.15;
+  double ruined_stretched = 0.3;
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;

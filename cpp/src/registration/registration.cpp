@@ -7,15 +7,14 @@
 #include <utility>
 
 #include "mesh/training_frames.hpp"
+#include "registration/candidates.hpp"
 #include "registration/coarse_fit.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/coverage.hpp"
 #include "registration/fine_rounds.hpp"
 #include "registration/register_measurement.hpp"
-#include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
 #include "registration/targets.hpp"
-#include "registration/tips.hpp"
 #include "registration/unit.hpp"
 #include "scans/camera_arguments.hpp"
 #include "scans/scan_arguments.hpp"
@@ -100,19 +99,16 @@ class Work {
     // Landmarks on limbs that have moved say little about the motion of the whole.
     if (settings_.align && targets_.determine_a_rotation() &&
         registration.quality != RegistrationQuality::good) {
-      try_others(candidates_by_points(scan));
+      try_others(candidates_by_points(shape(), scan, targets_.landmarks_of(frame_), constants_));
     }
     // By one sensor, limbs end where it does not see them.
     const bool has_tips =
         settings_.align && targets_.vertices.empty() && scan.viewpoints().size() != 1;
     if (has_tips && registration.far_share > constants_.doubtful_far &&
         registration.far_share < constants_.tips.largest_far) {
-      try_others(candidates_by_tips(scan));
+      try_tips(scan, registration, try_others);
     }
-    if (!registration.ambiguous && registration.far_share > constants_.doubtful_far &&
-        registration.far_share < constants_.ruined_far) {
-      draw_out(scan, registration);
-    }
+    draw_out(scan, registration);
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(
         registration.transform.data());
     transform.topLeftCorner<3, 3>() *= unit;
@@ -125,91 +121,60 @@ class Work {
     return settings;
   }
 
-  /// A rigid motion of the template, landmarks in the axes of the scan, and what became of them on
-  /// the coarse mesh.
-  struct Candidate {
-    Motion motion = Motion::Identity();
-    std::vector<Landmark> landmarks = {};
-    double distance = 0;  // of the rigid start, if it was sought
-    double score = 0;
-    Cloud x = {};
-  };
-
   [[nodiscard]] std::vector<Candidate> candidates(const Measurement& scan) const {
     const auto landmarks = targets_.landmarks_of(frame_);
     if (!settings_.align) return {{Motion::Identity(), landmarks}};
     if (targets_.determine_a_rotation()) return {{targets_.motion_from(frame_), landmarks}};
-    return candidates_by_points(scan);
+    return candidates_by_points(shape(), scan, landmarks, constants_);
   }
 
-  /// The rigid motions that bring the surface to the points.
-  [[nodiscard]] std::vector<Candidate> candidates_by_points(const Measurement& scan) const {
-    const auto landmarks = targets_.landmarks_of(frame_);
-    const RigidStart in_place = start_in_place(faces_, frame_, scan, constants_.rigid);
-    double moved_by = 0;
-    for (const auto& x : frame_) {
-      const Eigen::Vector3d position = to_eigen(x);
-      moved_by +=
-          (in_place.motion * position - position).norm() / static_cast<double>(frame_.size());
-    }
-    const double size = size_of(frame_);
-    const double near =
-        std::min(constants_.in_place * mean_edge(), constants_.in_place_share * size);
-    const double little = std::min(constants_.largest_motion_in_place * mean_edge(),
-                                   constants_.largest_motion_share * size);
-    if (in_place.distance < near && moved_by < little) {
-      return {{in_place.motion, landmarks}};
-    }
-    auto starts = rigid_starts(faces_, frame_, scan, constants_.rigid);
-    const double limit =
-        constants_.rigid.largest_ratio * std::min(in_place.distance, starts.front().distance);
-    const bool is_new = std::ranges::all_of(starts, [&](const RigidStart& start) {
-      return differ(start.motion, in_place.motion, constants_.rigid);
-    });
-    if (is_new || in_place.distance < starts.front().distance) starts.push_back(in_place);
-    std::vector<Candidate> found;
-    for (const RigidStart& start : starts) {
-      if (start.distance <= limit) found.push_back({start.motion, landmarks, start.distance});
-    }
-    return found;
-  }
+  [[nodiscard]] TemplateShape shape() const { return {faces_, frame_, mean_edge()}; }
 
-  /// Motions and landmarks of which the tips of limbs are brought to those of the scan.
-  [[nodiscard]] std::vector<Candidate> candidates_by_tips(const Measurement& scan) const {
-    PointScan sample;
-    sample_scan(scan, Motion::Identity(), constants_.tips.points, sample);
-    const SurfaceSample places = sample_surface(faces_, frame_, constants_.tips.points);
-    PointScan surface;
-    surface.points = places.points;
-    surface.normals = places.normals;
-    surface.index();
-    const Tips ours = tips_of(surface, constants_.tips.of_template, constants_.tips);
-    const Tips theirs = tips_of(sample, constants_.tips.of_scan, constants_.tips);
-    std::vector<Candidate> found;
-    for (const auto& pairing : likely_pairs(ours, theirs, constants_.tips)) {
-      Targets targets;
-      for (std::size_t i = 0; i < pairing.size(); ++i) {
-        if (pairing[i] == no_tip) continue;
-        targets.vertices.push_back(places.vertices[ours.numbers[i]]);
-        targets.positions.push_back(sample.points[theirs.numbers[pairing[i]]]);
+  /// Brings the tips of limbs to those of the scan, and then those that it left out.
+  template <class Try>
+  void try_tips(const Measurement& scan, Registration<Real>& best, const Try& try_others) {
+    const TipConstants& c = constants_.tips;
+    const auto is_good = [&] { return best.quality == RegistrationQuality::good; };
+    std::vector<Registration<Real>> by_tips;
+    for (std::size_t i = 0; i < c.points.size() && !is_good(); ++i) {
+      const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
+      try_others(candidates_by_tips(shape(), tips, c));
+      by_tips.push_back(best);
+      double before = std::numeric_limits<double>::infinity();
+      for (int repair = 0; repair < c.repairs && !is_good() && best.far_share < before; ++repair) {
+        before = best.far_share;
+        const Candidate found = candidate_of(best);
+        try_others(candidates_by_tips_left_out(shape(), tips, found.motion, found.x, c));
       }
-      if (!targets.determine_a_rotation()) continue;
-      found.push_back({targets.motion_from(frame_), targets.landmarks_of(frame_)});
     }
-    return found;
+    // Last, because it covers the points also where legs are exchanged.
+    for (Registration<Real>& other : by_tips) {
+      if (is_good()) return;
+      draw_out(scan, other);
+      if (rank_of(other) < rank_of(best)) best = std::move(other);
+    }
   }
 
-  /// Draws every vertex towards the points that none explains, also those that lie on the scan
-  /// already, such as a nose that was pushed into the head, and keeps what is better.
-  void draw_out(const Measurement& scan, Registration<Real>& registration) {
-    FineRounds rounds(faces_, stream_, training_, settings_.uncertainty,
-                      std::numeric_limits<Real>::epsilon(), constants_, constants_.drawing());
+  /// The motion of a result, and its vertices.
+  [[nodiscard]] Candidate candidate_of(const Registration<Real>& registration) const {
     Candidate candidate;
     candidate.motion.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
         registration.transform.data());
     const std::span<const std::vector<Real>> found(&registration.vertices, 1);
     candidate.x = take_in_internal_order(found, stream_.numbering).front();
-    auto other = finished(candidate, rounds, scan);
+    return candidate;
+  }
+
+  /// Draws every vertex towards the points that none explains, also those that lie on the scan
+  /// already, such as a nose that was pushed into the head, and keeps what is better.
+  void draw_out(const Measurement& scan, Registration<Real>& registration) {
+    if (registration.ambiguous || registration.far_share <= constants_.doubtful_far ||
+        registration.far_share >= constants_.ruined_far) {
+      return;
+    }
+    FineRounds rounds(faces_, stream_, training_, settings_.uncertainty,
+                      std::numeric_limits<Real>::epsilon(), constants_, constants_.drawing());
+    auto other = finished(candidate_of(registration), rounds, scan);
     if (rank_of(other) < rank_of(registration)) registration = std::move(other);
   }
 
@@ -305,6 +270,7 @@ class Work {
     }
     const Coverage coverage = compare(scan, registration);
     registration.empty_share = coverage.empty_share;
+    registration.stretched = coverage.stretched;
     set_quality(scan, coverage, registration);
     return registration;
   }
@@ -357,11 +323,12 @@ class Work {
   void set_quality(const Measurement& scan, const Coverage& coverage,
                    Registration<Real>& registration) const {
     const bool is_ruined = registration.far_share > constants_.ruined_far ||
-                           registration.disagreeing > constants_.ruined_disagreeing;
+                           registration.disagreeing > constants_.ruined_disagreeing ||
+                           registration.stretched > constants_.ruined_stretched;
     const bool is_doubtful = registration.far_share > constants_.doubtful_far ||
                              registration.empty_share > constants_.doubtful_empty ||
                              coverage.bridging > constants_.doubtful_bridging ||
-                             coverage.stretched > constants_.doubtful_stretched ||
+                             registration.stretched > constants_.doubtful_stretched ||
                              have_misplaced_landmarks(scan);
     registration.quality = is_ruined     ? RegistrationQuality::ruined
                            : is_doubtful ? RegistrationQuality::doubtful

@@ -66,6 +66,10 @@ struct BoundaryReach::Rim {
                                                               constants.agreement, guess)
                           : measurement.nearest(there, normal, radius, constants.agreement, guess);
   }
+  /// The surface ends so many mean edges ahead.
+  [[nodiscard]] Reach reach(double ahead) const {
+    return {outward, here + (ahead * mean_edge) * outward};
+  }
   /// The part of the way to a point that leads in one direction, in mean edges.
   [[nodiscard]] double way(const Correspondence& c, const Vector3<double>& direction) const {
     return dot(c.point - here, direction) / mean_edge;
@@ -93,11 +97,11 @@ Reach BoundaryReach::reach_of(const BoundaryVertex& b, const Surface& surface,
   const Rim rim = {v, surface.x[v], normal,    outward, is_seen_from_both_sides,
                    h, measurement,  constants_};
   if (const double end = extension(rim, surface); end > 0) {
-    return {rim.outward, (end - constants_.reach_margin) * h};
+    return rim.reach(end - constants_.reach_margin);
   }
   if (length < constants_.least_stretch * b.first_length) return {};
   if (const double beyond = overshoot(rim); beyond > 0) {
-    return {rim.outward, -(beyond - constants_.overshoot_margin) * h};
+    return rim.reach(constants_.overshoot_margin - beyond);
   }
   return {};
 }

@@ -20,7 +20,7 @@ namespace dynmesh {
 /// is not known, `outward` is 0.
 struct Reach {
   Vector3<double> outward;  ///< a unit vector along the surface
-  double distance = 0;  ///< from the vertex to the end, less a margin; below 0 if it ends before
+  Vector3<double> end;      ///< on the line through the vertex, less a margin
 };
 
 /// A plane says nothing about where along it a vertex is, so flat cloth is free to slide. Where it

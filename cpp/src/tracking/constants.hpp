@@ -122,11 +122,15 @@ struct TrackingConstants {
   double largest_slippage = 0.04;
   /// As the constants above without "cloth". A membrane lets the weights be larger, since it keeps
   /// the noise of the points and wrong correspondences from folding the surface.
-  double first_cloth_weight = 0.2;
-  double last_cloth_weight = 5;
+  double first_cloth_weight = 0.5;
+  double last_cloth_weight = 10;
   double narrow_cloth_radius = 1;
+  /// How often, after the first iteration, the rotations of triangles and of the shape are fitted
+  /// for the same correspondences, and the steps of conjugate gradients for each.
+  int cloth_passes = 3;
+  int cloth_steps = 5;
   /// mu, the weight of the shape of triangles.
-  double membrane = 2;
+  double membrane = 8;
   /// As `pull`, for cloth. Folds come and go, and frame 0 knows none of them.
   double cloth_pull = 0.1;
 

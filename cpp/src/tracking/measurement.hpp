@@ -1,6 +1,7 @@
 /// What sensors measured of a surface in one frame.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
@@ -57,11 +58,14 @@ class Measurement {
   [[nodiscard]] Correspondence nearest_of_both_sides(const Vector3<double>& position,
                                                      const Vector3<double>& normal, double radius,
                                                      double agreement, std::uint32_t guess) const {
-    const auto front = nearest(position, normal, radius, agreement, guess);
-    const auto back = nearest(position, -1.0 * normal, radius, agreement, guess);
-    if (front.weight == 0 || back.weight == 0) return front.weight > 0 ? front : back;
-    const auto squared = [&](const Correspondence& c) { return squared_norm(c.point - position); };
-    return squared(front) <= squared(back) ? front : back;
+    // The side of the guess first: what it finds bounds the search on the other side.
+    const bool is_back = guess != no_guess && dot(this->normal(guess), normal) < 0;
+    const auto side = is_back ? -1.0 * normal : normal;
+    const auto first = nearest(position, side, radius, agreement, guess);
+    const double nearer =
+        first.weight > 0 ? std::sqrt(squared_norm(first.point - position)) : radius;
+    const auto second = nearest(position, -1.0 * side, nearer, agreement, guess);
+    return second.weight > 0 ? second : first;
   }
 
   /// Whether a sensor looked through `position` at something that is farther by more than `margin`,

@@ -68,6 +68,7 @@ void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, dou
   std::ranges::copy(is_cloth, is_cloth_.begin());
   rounding_ = rounding;
   rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge);
+  system_.take_planes(any_cloth ? constants_.cloth_steps : constants_.steps);
   system_.apply(first_frame, 1, shape_);
   rest_.set_first(shape_);
   error_bars_.reset();
@@ -128,7 +129,7 @@ void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
   for (std::size_t v = 0; v < x.size(); ++v) {
     const Reach& reach = measured.reaches[v];
     outward_[v] = root * reach.outward;
-    forces_[v] = root * reach.distance * outward_[v];
+    forces_[v] = root * dot(reach.outward, reach.end - x[v]) * outward_[v];
   }
   membrane_->add_forces(x, forces_);
   anchors_.outward = outward_;

@@ -97,7 +97,13 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
   const double lost =
       is_early ? correspondences_.draw_towards_unexplained(x_, weight, cloth_weight) : 0;
   const auto reaches = correspondences_.find_reaches(x_);
-  return shape_.take({found, reaches, weight, cloth_weight}, fits_modes, x_) ? lost : 0;
+  const NonrigidStep::Measured measured = {found, reaches, weight, cloth_weight};
+  if (!shape_.take(measured, fits_modes, x_)) return 0;
+  // The triangles of cloth turn while it moves, and it slides as they do. The first points are
+  // too wrong for more than one step.
+  const int passes = reaches.empty() || progress == 0 ? 1 : constants_.cloth_passes;
+  for (int pass = 1; pass < passes; ++pass) shape_.take(measured, false, x_);
+  return lost;
 }
 
 /// Which vertices have a measured point in the end.

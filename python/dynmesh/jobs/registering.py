@@ -260,6 +260,7 @@ def _told(found: Registration) -> dict[str, Any]:
         "far": found.far,
         "disagreeing": found.disagreeing,
         "empty": found.empty,
+        "stretched": found.stretched,
         "distance": found.distance,
         "rounds": found.rounds,
         "converged": found.converged,
