@@ -31,8 +31,8 @@ struct SweepData {
   const std::uint32_t* neighbours;
   const std::uint8_t* valence;  // (k,) the number of slots in use; 9 if there are more neighbours
   const Index* wide;            // the vertices with more than eight neighbours, ascending
-  // Those of a vertex of these: the slots from the first number in `neighbours` to the second, of
-  // which the last few, from the third number on, are empty.
+  // The slots of these vertices: vertex v has those from neighbours[8 v] to neighbours[8 v + 1] -
+  // 1, of which those from neighbours[8 v + 2] on are empty.
   const std::uint32_t* wide_neighbours;
   Real inverse_mean_edge;  // 1 / h
   // Of the frame:
@@ -41,12 +41,12 @@ struct SweepData {
   Real* points;               // (k,) quads: anchors as given; satellites are written here
   Index* generation;          // (k,)
   // Of the iterations:
-  Real* weights;  // (k, 8) s_ij
-  Real* wide_weights;
-  Real* before;  // (k,) quads: w d / t and w / t before the iteration
-  Real* after;   // (k,) quads: the same after the iteration
-  Real* visits;  // (k,) the number of iterations that gave the vertex an estimate
-  Index* rows;   // (k,) unknown vertices; see Rows
+  Real* weights;       // (k, 8) s_ij
+  Real* wide_weights;  // s_ij of `wide_neighbours`
+  Real* before;        // (k,) quads: w d / t and w / t before the iteration
+  Real* after;         // (k,) quads: the same after the iteration
+  Real* visits;        // (k,) the number of iterations that gave the vertex an estimate
+  Index* rows;         // (k,) unknown vertices; see Rows
 };
 
 /// A chunk of vertices and a list of its unknown vertices: from `rows[first]` on those with up to

@@ -139,7 +139,7 @@ class Work {
     for (std::size_t i = 0; i < c.points.size() && !is_good(); ++i) {
       const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
       try_others(candidates_by_tips(shape(), tips, c));
-      by_tips.push_back(best);
+      if (by_tips.empty() || by_tips.back().vertices != best.vertices) by_tips.push_back(best);
       double before = std::numeric_limits<double>::infinity();
       for (int repair = 0; repair < c.repairs && !is_good() && best.far_share < before; ++repair) {
         before = best.far_share;

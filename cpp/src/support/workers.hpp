@@ -48,9 +48,9 @@ TaskSharing& default_task_sharing();
 std::uint64_t pieces_done_by_others();
 
 /// The calling thread and `threads - 1` others, which sleep between calls, though not at once: the
-/// next call usually follows soon. Each thread takes the
-/// next piece when it is free. The calling thread does not wait for others to start; it executes
-/// all pieces if no other thread is available.
+/// next call usually follows soon. Each thread takes the next piece when it is free. The calling
+/// thread does not wait for others to start; it executes all pieces if no other thread is
+/// available.
 class Workers {
  public:
   /// Throws std::system_error if the system cannot start as many threads.
