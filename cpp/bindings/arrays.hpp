@@ -91,6 +91,12 @@ class PointsArgument {
   py::array_t<Real> array_;
 };
 
+/// (n,) a copy.
+template <class T>
+py::array_t<T> array_of(const std::vector<T>& values) {
+  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
 /// A (k,) array of bool, or of integers that are 0 or 1.
 class KnownArgument {
  public:

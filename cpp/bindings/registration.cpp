@@ -12,11 +12,6 @@
 namespace dynmesh {
 namespace {
 
-template <class T>
-py::array_t<T> array_of(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
 /// What both functions take beside the scan.
 struct Request {
   py::object faces, positions, landmarks, training;
@@ -123,7 +118,7 @@ py::tuple py_register_depth(const py::object& faces, const py::object& positions
   });
 }
 
-constexpr const char* doc =
+constexpr const char* register_doc =
     R"doc(register(faces, template, points, normals, viewpoints, landmarks, align, scale, training, uncertainty, threads)
 --
 
@@ -147,7 +142,7 @@ void bind_registration(py::module_& module) {
   module.def("register", &py_register, py::arg("faces"), py::arg("template"), py::arg("points"),
              py::arg("normals"), py::arg("viewpoints"), py::arg("landmarks"), py::arg("align"),
              py::arg("scale"), py::arg("training"), py::arg("uncertainty"), py::arg("threads"),
-             doc);
+             register_doc);
   module.def("register_depth", &py_register_depth, py::arg("faces"), py::arg("template"),
              py::arg("depth"), py::arg("intrinsics"), py::arg("pose"), py::arg("landmarks"),
              py::arg("align"), py::arg("scale"), py::arg("training"), py::arg("uncertainty"),

@@ -37,7 +37,8 @@ Args:
 Returns:
     A TrainingSummary.)doc";
 
-constexpr const char* summary_doc = R"doc(What a training sequence says about a subject.
+constexpr const char* training_summary_class_doc =
+    R"doc(What a training sequence says about a subject.
 
 The distance of a frame is the root mean square distance of its vertices from those of frame 0,
 after the rigid motion that fits it best, in the unit of the positions.
@@ -51,7 +52,7 @@ Attributes:
 }  // namespace
 
 void bind_training(py::module_& module) {
-  py::class_<TrainingSummary>(module, "TrainingSummary", summary_doc)
+  py::class_<TrainingSummary>(module, "TrainingSummary", training_summary_class_doc)
       .def_readonly("frames", &TrainingSummary::frames)
       .def_readonly("variance_held", &TrainingSummary::variance_held)
       .def_readonly("rms_distance", &TrainingSummary::rms_distance)

@@ -8,11 +8,6 @@
 namespace dynmesh {
 namespace {
 
-template <class T>
-py::array_t<T> array_of(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
 /// Copies what the Python function `source` returns for a frame: the points, (k, 3), and the known
 /// mask, (k,).
 template <class Real>
@@ -77,7 +72,7 @@ py::tuple py_whole_frame(const py::object& faces, const py::object& source,
              : whole_frame_of<double>(triangles, k, n, source, settings, progress);
 }
 
-constexpr const char* doc =
+constexpr const char* whole_frame_doc =
     R"doc(whole_frame(faces, source, n_frames, frame, noise, outliers, threads, progress)
 --
 
@@ -104,7 +99,7 @@ Returns:
 void bind_whole_frame(py::module_& module) {
   module.def("whole_frame", &py_whole_frame, py::arg("faces"), py::arg("source"),
              py::arg("n_frames"), py::arg("frame"), py::arg("noise"), py::arg("outliers"),
-             py::arg("threads"), py::arg("progress"), doc);
+             py::arg("threads"), py::arg("progress"), whole_frame_doc);
 }
 
 }  // namespace dynmesh

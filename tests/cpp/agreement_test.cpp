@@ -39,7 +39,8 @@ struct Above {
     corners.push_back(static_cast<std::uint32_t>(faces[f][0]));
   }
 
-  [[nodiscard]] Agreements compare(std::span<const std::uint32_t> near = {}) const {
+  [[nodiscard]] Agreements compare(std::span<const std::uint32_t> near = {}) {
+    scan.index();
     const auto edge = mean_edge_length<double>(topology.cells, x);
     return SurfaceComparison(faces, topology.cells, const_cast<Workers&>(workers), constants)
         .compare({x, normals, {}, edge}, scan, near);

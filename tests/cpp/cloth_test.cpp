@@ -220,7 +220,7 @@ TEST_CASE("a boundary beyond the end of a scan is drawn back, unless it has left
   const auto reach_where = [&](double end, double stretch, double side) {
     auto x = sheet.vertices;
     for (std::size_t i = 0; i < x.size(); i += 3) x[i] = 5.5 + stretch * (x[i] - 5.5);
-    const auto samples = part_of(scan_of(large, large.vertices), end);
+    const auto samples = part_of(scan_of(large, translated(large.vertices, 0.1, 0.0, 0.0)), end);
     PointScan scan;
     scan.points = rows_of(samples.points);
     scan.normals = rows_of(samples.normals);

@@ -112,6 +112,14 @@ inline std::vector<std::uint8_t> mask(std::size_t k, std::initializer_list<std::
   return mask;
 }
 
+inline std::vector<Vector3<double>> random_field(std::size_t rows, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Vector3<double>> field(rows);
+  for (auto& x : field) x = {normal(random), normal(random), normal(random)};
+  return field;
+}
+
 inline std::vector<std::uint8_t> random_mask(std::size_t k, double share, unsigned seed) {
   std::mt19937 random(seed);
   std::bernoulli_distribution known(share);

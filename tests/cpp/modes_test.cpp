@@ -10,7 +10,7 @@
 namespace dynmesh::testing {
 namespace {
 
-constexpr std::size_t k = 600;  // more than two chunks
+constexpr std::size_t n_vertices = 600;  // more than two chunks
 constexpr std::size_t n_frames = 20;
 
 /// Overlapping parts without a mesh: each vertex in the global part and in up to two others.
@@ -18,23 +18,15 @@ SurfaceParts some_parts() {
   SurfaceParts parts;
   parts.n_parts = 4;
   parts.offsets = {0};
-  for (std::size_t v = 0; v < k; ++v) {
+  for (std::size_t v = 0; v < n_vertices; ++v) {
     parts.entries.push_back({0, 1.0});
-    const double share = 0.2 + 0.6 * static_cast<double>(v) / k;
+    const double share = 0.2 + 0.6 * static_cast<double>(v) / n_vertices;
     const Index part = 1 + static_cast<Index>(v / 300);
     if (v % 5 != 0) parts.entries.push_back({part, share});
     if (v % 5 > 1) parts.entries.push_back({part + 1, 1 - share});
     parts.offsets.push_back(static_cast<Index>(parts.entries.size()));
   }
   return parts;
-}
-
-std::vector<Vector3<double>> random_field(std::size_t rows, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3<double>> field(rows);
-  for (auto& x : field) x = {normal(random), normal(random), normal(random)};
-  return field;
 }
 
 std::vector<double> random_numbers(std::size_t n, unsigned seed) {
@@ -48,7 +40,7 @@ std::vector<double> random_numbers(std::size_t n, unsigned seed) {
 TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, are none") {
   const SurfaceParts parts = some_parts();
   const auto shapes_of = [](double size) {
-    auto shapes = random_field(k * n_frames, 3);
+    auto shapes = random_field(n_vertices * n_frames, 3);
     for (auto& x : shapes) x = size * x;
     return shapes;
   };
@@ -72,13 +64,13 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
   for (float& x : values) x = normal(random);
   const ModeData data = {parts.offsets.data(), part_of.data(), values.data()};
   const std::size_t n = modes_of_part * static_cast<std::size_t>(parts.n_parts);
-  const auto field = random_field(k, 2);
-  const auto given = random_numbers(n + k, 4);
+  const auto field = random_field(n_vertices, 2);
+  const auto given = random_numbers(n + n_vertices, 4);
   const std::vector<float> coefficients(given.begin(), given.begin() + n);
   const std::vector<double> weights(given.begin() + n, given.end());
 
   // The sums in double precision.
-  std::vector<Vector3<double>> combined(k);
+  std::vector<Vector3<double>> combined(n_vertices);
   std::vector<double> projected(n);
   std::vector<double> squares(n);
   constexpr Index first = 3;
@@ -98,9 +90,9 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
   for (const Kernels& level : runnable_kernels()) {
     const ModeKernels& kernels = level.modes;
     constexpr double untouched = 7;
-    std::vector<Vector3<double>> of_level(k, {untouched, untouched, untouched});
+    std::vector<Vector3<double>> of_level(n_vertices, {untouched, untouched, untouched});
     kernels.combine(data, coefficients.data(), of_level.data(), first, last);
-    for (Index v = 0; v < static_cast<Index>(k); ++v) {
+    for (Index v = 0; v < static_cast<Index>(n_vertices); ++v) {
       const bool is_inside = v >= first && v < last;
       const Vector3<double> expected =
           is_inside ? combined[v] : Vector3<double>{untouched, untouched, untouched};
@@ -132,8 +124,8 @@ TEST_CASE("all kernels form modes and multiply shapes") {
     weights.push_back(static_cast<float>(weight));
   }
   const auto n_parts = static_cast<std::size_t>(parts.n_parts);
-  const auto given = random_numbers(3 * slots * k + n_parts * slots * modes_of_part, 6);
-  const auto end_of_shapes = given.begin() + 3 * slots * k;
+  const auto given = random_numbers(3 * slots * n_vertices + n_parts * slots * modes_of_part, 6);
+  const auto end_of_shapes = given.begin() + 3 * slots * n_vertices;
   LargeVector<float> shapes(given.begin(), end_of_shapes);
   LargeVector<float> factors(end_of_shapes, given.end());
   const std::vector<Index> chosen = {5, 0, 31, 17, 8};
@@ -153,7 +145,7 @@ TEST_CASE("all kernels form modes and multiply shapes") {
     LargeVector<double> sums(n_parts * slots, 1);
     level.modes.add_products(entries, data, slot, sums.data(), first, last);
     std::vector<double> products(n_parts * slots, 1);
-    for (std::size_t v = 0; v < k; ++v) {
+    for (std::size_t v = 0; v < n_vertices; ++v) {
       const bool is_inside = v >= first && v < last;
       for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
         const auto part = static_cast<std::size_t>(part_of[e]);

@@ -1,7 +1,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "detail/anchors.hpp"
@@ -14,14 +13,6 @@ namespace dynmesh::testing {
 namespace {
 
 using Field = std::vector<Vector3<double>>;
-
-Field random_field(std::size_t rows, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  Field field(rows);
-  for (auto& x : field) x = {normal(random), normal(random), normal(random)};
-  return field;
-}
 
 /// The slope of |K D - r|^2 + sum_i w_i (n_i . (D_i - p_i))^2 at steps D, for three fields and in
 /// random directions, over that at 0.

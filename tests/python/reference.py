@@ -390,6 +390,9 @@ class Detail:
     def _bounded(self, b: float) -> float:
         return b
 
+    def _reduced(self, blend: Array) -> Array:
+        return blend
+
     def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
         still = np.zeros_like(self.previous)
         soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
@@ -426,7 +429,7 @@ class Detail:
         blend = np.full(self.k, self.blend)
         if eta > 0:
             blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
-        blend = np.clip(blend, -0.5, 1.5)[:, None]
+        blend = self._reduced(np.clip(blend, -0.5, 1.5))[:, None]
         self.rounds = 2 if self.first_order.share.min() >= 0.7 else 3
         for _ in range(self.rounds - 1):
             self._fit(x)

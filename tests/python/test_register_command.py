@@ -38,7 +38,7 @@ def written(folder: Path, torus: Mesh, rng: np.random.Generator) -> Array:
     (folder / "scans").mkdir()
     points, normals = scan(torus, truth, rng)
     write_ply(folder / "scans" / "first.ply", PointScan(points, normals, None))
-    mesh = dynmesh.Sequence(points[None, :2000], torus.faces)
+    mesh = dynmesh.Sequence(truth[None], torus.faces)
     dynmesh.write(folder / "scans" / "second.obj", mesh)
     return truth
 

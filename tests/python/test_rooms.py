@@ -163,6 +163,8 @@ def test_only_planes_beside_the_mesh_are_surroundings() -> None:
     faces, vertices = sheet(20)
     flat = vertices * np.array([1, 1, 0.3])
     assert shares_in_planes(faces, flat, [flat + np.array([0, 0, 5])]) == [0, 0]
+    flap = vertices[:, [0, 2, 1]] * np.array([1, 0.05, 0.7]) + np.array([0, 0, 3])
+    assert shares_in_planes(faces, flat, [flap]) == [0, 0]
 
 
 def test_a_box_keeps_what_is_inside(rooms: Rooms) -> None:

@@ -33,6 +33,7 @@ def error(truth: Array, completed: Array) -> float:
     [
         *(("sheet", 0.1, None), ("sheet", 0.5, 0.02)),
         *(("two parts", 0.1, 0.02), ("two parts", 0.5, None)),
+        ("beyond the training", 0.5, None),
     ],
 )
 def test_frames_equal_the_transcription(
@@ -41,8 +42,11 @@ def test_frames_equal_the_transcription(
     mesh = {
         "sheet": meshes.sheet(17),  # whose products with the modes are sums of two chunks
         "two parts": meshes.join(meshes.sheet(8), meshes.sheet(6, 30.0)),
+        "beyond the training": meshes.sheet(17),
     }[shape]
     training = poses(mesh.vertices, 20, rng)
+    if shape == "beyond the training":
+        training = mesh.vertices + 0.4 * (training[:4] - mesh.vertices)
     frames = poses(mesh.vertices, 8, rng)
     completer = dynmesh.Completer(
         mesh.faces,
@@ -58,6 +62,8 @@ def test_frames_equal_the_transcription(
         known = rng.random(len(points)) < {3: 0.0, 5: 1.0}.get(n, share)
         if shape == "two parts" and n % 3 == 1:
             known[64:] = False  # disconnected
+        if shape == "beyond the training":
+            known &= mesh.vertices[:, 0] < 10  # and vertices far from all anchors
         completed = completer.push(points, known)
         # The modes are stored in single precision, and their rounding errors add up.
         tolerance = (1e-6 if n < 4 else 1e-5) * expected.h
@@ -160,6 +166,28 @@ def test_recorded_subjects_are_more_accurate_in_their_second_half(
     masks = list(masks_of(loss, frames, sequence.faces))[1:]
     errors = errors_of(sequence, frames, masks, {}, {"training": training})
     assert errors[1] <= MOST[name, loss] * errors[0]
+
+
+def test_poses_beyond_the_training_do_no_harm_where_nothing_is_seen() -> None:
+    """Steps are trained. A handstand follows, in which whole hands and feet are hidden."""
+    sequence = dynmesh.synth.walker()
+    training, frames = sequence.vertices[:87:2], sequence.vertices[87:137]
+    masks = dynmesh.degrade.patch_known(
+        sequence.faces, len(frames), frames.shape[1], 0.3, lifetime=10, seed=0
+    )
+    errors = errors_of(sequence, frames, list(masks)[1:], {}, {"training": training})
+    assert errors[1] <= errors[0]
+
+
+def test_the_rim_of_a_hidden_arm_does_not_say_how_it_is_bent() -> None:
+    sequence = dynmesh.synth.walker(seed=1)
+    training, frames = sequence.vertices[87::2], sequence.vertices[20:40]
+    hand = 21
+    masks = np.ones(frames.shape[:2], np.bool_)
+    masks[:, ::3] = False
+    masks[10:, np.linalg.norm(frames[0] - frames[0][hand], axis=1) < 0.55] = False
+    errors = errors_of(sequence, frames, masks[1:], {}, {"training": training})
+    assert errors[1] <= errors[0]
 
 
 @pytest.mark.parametrize("useless", ["noise", "another order", "another subject", "other moves"])

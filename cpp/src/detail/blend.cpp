@@ -90,4 +90,12 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
   return blend_;
 }
 
+void LocalBlend::reduce_hidden(double share, int averagings, const Generations& generations) {
+  if (share == 1) return;
+  const auto generation = generations.of_vertices();
+  for (std::size_t i = 0; i < blend_.size(); ++i) {
+    if (generation[i] > averagings) blend_[i] *= share;
+  }
+}
+
 }  // namespace dynmesh

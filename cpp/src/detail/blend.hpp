@@ -11,6 +11,7 @@
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/shape_terms.hpp"
+#include "generations/generations.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 
@@ -103,6 +104,9 @@ class LocalBlend {
   /// is 0.
   std::span<const double> find(const ResidualField& residuals, const ResidualSums& sums,
                                const Blend& global);
+  /// Multiplies by `share` the b_i that were found of vertices more than `averagings` edges from
+  /// all anchors.
+  void reduce_hidden(double share, int averagings, const Generations& generations);
 
  private:
   const Cells& cells_;

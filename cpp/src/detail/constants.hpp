@@ -38,6 +38,9 @@ struct TrainingConstants {
   /// part, whose coefficients the whole surface determines.
   double caution = 4;
   double caution_of_global_part = 1;
+  /// Where less than this share of a mode is seen, lambda_j is more than twice as large, so that
+  /// the rim of a hidden limb does not say how that limb is bent.
+  double least_seen = 1e-3;
   /// A coefficient that the anchors do not determine is kept up to this size. No frame of a
   /// training of 75 frames has a larger one than the root of 75.
   double largest_kept = 9;

@@ -91,15 +91,17 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   is_stiff_ = is_stiff;
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
-  const auto [directions, shapes, is_first] =
+  const auto [directions, shapes, found] =
       fit_modes(find_directions(positions, turn(memory_.shapes()), anchors), generations);
   const ResidualSums sums = sum_products(directions, mean_edge_);
   Blend blend = global_blend(sums, constants_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
-  if (is_first) blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
+  if (found.is_first)
+    blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
+  local_blend_.reduce_hidden(found.hidden_share, constants_.training.averagings, generations);
   positions = take_directions(positions, directions, blend);
 
   // Step 4: fit rotations and solve again.
@@ -225,7 +227,7 @@ Detail::Fitted Detail::add_modes(Fit& fit, ResidualField directions,
     Fit::add(k * added.steps[v], workspace_.steps[v]);
     Fit::add(k * added.k_steps[v], workspace_.k_steps[v]);
   }
-  return {directions, workspace_.shapes, found.is_first};
+  return {directions, workspace_.shapes, found};
 }
 
 Detail::Positions Detail::take_directions(Positions positions, const ResidualField& directions,

@@ -79,7 +79,7 @@ class Detail final : public Estimator<double> {
   struct Fitted {
     ResidualField directions;
     std::span<const ShapeTerms> shapes;  // m, m_first - m and u
-    bool is_first = false;               // as in FittedModes
+    FittedModes found = {};              // nothing without modes
   };
 
   Field in_workspace(Frame frame);

@@ -19,8 +19,7 @@ FirstOrder::FirstOrder(const Topology& topology, Workers& workers,
       kept_(topology.cells.size(), is_noisy),
       is_left_out_(topology.cells.size()),
       is_free_(topology.cells.size()),
-      of_detail_(topology.cells.size()),
-      of_first_order_(topology.cells.size()) {
+      of_detail_(topology.cells.size()) {
   nearby_.reserve(topology.cells.size());
 }
 
@@ -37,7 +36,7 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
     if (shares_.is_due(frame.kx, frame.shape, rounding_.mean_square(frame.x), generations)) {
       test(frame, anchors, generations, system);
     }
-    return mix(frame, generations);
+    return mix(frame, generations, system);
   } catch (const std::bad_alloc&) {
     shares_.postpone();
     return 0;
@@ -86,20 +85,20 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
       [&](std::size_t v, std::size_t) { return frame.shape[v] - frame.kx[v]; }, frame.x, kept_);
   const auto sum = [](const Vector3<double>& a, const Vector3<double>& b) { return a + b; };
   std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
-  std::ranges::transform(of_detail_, step_.find(of_detail_, frame.last, is_free_),
-                         of_first_order_.begin(), sum);
+  const auto of_first_order = step_.find(of_detail_, frame.last, is_free_, system.scratch());
+  std::ranges::transform(of_detail_, of_first_order, of_first_order.begin(), sum);
   const double rounding = std::sqrt(rounding_.mean_square_of_positions(frame.x));
-  shares_.learn(of_detail_, of_first_order_, anchors.observed, is_left_out_, rounding);
+  shares_.learn(of_detail_, of_first_order, anchors.observed, is_left_out_, rounding);
 }
 
 /// Moves each satellite by the share of its component of the step.
-double FirstOrder::mix(const Frame& frame, const Generations& generations) {
+double FirstOrder::mix(const Frame& frame, const Generations& generations, ShapeSystem& system) {
   if (shares_.largest() == 0) return 0;
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
     is_free_[v] = generation[v] > 0 && shares_.of_vertex(v) > 0 ? 1 : 0;
   }
-  const Field step = step_.find(frame.x, frame.last, is_free_);
+  const Field step = step_.find(frame.x, frame.last, is_free_, system.scratch());
   double sum = 0;
   for (std::size_t v = 0; v < step.size(); ++v) {
     if (is_free_[v] == 0) continue;

@@ -55,7 +55,7 @@ class FirstOrder {
   void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
             ShapeSystem& system);
   void leave_out(const Anchors& anchors, const Generations& generations);
-  double mix(const Frame& frame, const Generations& generations);
+  double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
 
   const Cells& cells_;
   const FirstOrderConstants& constants_;
@@ -67,7 +67,7 @@ class FirstOrder {
   Anchors kept_;  // the anchors that are not left out
   std::vector<Index> nearby_;
   std::vector<std::uint8_t> is_left_out_, is_free_;
-  std::vector<Vector3<double>> of_detail_, of_first_order_;  // predictions
+  std::vector<Vector3<double>> of_detail_;  // what it predicts
 };
 
 }  // namespace dynmesh

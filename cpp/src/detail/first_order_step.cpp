@@ -59,14 +59,11 @@ FirstOrderStep::Prepared FirstOrderStep::prepare(const DetailOperator& k,
   // Its factor has so few entries that threads would hardly share it.
   result.factor = std::make_unique<MaskedFactor>(SymmetricMatrix{l.offsets, l.columns, l.values},
                                                  workers_, Ordering::minimum_degree);
-  // No mask has a larger factor than this one.
-  result.factor->factorize(std::vector<std::uint8_t>(k.size(), 1));
+  result.factor->reserve();
   result.no_cells.resize(k.size() + 1);
   result.edges.resize(l.columns.size());
   result.covariances.resize(k.size());
   result.quaternions.resize(k.size());
-  result.solution.resize(k.size());
-  result.step.resize(k.size());
   return result;
 }
 
@@ -116,20 +113,21 @@ Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
   return sum - 0.5 * turned(of_mesh_.covariances[v], edges);
 }
 
-FirstOrderStep::Field FirstOrderStep::find(Field positions, Field last,
-                                           std::span<const std::uint8_t> is_free) {
+std::span<Vector3<double>> FirstOrderStep::find(Field positions, Field last,
+                                                std::span<const std::uint8_t> is_free,
+                                                std::span<Vector3<double>> scratch) {
   of_mesh_.factor->factorize(is_free);
   fit_rotations(positions, last);
   const auto rows = of_mesh_.factor->order();
+  const auto solution = scratch.first(positions.size());
+  const auto step = scratch.subspan(positions.size(), positions.size());
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
-    for (Index r = first; r < end; ++r) {
-      of_mesh_.solution[at(r)] = residual(at(rows[at(r)]), positions);
-    }
+    for (Index r = first; r < end; ++r) solution[at(r)] = residual(at(rows[at(r)]), positions);
   });
-  of_mesh_.factor->solve(of_mesh_.solution, 1);
-  std::ranges::fill(of_mesh_.step, Vector3<double>{});
-  for (std::size_t r = 0; r < rows.size(); ++r) of_mesh_.step[at(rows[r])] = of_mesh_.solution[r];
-  return of_mesh_.step;
+  of_mesh_.factor->solve(solution, 1);
+  std::ranges::fill(step, Vector3<double>{});
+  for (std::size_t r = 0; r < rows.size(); ++r) step[at(rows[r])] = solution[r];
+  return step;
 }
 
 }  // namespace dynmesh

@@ -36,7 +36,6 @@ class FirstOrderStep {
     std::vector<Vector3<double>> edges;
     std::vector<Covariance> covariances;
     std::vector<Quaternion> quaternions;
-    std::vector<Vector3<double>> solution, step;
   };
   [[nodiscard]] Prepared prepare(const DetailOperator& k,
                                  const FirstOrderConstants& constants) const;
@@ -44,8 +43,10 @@ class FirstOrderStep {
   void reset(Prepared prepared) noexcept { of_mesh_ = std::move(prepared); }
 
   /// Returns the step (k,) from the positions X, 0 where `is_free` is 0. Every component with free
-  /// vertices must have others, too. The result is valid until the next call.
-  Field find(Field positions, Field last, std::span<const std::uint8_t> is_free);
+  /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
+  std::span<Vector3<double>> find(Field positions, Field last,
+                                  std::span<const std::uint8_t> is_free,
+                                  std::span<Vector3<double>> scratch);
 
  private:
   void fit_rotations(Field positions, Field last);

@@ -107,6 +107,7 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
     size_ += static_cast<std::size_t>(leading.back().vectors.cols());
   }
   variance_held_ = leading.front().share;
+  n_frames_ = n_frames;
   const std::size_t k = offsets_.size() - 1;
   const double share = 1 / std::sqrt(static_cast<double>(n_frames)) / unit_;
   for (std::size_t v = 0; v < k; ++v) {

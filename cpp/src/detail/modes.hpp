@@ -58,6 +58,8 @@ class Modes {
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
   /// The share of the variance over the training sequence that the global modes hold, 0 to 1.
   [[nodiscard]] double variance_held() const { return variance_held_; }
+  /// The number of frames of the training, whose squared coefficients are at most this; 0 without.
+  [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 
   /// combined = B a.
   void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
@@ -77,6 +79,7 @@ class Modes {
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
   double variance_held_ = 0;
+  std::size_t n_frames_ = 0;
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
   double unit_ = 1;            // a power of two near the mean edge length

@@ -31,6 +31,7 @@ struct AddedShape {
 struct FittedModes {
   double prior_weight = 1;  ///< k, 0 to 1
   double prior_share = 0;   ///< the share of |r|^2 that the modes explain
+  double hidden_share = 1;  ///< of b where no anchor is near, 0 to 1
   bool is_first = false;    ///< whether this is the first fit of a rest shape
 };
 
@@ -67,6 +68,7 @@ class ModeFit {
   [[nodiscard]] bool is_first() const { return residual_variance_ < 0; }
   [[nodiscard]] double variance() const;
   [[nodiscard]] double explained() const { return explained_; }
+  [[nodiscard]] double extrapolation() const;
   [[nodiscard]] std::span<const double> coefficients() const { return coefficients_; }
   void recall_coefficients(std::span<const double> coefficients);
   [[nodiscard]] bool are_plausible(std::span<const double> coefficients) const;
@@ -84,6 +86,7 @@ class ModeFit {
   };
 
   void begin();
+  void weigh_modes();
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
   void penalize(double ratio);
@@ -105,6 +108,7 @@ class ModeFit {
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j
+  std::vector<double> wholes_;     // sum_i |B_j(i)|^2, or 0
   std::vector<double> seen_, averaged_;
   AddedShape added_, direction_added_;
   std::vector<Vector3<double>> left_;  // r + r3, 0 where vertices do not count

@@ -103,6 +103,9 @@ class ShapeSystem {
   /// valid.
   void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
 
+  /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
+  [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
+
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
   /// gradients, from 0.
   void take_planes(int steps);

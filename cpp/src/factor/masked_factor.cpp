@@ -87,6 +87,15 @@ MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Orde
   reached_.resize(supernodes);
 }
 
+void MaskedFactor::reserve() {
+  std::size_t size = 0;
+  for (std::size_t s = 0; s < at(plan_.supernodes()); ++s) {
+    const auto columns = at(plan_.firsts[s + 1] - plan_.firsts[s]);
+    size += columns * (columns + at(plan_.row_offsets[s + 1] - plan_.row_offsets[s]));
+  }
+  factor_.reserve(size);
+}
+
 /// Determines the panels of the submatrix and their rows.
 void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   // Here and below, no branch depends on the mask, since the processor could not predict it.
@@ -129,6 +138,11 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
     multiplications_[at(s)] = 0.5 * panel.columns * panel.rows() * panel.rows();
   }
   panels_before_.push_back(static_cast<Index>(panels_.size()));
+  if (factor_.capacity() < size) {
+    // The smaller one is freed first. The next masks may need a little more than this one.
+    factor_ = std::vector<double>();
+    factor_.reserve(size + size / 8);
+  }
   if (factor_.size() < size) factor_.resize(size);
   cost_.entries = static_cast<double>(size);
   divide();

@@ -32,6 +32,10 @@ class MaskedFactor {
                const DenseKernels& kernels = best_kernels().dense)
       : MaskedFactor(matrix, workers, best_ordering(matrix.size()), kernels) {}
 
+  /// Reserves address space for the largest factor that any mask can have, so that `factorize`
+  /// allocates none. The memory itself is only used as far as a factor fills it.
+  void reserve();
+
   /// Factors the rows and columns with `mask[i] != 0`, after adding `added` (n,) to the diagonal
   /// unless it is empty. If both are the same as in the last call, keeps the factor and returns
   /// false; otherwise returns true. Allocates memory only if the factor is larger than ever before.

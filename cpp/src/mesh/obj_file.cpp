@@ -68,9 +68,9 @@ std::vector<std::string_view> first_comments(std::string_view text) {
   return comments;
 }
 
-class Parser {
+class ObjParser {
  public:
-  explicit Parser(std::string_view text) : text_(text), statements_(text) {}
+  explicit ObjParser(std::string_view text) : text_(text), statements_(text) {}
 
   ObjFile parse() {
     file_.comments = first_comments(text_);
@@ -162,6 +162,6 @@ class Parser {
 
 }  // namespace
 
-ObjFile parse_obj(std::string_view text) { return Parser(text).parse(); }
+ObjFile parse_obj(std::string_view text) { return ObjParser(text).parse(); }
 
 }  // namespace dynmesh

@@ -17,9 +17,9 @@ bool begins_off(std::string_view word) {
   return word.find_first_not_of("CNST") == std::string_view::npos;
 }
 
-class Parser {
+class OffParser {
  public:
-  explicit Parser(std::string_view text) : text_(text) {}
+  explicit OffParser(std::string_view text) : text_(text) {}
 
   PolygonMesh parse() {
     bool began = false;
@@ -111,6 +111,6 @@ class Parser {
 
 }  // namespace
 
-PolygonMesh parse_off(std::string_view text) { return Parser(text).parse(); }
+PolygonMesh parse_off(std::string_view text) { return OffParser(text).parse(); }
 
 }  // namespace dynmesh

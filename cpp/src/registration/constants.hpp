@@ -121,6 +121,8 @@ struct RegistrationConstants {
   double first_weight = 0.02;
   /// How often the first iteration is repeated at most: large motions are found before.
   int most_searches = 3;
+  /// As in TrackingConstants: the way from the template is longer than that from a last frame.
+  int rotation_fits = 3;
 
   /// About so many points are examined.
   std::size_t examined_points = 6000;
@@ -156,6 +158,7 @@ struct RegistrationConstants {
     constants.prediction = 0;
     constants.first_weight = first_weight;
     constants.most_searches = most_searches;
+    constants.rotation_fits = rotation_fits;
     return constants;
   }
   /// The same, where vertices that lie on the scan are drawn towards unexplained points as well.

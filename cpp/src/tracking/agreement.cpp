@@ -82,16 +82,12 @@ template <class IsNear>
 std::vector<std::uint8_t> find_strays(const Measurement& scan, std::size_t stride, std::size_t n,
                                       const TrackingConstants& constants, const IsNear& is_near) {
   std::vector<std::uint8_t> strays(n);
-  const auto count = static_cast<std::size_t>(constants.stray_neighbours) + 1;  // and itself
+  const auto neighbours = static_cast<std::size_t>(constants.stray_neighbours);
   std::size_t first = 0;
   while (first < n && is_near(first)) ++first;
-  if (first == n || n <= count) return strays;
-  PointScan points;
-  for (std::size_t i = 0; i < n; ++i) points.points.push_back(scan.point(i * stride));
-  points.index();
+  if (first == n || scan.size() <= neighbours) return strays;
   const auto spacing_at = [&](std::size_t i) {
-    const auto around = points.nearest_to(i, count);
-    return squared_norm(points.points[around.back()] - points.points[i]);
+    return scan.squared_spacing(i * stride, neighbours);
   };
   constexpr std::size_t enough = 256;
   std::vector<double> usual;

@@ -97,11 +97,11 @@ Reach BoundaryReach::reach_of(const BoundaryVertex& b, const Surface& surface,
   const Rim rim = {v, surface.x[v], normal,    outward, is_seen_from_both_sides,
                    h, measurement,  constants_};
   if (const double end = extension(rim, surface); end > 0) {
-    return rim.reach(end - constants_.reach_margin);
+    return rim.reach(end);
   }
   if (length < constants_.least_stretch * b.first_length) return {};
   if (const double beyond = overshoot(rim); beyond > 0) {
-    return rim.reach(constants_.overshoot_margin - beyond);
+    return rim.reach(-beyond);
   }
   return {};
 }
@@ -130,7 +130,7 @@ double BoundaryReach::extension(const Rim& rim, const Surface& surface) const {
     if (!is_own) return 0;
     end = along;
   }
-  return end < constants_.least_reach ? 0 : end;
+  return end;
 }
 
 /// Follows the surface from the vertex inwards, until there is a measured point, of either side,

@@ -28,6 +28,9 @@ struct TrackingConstants {
   /// conjugate gradients for each.
   int iterations = 4;
   int steps = 7;
+  /// How often, after the first iteration, rotations are fitted for the same correspondences. More
+  /// often takes longer, and keeps the surface from sliding along itself.
+  int rotation_fits = 1;
   /// The weight of a correspondence in the first iteration and in the last; it grows by equal
   /// factors. The stiff surface first comes to lie right as a whole.
   double first_weight = 0.0025;
@@ -89,7 +92,7 @@ struct TrackingConstants {
 
   /// A measured point is far from the surface beyond this.
   double far_distance = 1;
-  /// It is stray, and of no surface, if the so manyth nearest of the points that are compared is at
+  /// It is stray, and of no surface, if the so manyth nearest of all points around it is at
   /// least so many times farther from it than usual.
   int stray_neighbours = 4;
   double stray_spacing = 2;
@@ -125,9 +128,7 @@ struct TrackingConstants {
   double first_cloth_weight = 0.5;
   double last_cloth_weight = 10;
   double narrow_cloth_radius = 1;
-  /// How often, after the first iteration, the rotations of triangles and of the shape are fitted
-  /// for the same correspondences, and the steps of conjugate gradients for each.
-  int cloth_passes = 3;
+  int cloth_rotation_fits = 3;
   int cloth_steps = 5;
   /// mu, the weight of the shape of triangles.
   double membrane = 8;
@@ -148,14 +149,11 @@ struct TrackingConstants {
   /// as going on: then it is the template that ends, as at a cut limb.
   double reach_gap = 1.2;
   double farthest_reach = 8;
-  /// Noise of the points reaches beyond the true end, and is not followed.
-  double least_reach = 0.2;
-  double reach_margin = 0.15;
-  /// A boundary vertex beyond the measured surface lies at least this far from its end, and at most
-  /// so far: what is farther has left the picture.
-  double least_overshoot = 0.4;
+  /// A boundary vertex beyond the measured surface lies at least this far from its end, so that it
+  /// does not follow the spacing of the points, and at most so far: what is farther has left the
+  /// picture.
+  double least_overshoot = 0.2;
   double farthest_overshoot = 3;
-  double overshoot_margin = 0.2;
   /// It is not drawn back where the surface is already shorter there than this share of its length
   /// in frame 0, as it would become while it leaves the picture.
   double least_stretch = 0.9;

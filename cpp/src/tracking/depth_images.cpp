@@ -89,6 +89,34 @@ std::size_t DepthImages::sensor_of(std::size_t i) const {
   return static_cast<std::size_t>(std::ranges::upper_bound(ends_, i) - ends_.begin());
 }
 
+double DepthImages::squared_spacing(std::size_t i, std::size_t neighbours) const {
+  const Image& image = images_[sensor_of(i)];
+  const Camera& camera = image.camera;
+  const auto local = camera.to_camera(points_[i]);
+  const double y = local.y / local.z;
+  const double row = std::round(camera.fy * y + camera.cy);
+  const double column = std::round(camera.fx * local.x / local.z + camera.skew * y + camera.cx);
+  std::vector<double> around;
+  constexpr double width = 2;
+  for (double r = row - width; r <= row + width; ++r) {
+    for (double c = column - width; c <= column + width; ++c) {
+      if (!(r >= 0 && r < static_cast<double>(image.height) && c >= 0 &&
+            c < static_cast<double>(image.width))) {
+        continue;
+      }
+      const std::uint32_t number =
+          numbers_[image.first + static_cast<std::size_t>(r) * image.width +
+                   static_cast<std::size_t>(c)];
+      if (number == no_guess || number == i) continue;
+      around.push_back(squared_norm(points_[number] - points_[i]));
+    }
+  }
+  if (around.size() < neighbours) return std::numeric_limits<double>::infinity();
+  const auto last = around.begin() + static_cast<std::ptrdiff_t>(neighbours) - 1;
+  std::ranges::nth_element(around, last);
+  return *last;
+}
+
 DepthImages::Neighbours DepthImages::neighbours(const Image& image, std::size_t row,
                                                 std::size_t column, double jump) const {
   const std::size_t pixel = image.first + row * image.width + column;

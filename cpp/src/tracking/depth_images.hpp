@@ -54,6 +54,8 @@ class DepthImages final : public Measurement {
   [[nodiscard]] Vector3<double> normal(std::size_t i) const override { return normals_[i]; }
   [[nodiscard]] bool is_undecided(std::size_t /*i*/) const override { return false; }
   [[nodiscard]] std::size_t sensor_of(std::size_t i) const override;
+  /// Among 5 by 5 pixels.
+  [[nodiscard]] double squared_spacing(std::size_t i, std::size_t neighbours) const override;
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement, std::uint32_t guess) const override;

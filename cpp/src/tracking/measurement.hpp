@@ -46,6 +46,10 @@ class Measurement {
   /// Which of the viewpoints a point was measured from. Must not be called without any.
   [[nodiscard]] virtual std::size_t sensor_of(std::size_t i) const = 0;
 
+  /// The squared distance from a point to the so manyth nearest of the others around it; infinite
+  /// if there are fewer.
+  [[nodiscard]] virtual double squared_spacing(std::size_t i, std::size_t neighbours) const = 0;
+
   /// The measured point that is nearest to `position`, among those within `radius` whose normal
   /// agrees with `normal`: the cosine between them is at least `agreement`. The weight of the
   /// result is 1, or 0 if there is none. `guess` is the number of a point that may be near, or

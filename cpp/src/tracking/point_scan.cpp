@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "support/geometry.hpp"
 
@@ -115,6 +116,12 @@ std::size_t PointScan::sensor_of(std::size_t i) const {
     found = s;
   }
   return found;
+}
+
+double PointScan::squared_spacing(std::size_t i, std::size_t neighbours) const {
+  const auto around = nearest_to(i, neighbours + 1);  // itself first
+  if (around.size() <= neighbours) return std::numeric_limits<double>::infinity();
+  return squared_norm(points[around.back()] - points[i]);
 }
 
 std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {

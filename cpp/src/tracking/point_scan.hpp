@@ -41,6 +41,7 @@ class PointScan final : public Measurement {
   }
   /// The one that the normal of the point turns to most, as far as can be known.
   [[nodiscard]] std::size_t sensor_of(std::size_t i) const override;
+  [[nodiscard]] double squared_spacing(std::size_t i, std::size_t neighbours) const override;
   [[nodiscard]] Correspondence nearest(const Vector3<double>& position,
                                        const Vector3<double>& normal, double radius,
                                        double agreement, std::uint32_t guess) const override;

@@ -99,10 +99,12 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
   const auto reaches = correspondences_.find_reaches(x_);
   const NonrigidStep::Measured measured = {found, reaches, weight, cloth_weight};
   if (!shape_.take(measured, fits_modes, x_)) return 0;
-  // The triangles of cloth turn while it moves, and it slides as they do. The first points are
+  // The surface turns while it moves, and cloth slides as its triangles do. The first points are
   // too wrong for more than one step.
-  const int passes = reaches.empty() || progress == 0 ? 1 : constants_.cloth_passes;
-  for (int pass = 1; pass < passes; ++pass) shape_.take(measured, false, x_);
+  const int fits = progress == 0     ? 1
+                   : reaches.empty() ? constants_.rotation_fits
+                                     : constants_.cloth_rotation_fits;
+  for (int fit = 1; fit < fits; ++fit) shape_.take(measured, false, x_);
   return lost;
 }
 

@@ -57,6 +57,12 @@ void count_votes(std::span<const VertexPair> pairs, std::span<const PairLength> 
   }
 }
 
+void mark_contradicted(const std::vector<Votes>& votes, std::vector<std::uint8_t>& contradicted) {
+  for (std::size_t v = 0; v < votes.size(); ++v) {
+    if (votes[v].all > 0 && 2 * votes[v].against >= votes[v].all) contradicted[v] = 1;
+  }
+}
+
 }  // namespace
 
 std::vector<VertexPair> edges_of(const Cells& cells) {
@@ -123,15 +129,10 @@ void drop_outliers(const Cells& cells, Window<Real>& window, const WholeFrameCon
   for (std::size_t t = 0; t < window.size(); ++t) {
     std::ranges::fill(votes, Votes{});
     std::vector<std::uint8_t> contradicted(cells.size());
-    const auto mark = [&] {
-      for (std::size_t v = 0; v < votes.size(); ++v) {
-        if (votes[v].all > 0 && 2 * votes[v].against >= votes[v].all) contradicted[v] = 1;
-      }
-    };
     count_votes<Real>(edges, of_edges, window, t, constants, votes);
-    mark();
+    mark_contradicted(votes, contradicted);
     count_votes<Real>(farther, of_farther, window, t, constants, votes);
-    mark();
+    mark_contradicted(votes, contradicted);
     for (std::size_t v = 0; v < votes.size(); ++v) {
       if (contradicted[v] != 0) window.known[t][v] = 0;
     }

@@ -19,6 +19,13 @@ _LEAST = 30
 _SIZE = 0.35
 """The least diameter of a plane, relative to the diagonal of the mesh: a crop leaves little."""
 
+_SIZE_FOR_SHEETS = 1.5
+"""The same for a sheet: a part of cloth that is not where the mesh is may be flat, too."""
+
+_BOUNDARY = 8
+"""A mesh is a sheet if the square of its boundary edges is at least so many times its vertices. A
+disc has 4 pi, other sheets have more, and bodies that are open at the neck have less."""
+
 _SHARE = 0.1
 """The least share of the far points that such a plane holds."""
 
@@ -54,7 +61,8 @@ def shares_in_planes(
     points = np.concatenate(far)
     inside = np.zeros(len(points), np.bool_)
     if len(points) >= _LEAST:
-        thickness, size = surface.mean_edge, _SIZE * surface.size
+        thickness = surface.mean_edge
+        size = (_SIZE_FOR_SHEETS if _is_sheet(faces) else _SIZE) * surface.size
         for plane in planes_of_room(points, thickness=thickness, size=size, share=_SHARE):
             around = plane._replace(thickness=3 * plane.thickness).holds(points)
             own = plane.holds(points)
@@ -64,3 +72,9 @@ def shares_in_planes(
     ends = np.cumsum([len(one) for one in far])[:-1]
     parts = [inside, *np.split(inside, ends)]
     return [float(part.mean()) if len(part) else 0.0 for part in parts]
+
+
+def _is_sheet(faces: NDArray[np.integer[Any]]) -> bool:
+    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    counts = np.unique(sides, axis=0, return_counts=True)[1]
+    return bool(np.count_nonzero(counts == 1) ** 2 >= _BOUNDARY * len(np.unique(faces)))

@@ -2,17 +2,21 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from .. import files
 from .._errors import InputError
 from ..files import PathLike
 from ..files.model import gltf, stl
 from ..files.numbered import Found
+from ..files.ply import read_elements
 from ..files.scans import PointScan, ScanReader, open_scans, read_points
 from ..files.scans.corrections import AS_STATED
 from ..files.scans.depth_files import SUFFIX
 from ..files.scans.point_files import point_formats
 from ..files.scans.reader import CAMERAS, Cameras
 from .start import template_of
+from .true_surface import vertex_normals
 
 
 class SingleScans(ScanReader):
@@ -69,8 +73,18 @@ def names_of(scans: ScanReader) -> list[str]:
 
 
 def _read(path: Path) -> PointScan:
-    """The points of a file; of a mesh, its vertices."""
-    if path.suffix.lower() in point_formats:
-        return read_points(path).scan
+    """The points of a file; of a mesh, its vertices, and their normals, which faces tell best."""
+    suffix = path.suffix.lower()
+    if suffix in point_formats:
+        scan = read_points(path).scan
+        elements = read_elements(path)[0] if suffix == ".ply" else {}
+        is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(scan.points)
+        if scan.normals is not None or not is_whole:
+            return scan
     with files.open(path) as mesh:
-        return PointScan(template_of(mesh), None, None)
+        points = template_of(mesh)
+        normals = vertex_normals(mesh.faces, points.astype(np.float64)).astype(points.dtype)
+    has_normal = normals.any(axis=1)
+    if not has_normal.any():
+        return PointScan(points, None, None)
+    return PointScan(points[has_normal], normals[has_normal], None)

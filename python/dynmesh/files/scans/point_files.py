@@ -102,7 +102,7 @@ def _number(word: str, line: int) -> float:
 
 
 def _read_npy(file: Path) -> PointFile:
-    return PointFile(_split(_floats("the array", load_array(file)), _point))
+    return PointFile(_split(_floats("the array", load_array(file), (3, 6)), _point))
 
 
 def _read_npz(file: Path) -> PointFile:
@@ -114,10 +114,7 @@ def _read_npz(file: Path) -> PointFile:
             raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
         for name in ("points", "normals", "viewpoints"):
             if name in held:
-                arrays[name] = _floats(name, read_member(archive, name))
-    for name, array in arrays.items():
-        if array.shape[1] != 3:
-            raise ValueError(f"{name}: must have shape (n, 3), not {array.shape}")
+                arrays[name] = _floats(name, read_member(archive, name), (3,))
     scan = _checked(arrays["points"], arrays.get("normals"), _point)
     viewpoints = arrays.get("viewpoints")
     if viewpoints is not None:
@@ -134,11 +131,12 @@ point_formats: dict[str, Callable[[Path], PointFile]] = {
 """What reads a file, by its suffix."""
 
 
-def _floats(name: str, array: NDArray[Any]) -> Positions:
+def _floats(name: str, array: NDArray[Any], widths: tuple[int, ...]) -> Positions:
     if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
         raise ValueError(f"{name} must be float32 or float64, not {array.dtype}")
-    if array.ndim != 2 or array.shape[1] not in (3, 6):
-        raise ValueError(f"{name} must have shape (n, 3) or (n, 6), not {array.shape}")
+    if array.ndim != 2 or array.shape[1] not in widths:
+        shapes = " or ".join(f"(n, {width})" for width in widths)
+        raise ValueError(f"{name} must have shape {shapes}, not {array.shape}")
     return native(array)
 
 
