@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -112,6 +113,30 @@ TEST_CASE("a vertex close to the camera finds points beyond a hole") {
   const auto found = images.nearest(position, towards_camera, 2, 0.8, Measurement::no_guess);
   REQUIRE(found.weight == 1);
   CHECK(squared_norm(found.point - position) < 1.01 * least_squared_distance(images, position));
+}
+
+TEST_CASE(
+    "the spacing of pixels is that of the points around, also at a corner and beside a hole") {
+  const Camera camera = {10, 10, 4, 4, 0, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}};
+  DepthImages images;
+  const auto pixels = images.add(camera, 9, 9);
+  std::ranges::fill(pixels, 20.0F);  // two units apart
+  pixels[3 * 9 + 5] = 0;             // diagonal to the middle
+  Workers workers(1);
+  images.prepare(1, workers);
+  const auto spacing_at = [&](double x, double y, std::size_t neighbours) {
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const auto arm = images.point(i) - Vector3<double>{x, y, 20};
+      if (squared_norm(arm) < 0.1) return images.squared_spacing(i, neighbours);
+    }
+    return -1.0;
+  };
+  CHECK(spacing_at(0, 0, 4) == doctest::Approx(4));
+  CHECK(spacing_at(0, 0, 7) == doctest::Approx(8));
+  CHECK(spacing_at(0, 0, 8) == doctest::Approx(16));  // without the hole 8
+  CHECK(spacing_at(-8, -8, 4) == doctest::Approx(16));
+  CHECK(spacing_at(-8, -8, 8) == doctest::Approx(32));
+  CHECK(std::isinf(spacing_at(-8, -8, 9)));
 }
 
 TEST_CASE("space is free before what is measured, with a margin, and nowhere else") {

@@ -24,6 +24,7 @@ from dynmesh.files.scans import PointScan, write_ply
 from dynmesh.jobs.job_table import read_jobs
 from dynmesh.jobs.register_job import RegisterJob
 from dynmesh.jobs.registering import read_landmarks
+from dynmesh.jobs.single_scans import open_single
 
 
 @pytest.fixture
@@ -57,6 +58,20 @@ def test_a_folder_of_scans(torus: Mesh, rng: np.random.Generator, tmp_path: Path
     told = json.loads(report.read_text())
     assert [one["quality"] for one in told.values()] == ["good", "good"]
     run("register", tmp_path / "body.obj", tmp_path / "scans", made, code=1)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply"])
+def test_meshes_as_scans_have_the_normals_of_their_faces(
+    torus: Mesh, tmp_path: Path, suffix: str
+) -> None:
+    dynmesh.write(tmp_path / f"scan.{suffix}", dynmesh.Sequence(torus.vertices[None], torus.faces))
+    (scan,) = open_single(tmp_path / f"scan.{suffix}", None).frames()
+    assert isinstance(scan, PointScan)
+    assert scan.normals is not None
+    corners = torus.vertices[torus.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    of_faces = across / np.linalg.norm(across, axis=1, keepdims=True)
+    assert ((scan.normals[torus.faces[:, 0]] * of_faces).sum(axis=1) > 0.7).all()
 
 
 def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ class FirstOrder {
   Anchors kept_;  // the anchors that are not left out
   std::vector<Index> nearby_;
   std::vector<std::uint8_t> is_left_out_, is_free_;
-  std::vector<Vector3<double>> of_detail_;  // what it predicts
+  std::vector<Vector3<double>> of_detail_;  // the predictions of detail
 };
 
 }  // namespace dynmesh
