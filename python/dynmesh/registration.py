@@ -15,6 +15,9 @@ from .sequence import Mask, Positions
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 
+_LEAST_SHARE = 0.001
+"""What a reason does not mention."""
+
 _Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
 
@@ -61,20 +64,26 @@ class Registration:
         """Why the quality is not good, in a sentence; empty if it is."""
         if self.quality == "good":
             return ""
-        shares = (
-            f"{self.far:.1%} of the points are farther than a mean edge from the mesh, and "
-            f"{self.disagreeing:.1%} are near it but face the other way"
-        )
-        if self.quality == "ruined":
-            return (
-                f"the template does not fit the scan: {shares}; {self.stretched:.1%} of the edges "
-                "are more than 1.5 times as long as in the template, or as short"
-            )
         if self.ambiguous:
-            return f"another pose fits the scan as well; landmarks can tell them apart; {shares}"
+            return "another pose fits the scan as well; landmarks can tell them apart"
+        shares = {
+            "of the points are farther than a mean edge from the mesh": self.far,
+            "of the points are near the mesh but face the other way": self.disagreeing,
+            "of the vertices that should be seen have no point": self.empty,
+            "of the edges are more than 1.5 times as long as in the template, or as short": (
+                self.stretched
+            ),
+        }
+        told = [
+            f"{share:.1%} {what}"
+            for what, share in sorted(shares.items(), key=lambda item: -item[1])
+            if share >= _LEAST_SHARE
+        ]
+        if self.quality == "ruined":
+            return f"the template does not fit the scan: {', '.join(told)}"
         return (
-            f"a part of the template is probably wrong: {shares}; "
-            f"{self.empty:.1%} of the vertices that should be seen have no point"
+            "a part of the template is probably wrong or was not measured: "
+            f"{', '.join(told) or 'landmarks came to lie elsewhere, or edges without points'}"
         )
 
 
@@ -97,16 +106,17 @@ def register(
     The template is first moved rigidly, by at least three landmarks that are not on a line or else
     from any rotation, then bent as a coarse mesh, and at last as :class:`dynmesh.Tracker` does,
     until its vertices stop. The scan may show it partially. A scan of something else is not
-    refused, but its quality is "ruined".
+    refused, but its quality is "ruined"; the mirror image of the template is not recognised.
 
     Args:
         faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
         points: (n, 3) finite, at least twelve, in any order.
         normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
-            known. None if they are to be estimated from the nearest points.
+            known. None if they are to be estimated from the nearest points. If they point inwards,
+            nothing fits.
         landmarks: vertices of the template, (n,) integers, and (n, 3) their positions in the scan.
-            With them, poses that are far from that of the template are found more often.
+            On ends of limbs, they find poses that are far from that of the template more often.
         align: whether the rigid motion is sought. If not, the template must be where the scan is.
         scale: whether the template may be in another unit of length: if it is more than 1.5 times
             as large as the scan or as small, it is scaled by the nearest power of ten.

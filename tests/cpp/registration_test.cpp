@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/registration.hpp>
@@ -54,6 +55,26 @@ TEST_CASE("each tip that a result left out is tried for every tip of the templat
   }
   CHECK(candidates_by_tips_left_out({faces, frame, 100}, tips, Eigen::Isometry3d::Identity(), x, {})
             .empty());
+}
+
+TEST_CASE("each two tips take each other's place") {
+  const auto mesh = bumpy_torus(12);
+  const auto faces = triangles_of(mesh);
+  const auto frame = rows_of(mesh.vertices);
+  TipsOfBoth tips;
+  tips.vertices = {3, 50, 97};
+  const auto found =
+      candidates_by_exchanged_tips({faces, frame, 1}, tips, Eigen::Isometry3d::Identity(), frame);
+  REQUIRE(found.size() == 3);
+  const std::array<std::array<std::size_t, 3>, 3> expected = {
+      {{50, 3, 97}, {97, 50, 3}, {3, 97, 50}}};
+  for (std::size_t n = 0; n < 3; ++n) {
+    REQUIRE(found[n].landmarks.size() == 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      CHECK(found[n].landmarks[i].vertex == tips.vertices[i]);
+      CHECK(squared_norm(found[n].landmarks[i].position - frame[expected[n][i]]) == 0);
+    }
+  }
 }
 
 TEST_CASE("C registers as C++ does") {

@@ -100,7 +100,7 @@ def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser
     template = torus.vertices / 1000 + [50, 0, 0]
     dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], torus.faces))
     (tmp_path / "scans" / "second.obj").unlink()
-    wrong = rng.normal(size=(2000, 3)) * np.ptp(torus.vertices, axis=0) / 5
+    wrong = rng.normal(size=(2000, 3)) * np.ptp(torus.vertices, axis=0) / 3
     write_ply(tmp_path / "scans" / "second.ply", PointScan(wrong, None, None))
     words = ("register", tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made", "--scale")
     run(*words, "--page", tmp_path / "page.html", code=3)

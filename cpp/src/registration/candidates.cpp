@@ -115,4 +115,22 @@ std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
   return found;
 }
 
+std::vector<Candidate> candidates_by_exchanged_tips(const TemplateShape& shape,
+                                                    const TipsOfBoth& tips,
+                                                    const Eigen::Isometry3d& motion,
+                                                    std::span<const Vector3<double>> x) {
+  Targets targets;
+  targets.vertices = tips.vertices;
+  for (const Index vertex : tips.vertices) targets.positions.push_back(x[at(vertex)]);
+  std::vector<Candidate> found;
+  for (std::size_t i = 0; i < targets.positions.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::swap(targets.positions[i], targets.positions[j]);
+      found.push_back({motion, targets.landmarks_of(shape.frame)});
+      std::swap(targets.positions[i], targets.positions[j]);
+    }
+  }
+  return found;
+}
+
 }  // namespace dynmesh

@@ -62,4 +62,10 @@ std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
                                                    std::span<const Vector3<double>> x,
                                                    const TipConstants& constants);
 
+/// The same, where two of the tips take each other's place, for limbs that were exchanged.
+std::vector<Candidate> candidates_by_exchanged_tips(const TemplateShape& shape,
+                                                    const TipsOfBoth& tips,
+                                                    const Eigen::Isometry3d& motion,
+                                                    std::span<const Vector3<double>> x);
+
 }  // namespace dynmesh

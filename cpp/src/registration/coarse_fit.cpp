@@ -61,7 +61,8 @@ CoarseFit::Fitted CoarseFit::fit(const PointScan& scan, std::span<const Landmark
   rotations.fit_widely(fitted.x);
   rotations.fit_narrowly(fitted.x);
   fitted.rotations.assign(rotations.quaternions().begin(), rotations.quaternions().end());
-  fitted.far_share = far_share(scan, fitted.x);
+  fitted.misfit =
+      far_share(scan, fitted.x) + mean_stretch(mesh_.topology.cells, mesh_.positions, fitted.x);
   return fitted;
 }
 

@@ -34,7 +34,8 @@ class CoarseFit {
   struct Fitted {
     Cloud x;
     std::vector<Quaternion> rotations;
-    double far_share = 0;  ///< of the points, which are far or whose normal is opposed
+    /// The share of the points that are far or whose normal is opposed, and the mean stretch.
+    double misfit = 0;
   };
   /// First bends the template until its landmarks are at their positions, and then takes passes to
   /// the points of the scan. The number of points matters for the time.

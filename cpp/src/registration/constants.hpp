@@ -66,6 +66,8 @@ struct RegistrationConstants {
   double other_unit = 1.5;
   /// Without `scale`, a larger ratio is refused.
   double largest_ratio = 20;
+  /// No landmark can be farther outside a scan than so many sizes of the template.
+  double farthest_landmark = 2;
   /// With fewer points, nothing is determined.
   std::size_t fewest_points = 12;
 
@@ -94,9 +96,9 @@ struct RegistrationConstants {
   std::size_t trial_points = 3000;
   std::size_t finished = 3;
   /// The second best is drawn into the scan as well, if it is elsewhere by more than this on
-  /// average, in mean edges, and if its share of points that are far or disagree is at most so many
-  /// times that of the best, and so much more. If the share is hardly larger then, and the rigid
-  /// starts were hardly farther from the scan, both poses fit.
+  /// average, in mean edges, and if its misfit is at most so many times that of the best, and so
+  /// much more. If the misfit is hardly larger then, and the rigid starts were hardly farther from
+  /// the scan, both poses fit.
   double elsewhere = 1;
   double close_share = 1.5;
   double close_difference = 0.02;
@@ -116,6 +118,8 @@ struct RegistrationConstants {
   /// ruin it, until the vertices move by less than this on average, in mean edges.
   int most_rounds = 8;
   int most_rounds_of_one_sensor = 2;
+  /// So many rounds tell which of other poses may be better.
+  int rounds_of_others = 2;
   double settled = 0.05;
   /// The weight of a correspondence in the first iteration of a push.
   double first_weight = 0.02;

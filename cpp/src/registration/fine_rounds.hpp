@@ -28,8 +28,8 @@ class FineRounds {
     bool converged = false;
   };
   /// Begins with the positions `start` of the template `first_frame`, both in the order of
-  /// `stream`, in which the result is then the last frame.
-  Result run(const Measurement& scan, Field first_frame, Field start);
+  /// `stream`, in which the result is then the last frame. Takes at most so many rounds.
+  Result run(const Measurement& scan, Field first_frame, Field start, int most_rounds);
 
   /// (k,) the standard errors of the result.
   [[nodiscard]] std::span<const double> standard_errors() const {

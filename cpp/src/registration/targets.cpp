@@ -1,6 +1,9 @@
 #include "registration/targets.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 
@@ -45,6 +48,32 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
 
 template void check_landmarks(const Landmarks<float>&, std::size_t);
 template void check_landmarks(const Landmarks<double>&, std::size_t);
+
+void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
+                  const RegistrationConstants& constants) {
+  Vector3<double> least = scan.point(0);
+  Vector3<double> most = least;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const auto& x = scan.point(i);
+    least = {std::min(least.x, x.x), std::min(least.y, x.y), std::min(least.z, x.z)};
+    most = {std::max(most.x, x.x), std::max(most.y, x.y), std::max(most.z, x.z)};
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto& x = positions[i];
+    const Vector3<double> nearest = {std::clamp(x.x, least.x, most.x),
+                                     std::clamp(x.y, least.y, most.y),
+                                     std::clamp(x.z, least.z, most.z)};
+    const double distance = std::sqrt(squared_norm(x - nearest));
+    if (!(distance > constants.farthest_landmark * size)) continue;
+    std::array<char, 200> text{};
+    (void)std::snprintf(
+        text.data(), text.size(),
+        "landmarks: the position of landmark %zu, (%.6g, %.6g, %.6g), is %.4g outside "
+        "the scan; it must be in the unit and the axes of the scan",
+        i, x.x, x.y, x.z, distance);
+    throw std::invalid_argument(text.data());
+  }
+}
 
 bool Targets::determine_a_rotation() const {
   constexpr double collinear = 1e-3;

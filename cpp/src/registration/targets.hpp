@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "registration/coarse_fit.hpp"
+#include "registration/constants.hpp"
+#include "tracking/measurement.hpp"
 
 namespace dynmesh {
 
@@ -16,6 +18,11 @@ namespace dynmesh {
 /// template with this many vertices.
 template <class Real>
 void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices);
+
+/// Throws std::invalid_argument if landmarks lie farther from all points of a scan than a template
+/// of this size could make them, as in another unit or in other axes.
+void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
+                  const RegistrationConstants& constants);
 
 /// How the landmarks of a caller are used: by internal vertices, in double precision.
 struct Targets {

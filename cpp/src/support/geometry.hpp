@@ -69,6 +69,25 @@ Vector3<Real> cross(const Vector3<Real>& a, const Vector3<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+/// Returns how much longer or shorter edges became on average: 1 - the shorter length / the longer
+/// one. Edges without a length do not count.
+inline double mean_stretch(const Cells& cells, std::span<const Vector3<double>> before,
+                           std::span<const Vector3<double>> after) {
+  double sum = 0;
+  double n_edges = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    for (const Index other : cells[static_cast<Index>(v)]) {
+      const auto n = static_cast<std::size_t>(other);
+      const double was = std::sqrt(squared_norm(before[n] - before[v]));
+      const double is = std::sqrt(squared_norm(after[n] - after[v]));
+      if (!(was > 0) && !(is > 0)) continue;
+      sum += 1 - std::min(was, is) / std::max(was, is);
+      n_edges += 1;
+    }
+  }
+  return n_edges > 0 ? sum / n_edges : 0;
+}
+
 /// Returns h, the mean edge length of `frame`, or 1 if it is zero or there are no edges.
 template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {

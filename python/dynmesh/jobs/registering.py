@@ -197,6 +197,8 @@ def _check_outputs(
     inputs = {path.resolve() for path in given}
     outputs: set[Path] = set()
     beside = [Path(path) for path in (options.report, options.page) if path is not None]
+    for _, written in pairs:
+        files.target_of(written)  # refuses a format that cannot be written
     for written in [*(written for _, written in pairs), *beside]:
         place = written.resolve()
         if place in inputs:
@@ -208,6 +210,8 @@ def _check_outputs(
             raise exists_already(written)
     if options.page is not None:
         check_output(Path(options.page), overwrite, ".html")
+    if options.report is not None:
+        check_output(Path(options.report), overwrite, ".json")
 
 
 def read_landmarks(path: Path) -> Landmarks:

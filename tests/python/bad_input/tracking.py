@@ -142,6 +142,7 @@ cases = [
     _marks("at NaN", [3, 4], [[1, 2, 3], [4, 5, _NAN]], "row 1", "nan"),
     _marks("a position too few", [3, 4], _SCAN[:1], "2 vertices", "1 positions"),
     _marks("a vertex twice", [3, 7, 3], np.eye(3), "0 and 2", "vertex 3"),
+    _marks("outside the scan", [3, 4], [[0, 0, 0], [900, 0, 0]], "landmark 1", "(900, 0, 0)"),
     _marks("a position twice", [3, 7], np.ones((2, 3)), "vertices 3 and 7", "(1, 1, 1)"),
     Case("register_depth", "a negative depth", _register_depth, ValueError, ("of image 0", "-1")),
     _threads("0", 0, ValueError, "threads:", "0"),
