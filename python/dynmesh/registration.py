@@ -81,9 +81,10 @@ class Registration:
         ]
         if self.quality == "ruined":
             return f"the template does not fit the scan: {', '.join(told)}"
+        unnamed = "landmarks came to lie elsewhere, or edges far from all points are stretched"
         return (
             "a part of the template is probably wrong or was not measured: "
-            f"{', '.join(told) or 'landmarks came to lie elsewhere, or edges without points'}"
+            f"{', '.join(told) or unnamed}"
         )
 
 
@@ -129,7 +130,8 @@ def register(
     Raises:
         TypeError: an argument has the wrong kind.
         ValueError: an argument has the wrong shape or is out of range, landmarks contradict each
-            other, or the sizes differ by a factor of more than 20, without `scale`.
+            other or lie far outside the scan, or the sizes differ by a factor of more than 20,
+            without `scale`.
     """
     return _registration(
         _core.register(

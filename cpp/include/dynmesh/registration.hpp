@@ -76,8 +76,8 @@ struct RegistrationSettings {
 /// Throws std::invalid_argument for bad input, with a message that says what is wrong, where, and
 /// with which value: a template or a scan that Tracker would refuse, fewer than 12 points, a
 /// landmark of a vertex that does not exist or of one that has another, two landmarks at the same
-/// position, and sizes that differ by a factor of more than 20, if `scale` is not set. A scan of
-/// something else is not refused; its quality is `ruined`.
+/// position, one far outside the scan, and sizes that differ by a factor of more than 20, if
+/// `scale` is not set. A scan of something else is not refused; its quality is `ruined`.
 template <class Real>
 DYNMESH_EXPORT Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                                     const Scan<Real>& scan,

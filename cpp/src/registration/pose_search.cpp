@@ -169,16 +169,18 @@ void PoseSearch::draw_out(const Measurement& scan, Pose& pose) {
 Pose PoseSearch::best_of(const Measurement& scan, std::vector<Candidate> tried, int most_rounds) {
   tried = likely(scan, std::move(tried));
   Pose best = finished(scan, tried[0], most_rounds, rounds_);
-  const Cloud first = best.x;
+  bool is_ambiguous = false;
   for (std::size_t i = 1; i < tried.size(); ++i) {
     Pose other = finished(scan, tried[i], most_rounds, rounds_);
     const auto [less, more] = std::minmax(tried[0].distance, tried[i].distance);
     const bool both_fit = more <= constants_.equal_ratio * less &&
-                          measure_.are_elsewhere(other.x, first) &&
+                          measure_.are_elsewhere(other.x, best.x) &&
                           std::abs(other.misfit() - best.misfit()) < constants_.equal_difference;
-    if (other.misfit() < best.misfit()) best = std::move(other);
-    best.set_ambiguous(both_fit);
+    const bool is_better = other.misfit() < best.misfit();
+    is_ambiguous = both_fit || (is_ambiguous && !is_better);
+    if (is_better) best = std::move(other);
   }
+  best.set_ambiguous(is_ambiguous);
   return best;
 }
 

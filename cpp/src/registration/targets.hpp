@@ -19,8 +19,9 @@ namespace dynmesh {
 template <class Real>
 void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices);
 
-/// Throws std::invalid_argument if landmarks lie farther from all points of a scan than a template
-/// of this size could make them, as in another unit or in other axes.
+/// Throws std::invalid_argument if a position is farther outside the box around a scan than a
+/// template of this size can reach, as in another unit or in other axes. The time is linear in the
+/// number of points.
 void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
                   const RegistrationConstants& constants);
 

@@ -193,7 +193,7 @@ cases = [
     refused(f"{_REGISTER} --page done.html", "done.html: exists"),
     refused(f"{_REGISTER} --page new.htm", "must end in .html"),
     refused(f"{_REGISTER} --report new.csv", "must end in .json"),
-    refused("register template.npz cloud/s_0000.ply new.txt", "new.txt: unknown format '.txt'"),
+    refused("register template.npz cloud/s_0000.ply new.txt --landmarks marks_text.json", "new.txt: unknown format '.txt'"),
     refused(f"{_MARKS} marks_text.json", "marks_text.json:", "is not JSON"),
     refused(f"{_MARKS} marks_none.json", "marks_none.json:", "at least one"),
     refused(f"{_MARKS} marks_bare.json", "marks_bare.json:", "landmark 0 must have"),
