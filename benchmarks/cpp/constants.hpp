@@ -77,6 +77,7 @@ inline constexpr NamedConstant<TrackingConstants> tracking_constants[] = {
     {"last_weight", &TrackingConstants::last_weight},
     {"wide_radius", &TrackingConstants::wide_radius},
     {"narrow_radius", &TrackingConstants::narrow_radius},
+    {"kept_distance", &TrackingConstants::kept_distance},
     {"scale", &TrackingConstants::scale},
     {"side", &TrackingConstants::side},
     {"vertices_per_point", &TrackingConstants::vertices_per_point},

@@ -49,6 +49,14 @@ class SettingError(InputError):
     """A setting of a completer that is refused; `argument` is its name."""
 
 
+def in_one_line(error: Exception) -> str:
+    """Returns what an error says, for a list of errors."""
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    lines = str(error).splitlines()
+    return lines[0] if lines else type(error).__name__
+
+
 @contextlib.contextmanager
 def locating(*, frame: float | None = None, file: Path | None = None) -> Iterator[None]:
     """Adds the frame and the file to errors that do not know theirs yet.

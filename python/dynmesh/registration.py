@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .polygons import Faces
+from .polygons import Faces, split_faces
 from .sequence import Mask, Positions
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
@@ -17,6 +17,9 @@ Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 
 _LEAST_SHARE = 0.001
 """What a reason does not mention."""
+
+_OTHER_SIZE = 1.5
+"""A mesh that became so many times as large, or as small, is probably in another unit."""
 
 _Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
@@ -43,6 +46,8 @@ class Registration:
         ambiguous: whether another pose fits the scan as well.
         quality: "good"; "doubtful", if a part is probably wrong or missing; "ruined", if the scan
             shows something else or its pose was not found.
+        growth: how many times as large as the template the vertices are, by the median of the
+            edges.
     """
 
     vertices: Positions
@@ -58,13 +63,21 @@ class Registration:
     converged: bool
     ambiguous: bool
     quality: Literal["good", "doubtful", "ruined"]
+    growth: float
 
     @property
     def reason(self) -> str:
         """Why the quality is not good, in a sentence; empty if it is."""
         if self.quality == "good":
             return ""
-        if self.ambiguous:
+        scaled = float(np.cbrt(np.linalg.det(self.transform[:3, :3])))
+        size = ""
+        if not 1 / _OTHER_SIZE < self.growth / scaled < _OTHER_SIZE:
+            size = (
+                f"; the result is {self.growth:.2g} times as large as the template: if their units "
+                "differ so, multiply the template by that (dynmesh convert --scale)"
+            )
+        elif self.ambiguous:
             return "another pose fits the scan as well; landmarks can tell them apart"
         shares = {
             "of the points are farther than a mean edge from the mesh": self.far,
@@ -80,11 +93,11 @@ class Registration:
             if share >= _LEAST_SHARE
         ]
         if self.quality == "ruined":
-            return f"the template does not fit the scan: {', '.join(told)}"
+            return f"the template does not fit the scan: {', '.join(told)}{size}"
         unnamed = "landmarks came to lie elsewhere, or edges far from all points are stretched"
         return (
             "a part of the template is probably wrong or was not measured: "
-            f"{', '.join(told) or unnamed}"
+            f"{', '.join(told) or unnamed}{size}"
         )
 
 
@@ -120,7 +133,8 @@ def register(
             On ends of limbs, they find poses that are far from that of the template more often.
         align: whether the rigid motion is sought. If not, the template must be where the scan is.
         scale: whether the template may be in another unit of length: if it is more than 1.5 times
-            as large as the scan or as small, it is scaled by the nearest power of ten.
+            as large as the scan or as small, it is scaled by the nearest power of ten. Other
+            differences are not undone; if the result is not good, the reason tells them.
         viewpoints: (c, 3) the positions of the sensors. Give them if they are known: what no sensor
             can see is then not compared with the scan.
         training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.
@@ -134,6 +148,8 @@ def register(
             without `scale`.
     """
     return _registration(
+        faces,
+        template,
         _core.register(
             faces,
             template,
@@ -146,7 +162,7 @@ def register(
             training,
             uncertainty,
             threads,
-        )
+        ),
     )
 
 
@@ -184,6 +200,8 @@ def register_depth(
         ValueError: as for :func:`dynmesh.register`.
     """
     return _registration(
+        faces,
+        template,
         _core.register_depth(
             faces,
             template,
@@ -196,10 +214,18 @@ def register_depth(
             training,
             uncertainty,
             threads,
-        )
+        ),
     )
 
 
-def _registration(found: tuple[Any, ...]) -> Registration:
-    vertices, observed, *others = found
-    return Registration(vertices.reshape(-1, 3), observed.astype(np.bool_), *others)
+def _registration(faces: Faces, template: Positions, found: tuple[Any, ...]) -> Registration:
+    flat, observed, *others = found
+    vertices = flat.reshape(-1, 3)
+    starts, _ = split_faces(faces)
+    ends = np.roll(starts, 1, axis=1)
+    before, after = (
+        np.linalg.norm(mesh[starts] - mesh[ends], axis=2)
+        for mesh in (np.asarray(template, np.float64), vertices.astype(np.float64))
+    )
+    growth = float(np.median(after[before > 0] / before[before > 0]))
+    return Registration(vertices, observed.astype(np.bool_), *[*others, growth])

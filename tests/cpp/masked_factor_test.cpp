@@ -92,19 +92,29 @@ std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
   return values;
 }
 
+using Solve = void (MaskedFactor::*)(std::span<Vector3<double>>, int);
+
 /// Solves for 1 or 3 frames at once; entries outside the mask keep their values.
-void solve(MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames) {
+void solve(MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames,
+           Solve method = &MaskedFactor::solve) {
   const auto order = factor.order();
   std::vector<Vector3<double>> values;
   for (const Index row : order) {
     for (const auto* frame : frames) values.push_back((*frame)[static_cast<std::size_t>(row)]);
   }
   if (values.empty()) return;
-  factor.solve(values, static_cast<int>(frames.size()));
+  (factor.*method)(values, static_cast<int>(frames.size()));
   std::size_t n = 0;
   for (const Index row : order) {
     for (auto* frame : frames) (*frame)[static_cast<std::size_t>(row)] = values[n++];
   }
+}
+
+double inner_product(const std::vector<Vector3<double>>& a, const std::vector<Vector3<double>>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += a[i].x * b[i].x + a[i].y * b[i].y + a[i].z * b[i].z;
+  return sum;
 }
 
 double largest_difference(const std::vector<Vector3<double>>& a,
@@ -146,6 +156,16 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
     const auto expected_two = expected_solution(matrix, mask, two);
     const auto expected_three = expected_solution(matrix, mask, three);
     auto alone = one;
+    auto rounded_alone = one, rounded_one = one, rounded_two = two, rounded_three = three;
+    solve(factor, {&rounded_alone}, &MaskedFactor::precondition);
+    solve(factor, {&rounded_one, &rounded_two, &rounded_three}, &MaskedFactor::precondition);
+    const double size = std::sqrt(inner_product(expected_one, expected_one));
+    CHECK(largest_difference(rounded_alone, expected_one) < 1e-4 * size);
+    CHECK(largest_difference(rounded_one, rounded_alone) == 0);
+    CHECK(largest_difference(rounded_three, expected_three) < 1e-4 * size);
+    // Symmetric far beyond single precision.
+    const double product = inner_product(rounded_one, two);
+    CHECK(product == doctest::Approx(inner_product(one, rounded_two)).epsilon(1e-9 * size));
     solve(factor, {&alone});
     solve(factor, {&one, &two, &three});
     CHECK(largest_difference(alone, expected_one) < 1e-6);
@@ -168,7 +188,7 @@ TEST_CASE("a masked factor agrees with Eigen for every mask and kind of processo
       for (Workers* workers : {&alone, &divided}) {
         CAPTURE(n);
         CAPTURE(workers == &divided);
-        MaskedFactor factor(converted(matrix), *workers, level.dense);
+        MaskedFactor factor(converted(matrix), *workers, level);
         check_against_eigen(matrix, factor);
       }
     }
@@ -206,13 +226,15 @@ TEST_CASE("the solution is the same with any number of threads, to the last bit"
         auto two = random_vectors(mask.size(), 3);
         auto three = random_vectors(mask.size(), 4);
         auto alone = one;
+        auto rounded = one;
         const auto by_solve = shared_pieces([&] {
           solve(factor, {&alone});
           solve(factor, {&one, &two, &three});
+          solve(factor, {&rounded}, &MaskedFactor::precondition);
         });
         CHECK((by_factor > 0) == (threads > 1));
         CHECK((by_solve > 0) == (threads > 1));
-        for (const auto& solution : {one, two, three, alone}) {
+        for (const auto& solution : {one, two, three, alone, rounded}) {
           if (threads == 1) {
             expected.push_back(solution);
           } else {
@@ -244,6 +266,11 @@ TEST_CASE("singular directions have no part in the solution") {
   solve(factor, {&values});
   CHECK(values[2].x == doctest::Approx(3));
   for (std::size_t i = 3; i < 6; ++i) CHECK(values[i].x == 0);
+  std::vector<Vector3<double>> again(6);
+  again[2] = {1, 0, 0};
+  solve(factor, {&again}, &MaskedFactor::precondition);
+  CHECK(again[2].x == doctest::Approx(3));
+  for (std::size_t i = 3; i < 6; ++i) CHECK(again[i].x == 0);
 }
 
 }  // namespace

@@ -48,5 +48,32 @@ TEST_CASE("between sensors that face each other, and without sensors, either sid
   }
 }
 
+TEST_CASE("points that are repeated count once in normals") {
+  // On a bent surface, in an order in which copies are not together.
+  PointScan once;
+  PointScan repeated;
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 8; ++j) {
+      const double x = i + 0.1 * j;
+      const double y = j - 0.07 * i;
+      once.points.push_back({x, y, 0.02 * x * x - 0.03 * x * y});
+    }
+  }
+  once.sensors = repeated.sensors = {{4, 4, 90}};
+  for (int copy = 0; copy < 5; ++copy) {
+    repeated.points.insert(repeated.points.end(), once.points.begin(), once.points.end());
+  }
+  Workers workers(1);
+  for (PointScan* scan : {&once, &repeated}) {
+    scan->index();
+    scan->estimate_normals(workers);
+  }
+  for (std::size_t i = 0; i < repeated.size(); ++i) {
+    const auto expected = once.normal(i % once.size());
+    CHECK(dot(repeated.normal(i), expected) == doctest::Approx(1));
+    CHECK_FALSE(repeated.is_undecided(i));
+  }
+}
+
 }  // namespace
 }  // namespace dynmesh::testing

@@ -205,7 +205,8 @@ TEST_CASE("what is found in sparse depth images does not depend on the order of 
   for (const Index chunk : {1, 16, 100}) CHECK(tracked_in(mesh, chunk) == expected);
   const auto found = tracked_in(other, 1 << 20);
   for (std::size_t t = 0; t < 3; ++t) {
-    CHECK(largest_difference(reversed(found[t]), expected[t]) < 1e-9);
+    // The preconditioner is rounded to single precision, in the order of elimination.
+    CHECK(largest_difference(reversed(found[t]), expected[t]) < 1e-6);
   }
 }
 

@@ -270,18 +270,22 @@ def test_another_template_is_another_job(
 
 
 def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> None:
+    """One is missing, one has two points, and one has none."""
     scans = tmp_path / "some"
     scans.mkdir()
     for number, scan in enumerate(open_scans(folder / "points")):
         assert isinstance(scan, PointScan)
-        if number == 4:
-            scan = PointScan(scan.points[:0], scan.points[:0], None)
+        if number in (3, 4):
+            left = {3: 2, 4: 0}[number]
+            scan = PointScan(scan.points[:left], scan.points[:left] * 0, None)
         if number != 2:
             write_ply(scans / f"s_{number}.ply", scan)
     with pytest.raises(ValueError, match=r"s_2\.ply is missing"):
         track_file(scans, tmp_path / "out.npz", template=folder / "body.obj")
     report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
     assert (report.frames, report.empty) == (N_FRAMES, 2)
+    assert len(report.remarks) == 1
+    assert "frames 2, 3, 4:" in report.remarks[0]
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
 
 

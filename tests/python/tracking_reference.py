@@ -53,13 +53,15 @@ class Tracked(reference.Detail):
         """
         self.points, self.normals, self.sided = points, normals, sided
         self.preconditioner = None
+        self.found = np.full(self.k, NOT_FOUND)
+        self.last_step = np.zeros_like(self.previous)
         x = self.previous + 0.6 * (self.previous - self.before)
         for _ in range(2):
             x = self._moved_rigidly(x)
         x = self._searched(x)
         for progress in (1 / 3, 2 / 3, 1.0):
             x, _ = self._nonrigid_step(x, progress)
-        _, _, weight = self._correspond(x, 1.0, 1.5)
+        _, _, weight = self._correspond(x, 1.0, 1.5, 1.0)
         self.before, self.previous = self.previous, x
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
@@ -73,9 +75,20 @@ class Tracked(reference.Detail):
                 break
         return x
 
-    def _correspond(self, x: Array, radius: float, scale: float) -> tuple[Array, Array, Array]:
+    def _kept(self, x: Array, own: Array, distance: float) -> NDArray[np.bool_]:
+        """Which vertices keep the point that they have found before in the frame."""
+        near = np.linalg.norm(self.points[self.found] - x, axis=1) < distance * self.h
+        cosine = (self.normals[self.found] * own).sum(axis=1)
+        agrees = (cosine if self.sided else np.abs(cosine)) >= 0.8
+        return np.asarray((self.found != NOT_FOUND) & near & agrees)
+
+    def _correspond(
+        self, x: Array, radius: float, scale: float, kept: float = 0.0
+    ) -> tuple[Array, Array, Array]:
         own = vertex_normals(self.faces, x)
         found = nearest(x, own, self.points, self.normals, radius * self.h, sided=self.sided)
+        found = np.where(self._kept(x, own, kept), self.found, found)
+        self.found = np.where(found != NOT_FOUND, found, self.found)
         q, n = self.points[found], self.normals[found]
         offset = (q - x) / self.h
         distance = (offset**2).sum(axis=1)
@@ -132,7 +145,7 @@ class Tracked(reference.Detail):
 
     def _nonrigid_step(self, x: Array, progress: float) -> tuple[Array, float]:
         early = progress < 0.5
-        q, n, w = self._correspond(x, 8 if early else 3, 1.5)
+        q, n, w = self._correspond(x, 8 if early else 3, 1.5, 0.5)
         lost = 0.0
         if early:
             q, n, w, lost = self._drawn(x, q, n, w)
@@ -149,10 +162,16 @@ class Tracked(reference.Detail):
         if self.preconditioner is None:
             self.preconditioner = self.operator.T @ self.operator + np.diag(w)
         data = (w * (q * n).sum(axis=1))[:, None] * n
+        start = x
         residual = self.operator.T @ target + data - product(x)
+        if self.last_step.any():
+            curved = product(self.last_step)
+            length = (residual * self.last_step).sum() / (self.last_step * curved).sum()
+            x = x + length * self.last_step
+            residual = residual - length * curved
         direction = np.zeros_like(x)
         size = 1.0
-        for step in range(7):
+        for step in range(6):
             z = np.linalg.solve(self.preconditioner, residual)
             next_size = (residual * z).sum()
             direction = z + (next_size / size if step else 0.0) * direction
@@ -161,6 +180,7 @@ class Tracked(reference.Detail):
             length = size / (direction * curved).sum()
             x = x + length * direction
             residual = residual - length * curved
+        self.last_step = x - start
         return x, lost
 
 

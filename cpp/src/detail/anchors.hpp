@@ -35,6 +35,9 @@ struct Anchors {
   /// (k,) for planes: the weight with which `forces` also draws a vertex to a position. Empty if
   /// there is none.
   std::span<const double> held;
+  /// (k,) for planes: the solution begins with a multiple of these steps, the best one. Empty if it
+  /// begins with 0.
+  std::span<const Vector3<double>> guess;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),

@@ -15,7 +15,7 @@ void ShapeSystem::take_planes(int steps) {
   plane_steps_ = steps;
 }
 
-/// Replaces the solution, which is the right-hand side, by the result of the steps from 0.
+/// Replaces the solution, which is the right-hand side, by the result of the steps.
 template <int fields>
 ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   constexpr auto width = static_cast<std::size_t>(fields);
@@ -24,9 +24,10 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   const std::span found(found_.data(), n), solution(solution_.data(), n);
   std::ranges::copy(solution, residual.begin());
   std::ranges::fill(found, Vector3<double>{});
+  if (!anchors.guess.empty()) begin_with_guess(anchors);
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
-    factor_->solve(solution_, fields);
+    factor_->precondition(solution_, fields);
   };
   const auto multiply = [&] { multiply_with_planes(width, anchors); };
   const auto advance = [&](const std::array<double, width>& lengths) {
@@ -35,6 +36,28 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   const ConjugateVectors<Vector3<double>> vectors = {residual, solution, direction, solution};
   conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance);
   return scatter(found, width);
+}
+
+/// Begins with the multiple of the guess that minimises the error, as a step of conjugate gradients
+/// in that direction. Only for one field.
+void ShapeSystem::begin_with_guess(const Anchors& anchors) {
+  const auto rows = solved();
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    direction_[r] = anchors.guess[static_cast<std::size_t>(rows[r])];
+  }
+  multiply_with_planes(1, anchors);
+  double slope = 0;
+  double curvature = 0;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    slope += dot(direction_[r], residual_[r]);
+    curvature += dot(direction_[r], solution_[r]);
+  }
+  if (!(curvature > 0)) return;
+  const double length = slope / curvature;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    found_[r] = length * direction_[r];
+    residual_[r] = residual_[r] - length * solution_[r];
+  }
 }
 
 template ShapeSystem::Field ShapeSystem::descend_to_planes<1>(const Anchors&);

@@ -107,7 +107,7 @@ class ShapeSystem {
   [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
 
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
-  /// gradients, from 0.
+  /// gradients.
   void take_planes(int steps);
 
  private:
@@ -116,6 +116,7 @@ class ShapeSystem {
   Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
   template <int fields>
   Field descend_to_planes(const Anchors& anchors);
+  void begin_with_guess(const Anchors& anchors);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);
 
   const Cells& cells_;

@@ -17,6 +17,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   const bool is_same_mask = std::ranges::equal(mask, mask_);
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
   added_.assign(added.begin(), added.end());
+  is_rounded_ = false;
   if (!is_same_mask) {
     mask_.clear();  // if memory is exhausted below, the factor matches no mask
     thin_out(mask);
@@ -68,8 +69,8 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
     d = following;
   }
   factor_triangle(panel, workspace);
-  kernels_.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
-                        panel.columns, &inverse_[at(panel.first)], workspace.packed.data());
+  kernels_.dense.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
+                              panel.columns, &inverse_[at(panel.first)], workspace.packed.data());
   queue(p, 0, border);
 }
 
@@ -133,8 +134,8 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   const double products = 0.5 * panel.n_below * panel.columns * panel.columns;
   in_pieces(panel.n_below, products >= workers_.task_sharing().factor_step_from,
             [&](Index begin, Index end) {
-              kernels_.factor_below(below + begin * panel.columns, end - begin, panel.columns,
-                                    &inverse_[at(panel.first)], workspace.packed.data());
+              kernels_.dense.factor_below(below + begin * panel.columns, end - begin, panel.columns,
+                                          &inverse_[at(panel.first)], workspace.packed.data());
             });
   queue(p, 0, nullptr);
 }
@@ -183,8 +184,8 @@ void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index fir
   const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
   for (; first < last; first += rows_of_product) {
     const Index m = std::min(rows_of_product, last - first);
-    kernels_.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
-                      workspace.packed.data());
+    kernels_.dense.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
+                            workspace.packed.data());
     for (Index i = 0; i < m; ++i) {
       double* row = data + at(local[at(rows[first + i])]) * at(panel.columns);
       const double* product = &workspace.products[at(i * stride)];
@@ -204,8 +205,8 @@ void MaskedFactor::factor_triangle(const Panel& panel, Workspace& workspace) {
   for (Index j = 0; j < panel.columns; ++j) {
     least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
   }
-  kernels_.factor_triangle(&factor_[panel.data], panel.columns, least.data(),
-                           &inverse_[at(panel.first)], workspace.packed.data());
+  kernels_.dense.factor_triangle(&factor_[panel.data], panel.columns, least.data(),
+                                 &inverse_[at(panel.first)], workspace.packed.data());
 }
 
 /// Adds a panel to the list of the later panel that contains its row number `row` below the

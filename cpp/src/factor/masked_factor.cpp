@@ -48,7 +48,7 @@ std::size_t largest_borders(const Elimination& plan) {
 }  // namespace
 
 MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
-                           const DenseKernels& kernels)
+                           const Kernels& kernels)
     : plan_(plan_elimination(matrix, ordering)),
       kernels_(kernels),
       workers_(workers),
@@ -183,6 +183,7 @@ void MaskedFactor::divide() {
     next = border.end_panel;
   }
   for (; next < n_panels; ++next) above_.push_back(next);
+  for (const Index p : above_) panels_[at(p)].n_inside = panels_[at(p)].n_below;
   if (border_sums_.size() < 3 * border_rows_.size()) border_sums_.resize(3 * border_rows_.size());
 }
 

@@ -1,6 +1,7 @@
 /// Solves linear systems with principal submatrices of a fixed matrix.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
@@ -11,6 +12,7 @@
 #include "factor/subtrees.hpp"
 #include "factor/workspaces.hpp"
 #include "kernels/kernels.hpp"
+#include "support/indices.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -26,10 +28,10 @@ class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.
   MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
-               const DenseKernels& kernels = best_kernels().dense);
+               const Kernels& kernels = best_kernels());
   /// In the order that is best for its size.
   MaskedFactor(const SymmetricMatrix& matrix, Workers& workers,
-               const DenseKernels& kernels = best_kernels().dense)
+               const Kernels& kernels = best_kernels())
       : MaskedFactor(matrix, workers, best_ordering(matrix.size()), kernels) {}
 
   /// Reserves address space for the largest factor that any mask can have, so that `factorize`
@@ -57,14 +59,20 @@ class MaskedFactor {
   /// the solution.
   void solve(std::span<Vector3<double>> values, int fields);
 
+  /// The same with the factor in single precision, which is faster where one factor solves many
+  /// systems. What it multiplies by is symmetric and positive semidefinite, as conjugate gradients
+  /// need it, whatever the rounding. Allocates memory as `factorize` does.
+  void precondition(std::span<Vector3<double>> values, int fields);
+
  private:
   struct Panel {
     Index first;  // its first row in the submatrix, in elimination order
     Index columns;
     Index below;  // the rows below its triangle are rows_[below] to rows_[below + n_below - 1]
     Index n_below;
-    Index n_inside;    // those of them that are not above the panel's subtree
+    Index n_inside;    // those of them that are not above the panel's subtree, if it is in one
     std::size_t data;  // the index of its first entry in factor_
+    std::size_t rounded = 0;  // the same in rounded_
 
     [[nodiscard]] Index rows() const { return columns + n_below; }
   };
@@ -97,9 +105,43 @@ class MaskedFactor {
   void number_border(const Border& border, std::vector<Index>& local);
 
   // triangular_solves.cpp
-  void solve_forward(const Border& border, double* values, int fields);
-  void solve_forward(const Panel& panel, Index n_below, double* values, int fields) const;
+  void solve_forward(const Panel& panel, double* values, double* sums, int fields) const;
   void solve_backward(const Panel& panel, double* values, int fields) const;
+
+  // rounded_solves.cpp
+  void round();
+  void round(const Panel& panel);
+  void forward_rounded(const Panel& panel, double* values, Index stride, double* sums) const;
+  void backward_rounded(const Panel& panel, double* values, Index stride) const;
+
+  /// Calls `forward(panel, sums)` for all panels and then `backward(panel)` in reverse, for
+  /// right-hand sides with `width` fields that begin `stride` apart. Subtrees are shared if it is
+  /// worth it, so the forward steps add up in `sums` what they contribute to the rows above their
+  /// subtree, to which others contribute at the same time.
+  template <class Forward, class Backward>
+  void pass(Vector3<double>* values, std::size_t stride, std::size_t width, const Forward& forward,
+            const Backward& backward) {
+    const bool is_worth_it =
+        cost_.entries * static_cast<double>(width) >= workers_.task_sharing().solve_from;
+    for_each_subtree(is_worth_it, [&](Border& border) {
+      Vector3<double>* sums = border_sums_.data() + 3 * border.first;
+      std::fill_n(sums, at(border.end - border.first) * width, Vector3<double>{});
+      for (Index p = border.first_panel; p < border.end_panel; ++p)
+        forward(panels_[at(p)], &sums->x);
+    });
+    for (const Border& border : borders_) {
+      const Vector3<double>* sums = border_sums_.data() + 3 * border.first;
+      for (Index i = border.first; i < border.end; ++i) {
+        Vector3<double>* row = values + at(border_rows_[at(i)]) * stride;
+        for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
+      }
+    }
+    for (const Index p : above_) forward(panels_[at(p)], nullptr);
+    for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[at(*p)]);
+    for_each_subtree(is_worth_it, [&](Border& border) {
+      for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[at(p)]);
+    });
+  }
 
   /// Calls `work(border)` for each subtree, sharing groups of them if it is worth it.
   template <class Work>
@@ -114,7 +156,7 @@ class MaskedFactor {
 
   SymmetricMatrix matrix_;  // rows and columns by positions
   Elimination plan_;
-  const DenseKernels& kernels_;
+  const Kernels& kernels_;
   Workers& workers_;
   Subtrees subtrees_;
   Workspaces workspaces_;
@@ -132,6 +174,8 @@ class MaskedFactor {
   std::vector<Index> rows_;
   std::vector<double> factor_;
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
+  std::vector<float> rounded_;   // of rounded_solves.cpp
+  bool is_rounded_ = false;
   Cost cost_;
 
   std::vector<Index> above_;                  // the panels that are in no subtree

@@ -1,37 +1,17 @@
 #include "kernels/dense_kernels.hpp"
 
-#include "kernels/lanes.hpp"
+#include "kernels/wide.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Doubles = Quad<double>;
-using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
-
-[[gnu::always_inline]] inline Doubles load(const double* from) {
-  return *reinterpret_cast<const Unaligned*>(from);
-}
-[[gnu::always_inline]] inline void store(double* to, Doubles value) {
-  *reinterpret_cast<Unaligned*>(to) = value;
-}
-
-// The factorisation uses the widest registers, of which a tile fills half.
+// A tile fills half of the registers.
 #ifdef __AVX512F__
-constexpr int lanes = 8;
 constexpr int tile_height = 8;
 #else
-constexpr int lanes = 4;
 constexpr int tile_height = 4;
 #endif
-using Wide [[gnu::vector_size(8 * lanes), gnu::may_alias, gnu::aligned(8)]] = double;
 static_assert(widest_supernode % (2 * lanes) == 0 && stride_of_products % lanes == 0);
-
-[[gnu::always_inline]] inline Wide& wide(double* numbers) {
-  return *reinterpret_cast<Wide*>(numbers);
-}
-[[gnu::always_inline]] inline const Wide& wide(const double* numbers) {
-  return *reinterpret_cast<const Wide*>(numbers);
-}
 
 /// Multiplies `height` rows of a with `width` vectors of packed columns of b.
 template <int height, int width>

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "kernels/block_kernels.hpp"
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
 #include "kernels/operator_kernels.hpp"
@@ -14,6 +15,7 @@ namespace dynmesh {
 
 /// All inner loops for one kind of processor.
 struct Kernels {
+  BlockKernels blocks;
   DenseKernels dense;
   ModeKernels modes;
   OperatorKernels products;

@@ -43,26 +43,33 @@ std::vector<std::uint8_t> find_alone(const SeenSurface& surface, const Measureme
   return alone;
 }
 
-/// Finds the shares of stretched edges.
+/// Finds how edges are stretched.
 void find_stretched(const SeenSurface& surface, std::span<const std::uint8_t> alone,
                     double largest_stretch, Coverage& coverage) {
-  double n_edges = 0;
-  double n_stretched = 0;
-  double n_bridging = 0;
+  struct Sum {
+    double edges = 0;
+    double stretched = 0;
+    double stretch = 0;  ///< 1 - the shorter length / the longer one
+  };
+  Sum measured;
+  Sum unmeasured;
   for (std::size_t v = 0; v < surface.x.size(); ++v) {
     for (const Index other : surface.cells[static_cast<Index>(v)]) {
-      n_edges += 1;
       const double before = squared_norm(surface.first_frame[at(other)] - surface.first_frame[v]);
       const double now = squared_norm(surface.x[at(other)] - surface.x[v]);
       const auto [less, more] = std::minmax(before, now);
-      if (!(more > largest_stretch * largest_stretch * less)) continue;
-      n_stretched += 1;
-      if (alone[v] != 0 && alone[at(other)] != 0) n_bridging += 1;
+      Sum& sum = alone[v] != 0 && alone[at(other)] != 0 ? unmeasured : measured;
+      sum.edges += 1;
+      if (more > largest_stretch * largest_stretch * less) sum.stretched += 1;
+      if (more > 0) sum.stretch += 1 - std::sqrt(less / more);
     }
   }
+  const double n_edges = measured.edges + unmeasured.edges;
   if (n_edges == 0) return;
-  coverage.stretched = n_stretched / n_edges;
-  coverage.bridging = n_bridging / n_edges;
+  coverage.stretched = (measured.stretched + unmeasured.stretched) / n_edges;
+  coverage.bridging = unmeasured.stretched / n_edges;
+  const double usual = measured.edges > 0 ? measured.stretch / measured.edges : 0;
+  coverage.bridging_excess = (unmeasured.stretch - usual * unmeasured.edges) / n_edges;
 }
 
 }  // namespace

@@ -34,6 +34,14 @@ struct Coverage {
   /// legs.
   double stretched = 0;
   double bridging = 0;
+  /// How much more the edges without any point near them are stretched or shortened than the
+  /// others, on average, times their share. Nothing that was measured stretches these.
+  double bridging_excess = 0;
+
+  [[nodiscard]] bool has_bridges(const RegistrationConstants& constants) const {
+    return bridging > constants.doubtful_bridging ||
+           bridging_excess > constants.doubtful_bridging_excess;
+  }
 };
 
 Coverage coverage_of(const SeenSurface& surface, const Measurement& scan,

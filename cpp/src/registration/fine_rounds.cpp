@@ -24,11 +24,8 @@ FineRounds::Result FineRounds::run(const Measurement& scan, Field first_frame, F
   const std::vector<Vector3<double>> frame(first_frame.begin(), first_frame.end());
   stream_.begin(stream_.prepare(to_caller_order(stream_.numbering, frame)));
   stream_.recall({start.begin(), start.end()}, std::vector<Index>(start.size()), stream_.known, 0);
-  const bool is_one_sensor = scan.viewpoints().size() == 1;
-  const int most =
-      is_one_sensor ? std::min(constants_.most_rounds_of_one_sensor, most_rounds) : most_rounds;
   Result result;
-  while (!result.converged && result.rounds < static_cast<std::size_t>(most)) {
+  while (!result.converged && result.rounds < static_cast<std::size_t>(most_rounds)) {
     result.converged = take(scan) < constants_.settled * surface_.mean_edge();
     ++result.rounds;
   }

@@ -81,7 +81,7 @@ RegistrationQuality PoseMeasure::quality_of(const Pose& pose, const Measurement&
   if (is_ruined) return RegistrationQuality::ruined;
   const bool is_doubtful = pose.agreement.far_share > constants_.doubtful_far ||
                            pose.coverage.empty_share > constants_.doubtful_empty ||
-                           pose.coverage.bridging > constants_.doubtful_bridging ||
+                           pose.coverage.has_bridges(constants_) ||
                            pose.coverage.stretched > constants_.doubtful_stretched ||
                            has_misplaced_landmarks(pose, scan);
   return is_doubtful ? RegistrationQuality::doubtful : RegistrationQuality::good;

@@ -33,7 +33,7 @@ std::pair<RegistrationQuality, double> rank_of_variant(const Pose& pose) {
 
 /// Where a part is missing, edges that nobody measured may have any length.
 bool has_exchanged_limbs(const Pose& pose, const RegistrationConstants& constants) {
-  return pose.coverage.bridging > constants.doubtful_bridging &&
+  return pose.coverage.has_bridges(constants) &&
          pose.coverage.empty_share <= constants.doubtful_empty;
 }
 
@@ -109,16 +109,15 @@ TemplateShape PoseSearch::shape() const {
 void PoseSearch::try_tips(const Measurement& scan, Pose& best) {
   const TipConstants& c = constants_.tips;
   std::vector<Pose> by_tips;
-  for (std::size_t i = 0; i < c.points.size() && !best.is_good(); ++i) {
+  for (std::size_t i = 0; i < c.points.size() && (i == 0 || !best.is_good()); ++i) {
     const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
-    repair(scan, tips, best);
+    if (!best.is_ruined() && has_exchanged_limbs(best, constants_)) exchange(scan, tips, best);
+    const bool is_new = repair(scan, tips, best);
     // Also if that is good: a body that is turned front to back may be as well.
     const bool is_better = try_others(scan, candidates_by_tips(shape(), tips, c), best);
     if (is_better || by_tips.empty()) by_tips.push_back(best);
     if (is_better) repair(scan, tips, best);
-    if (!best.is_good()) {
-      try_others(scan, candidates_by_exchanged_tips(shape(), tips, best.motion, best.x), best);
-    }
+    if (is_new || is_better || !best.is_good()) exchange(scan, tips, best);
     if (c.points[i] >= scan.size()) break;
   }
   // Last, because it covers the points also where legs are exchanged.
@@ -129,14 +128,22 @@ void PoseSearch::try_tips(const Measurement& scan, Pose& best) {
   }
 }
 
-/// Brings one tip of the template to one that the result left out, as long as that helps.
-void PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
-  bool is_better = true;
-  for (int n = 0; n < constants_.tips.repairs && is_better && !best.is_good(); ++n) {
-    is_better = try_others(
-        scan, candidates_by_tips_left_out(shape(), tips, best.motion, best.x, constants_.tips),
-        best);
+/// Brings one tip of the template to one that the result left out, as long as that helps, and tells
+/// whether it did.
+bool PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
+  int n = 0;
+  while (n < constants_.tips.repairs && !best.is_good() &&
+         try_others(
+             scan, candidates_by_tips_left_out(shape(), tips, best.motion, best.x, constants_.tips),
+             best)) {
+    ++n;
   }
+  return n > 0;
+}
+
+/// Lets two tips change places, if that helps.
+void PoseSearch::exchange(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
+  try_others(scan, candidates_by_exchanged_tips(shape(), tips, best.motion, best.x), best);
 }
 
 /// Replaces the best pose by one from other candidates if that is better, and tells whether.
@@ -147,10 +154,17 @@ bool PoseSearch::try_others(const Measurement& scan, std::vector<Candidate> othe
   if (other.misfit() > limit) return false;
   const bool is_ambiguous = other.ambiguous;
   other = finished(scan, candidate_of(other), constants_.most_rounds, rounds_);
-  if (!(rank_of(other) < rank_of(best))) return false;
-  best = std::move(other);
-  best.set_ambiguous(is_ambiguous);
-  return true;
+  const double more = std::max(other.misfit(), best.misfit());
+  const double less = std::min(other.misfit(), best.misfit());
+  const bool both_fit =
+      more <= constants_.equal_ratio * less && measure_.are_elsewhere(other.x, best.x);
+  const bool is_better = rank_of(other) < rank_of(best);
+  if (is_better) {
+    best = std::move(other);
+    best.set_ambiguous(is_ambiguous);
+  }
+  if (both_fit) best.set_ambiguous(true);
+  return is_better;
 }
 
 /// Draws every vertex towards the points that none explains, also those that lie on the scan

@@ -9,6 +9,6 @@ namespace dynmesh {
 /// Where an index is missing.
 constexpr Index none = -1;
 
-inline std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace dynmesh

@@ -27,7 +27,7 @@ struct TrackingConstants {
   /// How often correspondences are found and rotations fitted, at least, and the steps of
   /// conjugate gradients for each.
   int iterations = 4;
-  int steps = 7;
+  int steps = 6;
   /// How often, after the first iteration, rotations are fitted for the same correspondences. More
   /// often takes longer, and keeps the surface from sliding along itself.
   int rotation_fits = 1;
@@ -44,6 +44,9 @@ struct TrackingConstants {
   /// How far the first half of the iterations searches for points, and the second.
   double wide_radius = 8;
   double narrow_radius = 3;
+  /// The distance within which a vertex keeps the point of the last iteration. A point that is
+  /// nearer lies on nearly the same plane. Cloth slides along itself, so it keeps none.
+  double kept_distance = 0.5;
   /// The distance at which a correspondence counts half.
   double scale = 1.5;
   /// The distance along the surface at which it counts half. Measured points lie closer than that,

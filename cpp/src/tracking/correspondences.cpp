@@ -115,15 +115,15 @@ std::span<Correspondence> Correspondences::find(Field x, const Search& of_bodies
       c = {};
       if (visible_[v] == Sight::hidden || v % search.stride != 0) continue;
       const std::uint32_t guess = guesses_[v];
-      if (search.takes_any && is_near(x, guess, v, search.radius)) {
-        c = {measurement.point(guess), measurement.normal(guess), 1, guess};
-        continue;
-      }
       const double radius = search.radius * mean_edge_;
-      c = shows_both_sides(v)
-              ? measurement.nearest_of_both_sides(x[v], normals_[v], radius, constants_.agreement,
-                                                  guess)
-              : measurement.nearest(x[v], normals_[v], radius, constants_.agreement, guess);
+      if (is_near(x, guess, v, search.kept)) {
+        c = {measurement.point(guess), measurement.normal(guess), 1, guess};
+      } else if (shows_both_sides(v)) {
+        c = measurement.nearest_of_both_sides(x[v], normals_[v], radius, constants_.agreement,
+                                              guess);
+      } else {
+        c = measurement.nearest(x[v], normals_[v], radius, constants_.agreement, guess);
+      }
       if (c.weight == 0) continue;
       guesses_[v] = c.number;
       const auto offset = c.point - x[v];
@@ -133,7 +133,7 @@ std::span<Correspondence> Correspondences::find(Field x, const Search& of_bodies
       c.weight = search.weight / ((1 + distance / (scale * scale)) * (1 + aside / (side * side)));
     }
   });
-  if (!of_bodies.takes_any) weigh_shared_points();
+  weigh_shared_points();
   n_found_ = 0;
   for (std::size_t v = 0; v < x.size(); ++v) {
     if (!(found_[v].weight > 0)) continue;

@@ -27,7 +27,7 @@ struct Search {
   double side = 0;   ///< and the distance along the surface
   double weight = 0;
   std::size_t stride = 1;  ///< every so manyth vertex takes part
-  bool takes_any = false;  ///< a point within the radius is enough, though not the nearest
+  double kept = 0;  ///< a vertex keeps its last point within this distance, though not the nearest
 };
 
 /// The correspondences of a surface X with the measurement of one frame. Points that were found

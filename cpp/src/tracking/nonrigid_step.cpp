@@ -78,6 +78,7 @@ void NonrigidStep::begin_frame() {
   std::ranges::copy(rotations_.quaternions(), last_rotations_.begin());
   rest_.begin_frame();
   is_factored_ = false;
+  last_step_.clear();
 }
 
 void NonrigidStep::undo_frame() {
@@ -109,11 +110,13 @@ bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vec
     anchors_.forces = forces_;
     anchors_.held = held_;
   }
+  anchors_.guess = last_step_;
   const Field steps = system_.solve<1, 1>(
       [&](std::size_t v, std::size_t) { return turned_[v] - kx_[v]; },
       [&](std::size_t v, std::size_t) { return found[v].point - x[v]; }, anchors_);
-  anchors_.normals = anchors_.outward = anchors_.forces = {};
+  anchors_.normals = anchors_.outward = anchors_.forces = anchors_.guess = {};
   anchors_.held = {};
+  last_step_.assign(steps.begin(), steps.end());
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
 }

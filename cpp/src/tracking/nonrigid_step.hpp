@@ -123,12 +123,13 @@ class NonrigidStep {
   // Of the current frame:
   Anchors anchors_;
   std::vector<Vector3<double>> wanted_, turned_, kx_;
-  std::vector<Vector3<double>> planes_;   // the normals of the correspondences
-  std::vector<Vector3<double>> outward_;  // of cloth
-  std::vector<Vector3<double>> forces_;   // of cloth and landmarks
-  std::vector<double> held_;              // the weights of landmarks
-  std::vector<double> found_in_;          // the correspondences of each component, weighed
-  std::vector<double> factored_weights_;  // those of the preconditioner
+  std::vector<Vector3<double>> planes_;     // the normals of the correspondences
+  std::vector<Vector3<double>> outward_;    // of cloth
+  std::vector<Vector3<double>> forces_;     // of cloth and landmarks
+  std::vector<double> held_;                // the weights of landmarks
+  std::vector<double> found_in_;            // the correspondences of each component, weighed
+  std::vector<double> factored_weights_;    // those of the preconditioner
+  std::vector<Vector3<double>> last_step_;  // which the next one often continues
   bool is_factored_ = false;
 };
 

@@ -15,10 +15,6 @@ namespace {
 /// hardly change.
 constexpr std::size_t leaf_size = 16;
 
-/// The number of points of a local plane, the point itself included. Fewer follow the noise, more
-/// round off edges.
-constexpr std::size_t plane_points = 12;
-
 /// What nanoflann fills: the nearest point whose normal agrees.
 struct NearestAgreeing {
   using DistanceType = double;
@@ -65,6 +61,17 @@ Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
   return {normal.x(), normal.y(), normal.z()};
 }
 
+/// Whether two of the nearest points, in the order of their distances, have the same position.
+bool any_repeated(const std::vector<Vector3<double>>& points, std::span<const std::uint32_t> chosen,
+                  std::span<const double> distances) {
+  for (std::size_t i = 1; i < chosen.size(); ++i) {
+    for (std::size_t j = i; j > 0 && distances[j - 1] == distances[i]; --j) {
+      if (squared_norm(points[chosen[i]] - points[chosen[j - 1]]) == 0) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 void PointScan::index() {
@@ -78,29 +85,51 @@ void PointScan::estimate_normals(Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
   if (!tree_) return;
-  workers.for_each_short_chunk(static_cast<Index>(points.size()), [&](Index first, Index last) {
-    for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
-      std::array<std::uint32_t, plane_points> nearby{};
-      std::array<double, plane_points> distances{};
-      nanoflann::KNNResultSet<double, std::uint32_t> result(plane_points);
-      result.init(nearby.data(), distances.data());
-      const double query[3] = {points[i].x, points[i].y, points[i].z};
-      tree_->findNeighbors(result, query, {});
-      normals[i] = plane_normal(points, std::span(nearby).first(result.size()));
-      double least = 1;  // of the cosines between the normal and the sensors
-      double most = -1;
-      for (const auto& sensor : sensors) {
-        const auto view = sensor - points[i];
-        const double length = std::sqrt(squared_norm(view));
-        const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
-        least = std::min(least, cosine);
-        most = std::max(most, cosine);
-      }
-      undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
-      if (sensors.empty()) undecided[i] = 1;
-      if (most <= 0) normals[i] = -1.0 * normals[i];
-    }
+  std::vector<std::uint8_t> has_repeated(points.size());
+  workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
+    const Neighbours near = neighbours_of(points[i]);
+    has_repeated[i] = any_repeated(points, near.chosen(), near.distances) ? 1 : 0;
+    set_normal(i, plane_normal(points, near.chosen()));
   });
+  if (std::ranges::find(has_repeated, 1) == has_repeated.end()) return;
+  // Copies of few points tell no plane, so these normals follow from distinct positions.
+  const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
+  PointScan distinct;
+  distinct.points = points;
+  std::ranges::sort(distinct.points, {}, place);
+  const auto copies = std::ranges::unique(distinct.points, {}, place);
+  distinct.points.erase(copies.begin(), copies.end());
+  distinct.index();
+  workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
+    if (has_repeated[i] == 0) return;
+    set_normal(i, plane_normal(distinct.points, distinct.neighbours_of(points[i]).chosen()));
+  });
+}
+
+PointScan::Neighbours PointScan::neighbours_of(const Vector3<double>& position) const {
+  Neighbours near;
+  nanoflann::KNNResultSet<double, std::uint32_t> result(plane_points);
+  result.init(near.numbers.data(), near.distances.data());
+  const double query[3] = {position.x, position.y, position.z};
+  tree_->findNeighbors(result, query, {});
+  near.size = result.size();
+  return near;
+}
+
+void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
+  normals[i] = normal;
+  double least = 1;  // of the cosines between the normal and the sensors
+  double most = -1;
+  for (const auto& sensor : sensors) {
+    const auto view = sensor - points[i];
+    const double length = std::sqrt(squared_norm(view));
+    const double cosine = length > 0 ? dot(normal, view) / length : 0;
+    least = std::min(least, cosine);
+    most = std::max(most, cosine);
+  }
+  undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
+  if (sensors.empty()) undecided[i] = 1;
+  if (most <= 0) normals[i] = -1.0 * normal;
 }
 
 std::size_t PointScan::sensor_of(std::size_t i) const {

@@ -1,11 +1,13 @@
 /// A scan of loose points with normals.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "support/workers.hpp"
@@ -30,6 +32,7 @@ class PointScan final : public Measurement {
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
   /// turned to the sensors. Call `index` before. Without sensors, or if the plane lies between two
   /// of them, the direction stays undecided: the normal then agrees with its opposite as well.
+  /// Points at the same position count once.
   void estimate_normals(Workers& workers);
 
   [[nodiscard]] Field viewpoints() const override { return sensors; }
@@ -77,6 +80,22 @@ class PointScan final : public Measurement {
   };
   using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Cloud>,
                                                    Cloud, 3, std::uint32_t>;
+
+  /// The number of points of a local plane, the point itself included. Fewer follow the noise, more
+  /// round off edges.
+  static constexpr std::size_t plane_points = 12;
+  struct Neighbours {
+    std::array<std::uint32_t, plane_points> numbers{};
+    std::array<double, plane_points> distances{};
+    std::size_t size = 0;
+
+    [[nodiscard]] std::span<const std::uint32_t> chosen() const {
+      return std::span(numbers).first(size);
+    }
+  };
+  [[nodiscard]] Neighbours neighbours_of(const Vector3<double>& position) const;
+  /// Sets a normal, turned to the sensors, and whether that was possible.
+  void set_normal(std::size_t i, const Vector3<double>& normal);
 
   Cloud cloud_;
   std::optional<Tree> tree_;

@@ -89,7 +89,11 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
   const double weight = constants_.weight_at(progress);
   const double cloth_weight = constants_.cloth_weight_at(progress);
   const Search of_bodies = {is_early ? constants_.wide_radius : constants_.narrow_radius,
-                            constants_.scale, constants_.side, weight};
+                            constants_.scale,
+                            constants_.side,
+                            weight,
+                            1,
+                            constants_.kept_distance};
   const Search of_cloth = {is_early ? constants_.wide_radius : constants_.narrow_cloth_radius,
                            constants_.scale, constants_.side, cloth_weight};
   const auto found = correspondences_.find(x_, of_bodies, of_cloth);
@@ -110,8 +114,9 @@ double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_
 
 /// Which vertices have a measured point in the end.
 SurfaceTracking::Found SurfaceTracking::observe() {
-  const auto found = correspondences_.find(
-      x_, {constants_.observed_distance, constants_.scale, constants_.side, 1, 1, true});
+  const auto found =
+      correspondences_.find(x_, {constants_.observed_distance, constants_.scale, constants_.side, 1,
+                                 1, constants_.observed_distance});
   auto agreements = correspondences_.compare(x_);
   for (std::size_t v = 0; v < observed_.size(); ++v) {
     observed_[v] = shape_.moved()[v] != 0 && found[v].weight > 0 ? 1 : 0;

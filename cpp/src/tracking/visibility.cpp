@@ -126,20 +126,19 @@ void Visibility::draw(std::span<const Triangle> faces, int side) {
     const auto& c = image_[static_cast<std::size_t>(face[2])];
     const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     if (area == 0 || !std::isfinite(area)) continue;
-    const auto first = [](double x) { return std::max(0, static_cast<int>(std::ceil(x - 0.5))); };
-    const auto last = [&](double x) {
-      return std::min(side - 1, static_cast<int>(std::floor(x - 0.5)));
-    };
-    const int left = first(std::min({a.x, b.x, c.x}));
-    const int right = last(std::max({a.x, b.x, c.x}));
-    const int top = first(std::min({a.y, b.y, c.y}));
-    const int bottom = last(std::max({a.y, b.y, c.y}));
-    for (int row = top; row <= bottom; ++row) {
-      for (int column = left; column <= right; ++column) {
+    // The image contains all of the surface, so these are at least 0.
+    const auto next_centre = [&](double x) { return std::min(side, static_cast<int>(x + 0.5)); };
+    const int left = next_centre(std::min({a.x, b.x, c.x}));
+    const int right = next_centre(std::max({a.x, b.x, c.x}));
+    const int top = next_centre(std::min({a.y, b.y, c.y}));
+    const int bottom = next_centre(std::max({a.y, b.y, c.y}));
+    const double per_area = 1 / area;
+    for (int row = top; row < bottom; ++row) {
+      for (int column = left; column < right; ++column) {
         const double x = column + 0.5;
         const double y = row + 0.5;
-        const double u = ((b.x - x) * (c.y - y) - (b.y - y) * (c.x - x)) / area;
-        const double v = ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x)) / area;
+        const double u = per_area * ((b.x - x) * (c.y - y) - (b.y - y) * (c.x - x));
+        const double v = per_area * ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x));
         const double w = 1 - u - v;
         if (u < 0 || v < 0 || w < 0) continue;
         const auto depth = static_cast<float>(u * a.z + v * b.z + w * c.z);

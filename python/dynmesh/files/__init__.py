@@ -24,7 +24,7 @@ from ..frames.reader import Reader
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
 from ..settings import Function, with_keywords
-from .choice import PathLike, format_of, formats, listed
+from .choice import PathLike, check_suffix, format_of, formats, listed
 from .format import Gaps, Template, template_of
 from .kept import CannotResumeError, Pieces, check_unchanged
 from .masks import MaskedReader, check_missing
@@ -45,6 +45,7 @@ __all__ = [
     "Source",
     "Target",
     "Writer",
+    "check_suffix",
     "check_unchanged",
     "create",
     "create_like",

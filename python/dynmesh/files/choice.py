@@ -43,6 +43,17 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
         return choose(path, name, _NAME_IT)
 
 
+def check_suffix(path: PathLike) -> None:
+    """Refuses a path that does not tell its format, where no option can.
+
+    Raises:
+        ValueError: it does not.
+    """
+    path = Path(path)
+    with naming(path):
+        choose(path, None, "give the path of a mesh file, such as body.ply")
+
+
 def listed(names: Iterable[str]) -> str:
     """Joins names to a list such as "a, b and c"."""
     *others, last = names

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from .. import files
-from .._errors import InputError, KindError, SettingError
+from .._errors import InputError, KindError, SettingError, in_one_line
 from ..files import CannotResumeError
 from ..files.frame_names import FrameNames, single
 from ..files.scene_files import open_scene
@@ -140,7 +140,7 @@ def _run(job: AnyJob, overwrite: bool) -> Result:
     except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # no error may stop the other jobs
-        return Result(job, "failed", _in_one_line(error), seconds=time.monotonic() - began)
+        return Result(job, "failed", in_one_line(error), seconds=time.monotonic() - began)
     seconds = time.monotonic() - began
     remarks = report.remarks
     if isinstance(report, FileReport):
@@ -225,14 +225,7 @@ def _result_of(future: "Future[Result]", job: AnyJob) -> Result:
     try:
         return future.result()
     except Exception as error:  # an error of the worker, not of the job
-        return Result(job, "failed", f"the worker was lost: {_in_one_line(error)}")
-
-
-def _in_one_line(error: Exception) -> str:
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    lines = str(error).splitlines()
-    return lines[0] if lines else type(error).__name__
+        return Result(job, "failed", f"the worker was lost: {in_one_line(error)}")
 
 
 def _check_outputs(jobs: list[AnyJob]) -> None:

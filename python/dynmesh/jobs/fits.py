@@ -19,6 +19,9 @@ _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
 _NAMED_PLANES = 0.01
+_HARDLY = 0.01
+"""Of a frame in which a smaller share of the vertices has a correspondence, hardly anything was
+measured."""
 
 _QUALITIES = {"doubtful": "doubtful", "ruined": "probably ruined"}
 
@@ -64,6 +67,8 @@ class Fits:
         prior_weight: the sum of their prior weights.
         recovered: number of them in which the mesh was lost and found again.
         empty: number of frames without points.
+        unmeasured: number of frames of which nothing or hardly anything was measured.
+        first_unmeasured: the first of these.
         lost: a sentence for each lost image.
         rig: what is wrong with cameras, in sentences.
         registered: why the registration of the template is doubtful; empty if it is not.
@@ -77,6 +82,8 @@ class Fits:
     prior_weight: float = 0.0
     recovered: int = 0
     empty: int = 0
+    unmeasured: int = 0
+    first_unmeasured: list[int] = field(default_factory=list)
     lost: tuple[str, ...] = ()
     rig: tuple[str, ...] = ()
     registered: str = ""
@@ -112,8 +119,11 @@ class Fits:
             in_planes: the share of the far points that lies in planes, of all and of each sensor.
         """
         report = tracker.report
+        observed = float(np.mean(tracker.observed))
+        if observed < _HARDLY:
+            self._add_unmeasured(frame)
         self.frames += 1
-        self.observed += float(np.mean(tracker.observed))
+        self.observed += observed
         self.prior_weight += report.prior_weight
         self.recovered += report.recovered
         self.total.add(report, in_planes[0])
@@ -125,6 +135,15 @@ class Fits:
         sensors = tracker.agreement_of_sensors
         for camera, agreement, share in zip(cameras, sensors, in_planes[1:], strict=True):
             self.cameras.setdefault(camera, Counts()).add(agreement, share)
+
+    def add_empty(self, frame: int) -> None:
+        """Adds a frame without points."""
+        self.empty += 1
+        self._add_unmeasured(frame)
+
+    def _add_unmeasured(self, frame: int) -> None:
+        self.unmeasured += 1
+        self.first_unmeasured = [*self.first_unmeasured, frame][:_MOST_FRAMES]
 
     @property
     def far(self) -> float | None:
@@ -187,10 +206,20 @@ class Fits:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else the user should know."""
+        told = []
+        if self.unmeasured:
+            more = self.unmeasured - len(self.first_unmeasured)
+            names = ", ".join(map(str, self.first_unmeasured)) + (
+                f" and {more} more" if more else ""
+            )
+            told.append(
+                f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
+                "vertices were seen"
+            )
         share = self.total.in_planes / (self.total.points or 1.0)
-        if share < _NAMED_PLANES:
-            return ()
-        return (
-            f"{share:.0%} of the points lie far from the mesh in a plane, such as a floor; they "
-            "do not count, but --remove-planes or a smaller --crop leaves them out",
-        )
+        if share >= _NAMED_PLANES:
+            told.append(
+                f"{share:.0%} of the points lie far from the mesh in a plane, such as a floor; "
+                "they do not count, but --remove-planes or a smaller --crop leaves them out"
+            )
+        return tuple(told)

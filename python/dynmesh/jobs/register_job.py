@@ -10,7 +10,7 @@ from ..files import PathLike
 from .fits import Quality
 from .option import FILES, given
 from .register_options import RegisterOptions
-from .registering import RegisteredFile, register_each
+from .registering import RegisteredFile, refuse_failed, register_each, remarks_on
 from .unfinished import remember, remembered
 
 
@@ -33,10 +33,10 @@ class RegisterReport:
 
 @dataclass(frozen=True)
 class RegisterJob(RegisterOptions):
-    """A mesh and a scan, or a folder of them, with the options of :func:`dynmesh.register_file`.
+    """A mesh and a scan, or several, with the options of :func:`dynmesh.register_file`.
 
     Attributes:
-        input: the scan, or the folder of scans.
+        input: the scan, or the folder or pattern of scans.
         output: path of the registered mesh, or of the folder of these.
         template: a mesh file whose first frame is registered.
 
@@ -48,16 +48,21 @@ class RegisterJob(RegisterOptions):
     template: PathLike = given(MISSING, "The mesh.", FILES, Path, metavar="FILE")
 
     def register(self, *, overwrite: bool) -> RegisterReport:
-        """Registers the mesh; errors name the scans if they name no other file."""
+        """Registers the mesh; errors name the scans if they name no other file.
+
+        If some of several scans fail, the results of the others are written before the error.
+        """
         try:
             made = [*register_each(self.template, self.input, self.output, self, overwrite)]
         except DynmeshError as error:
             error.file = error.file or Path(self.input)
             raise
-        for one in made:
-            remember(files.target_of(one.output), {"doubtful": one.reason})
-        reasons = {one.output: one.reason for one in made}
-        return RegisterReport(len(made), _worst(made), self._named(reasons))
+        reasons = {one.output: one.reason for one in made if one.found is not None}
+        for written, reason in reasons.items():
+            remember(files.target_of(written), {"doubtful": reason})
+        refuse_failed(made, Path(self.input))
+        remarks = remarks_on(made, self)
+        return RegisterReport(len(made), _worst(made), self._named(reasons), remarks)
 
     def doubt(self) -> str:
         """Why results that exist are not good, as far as :meth:`register` has made them."""
@@ -75,5 +80,5 @@ class RegisterJob(RegisterOptions):
 
 
 def _worst(made: list[RegisteredFile]) -> Quality:
-    found = {one.found.quality for one in made}
+    found = {one.found.quality for one in made if one.found is not None}
     return "ruined" if "ruined" in found else "doubtful" if "doubtful" in found else "good"

@@ -16,11 +16,11 @@ class RegisterOptions:
 
     landmarks: PathLike | None = given(
         None,
-        "Landmarks, a JSON file: "
-        '[{"vertex": 12, "position": [x, y, z]}, ...], with positions in the unit of SCAN.',
+        'Landmarks, a JSON file: [{"vertex": 12, "position": [x, y, z]}, ...], with positions in '
+        "the unit of SCAN; or a folder with such files, named like the scan that each is for.",
         FILES,
         Path,
-        metavar="FILE",
+        metavar="FILE|FOLDER",
     )
     cameras: PathLike | None = given(
         None,

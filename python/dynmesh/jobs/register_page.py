@@ -11,7 +11,6 @@ from ..files.scans import ScanReader
 from ..frames.memory import SequenceReader
 from ..registration import Registration
 from ..sequence import Positions, Sequence
-from .single_scans import names_of
 
 _FPS = 0.5
 """Scans of a folder have nothing to do with each other, so each is shown for two seconds."""
@@ -22,6 +21,7 @@ def page_of(
     first: Positions,
     scans: ScanReader,
     found: SequenceOf[Registration],
+    names: SequenceOf[str],
     output: Path,
 ) -> Page:
     """Makes a page with a frame for each scan, the results coloured by their distance from it.
@@ -31,6 +31,7 @@ def page_of(
         first: (k, 3) its positions.
         scans: as many as there are results.
         found: the results.
+        names: of the scans.
         output: the path of the results, whose name stands below them.
 
     Raises:
@@ -44,7 +45,7 @@ def page_of(
         scans=scans,
         colour="distance",
         title=f"{template.path.name} registered with {scans.path.name}",
-        names=[f"{name}: {one.quality}" for name, one in zip(names_of(scans), found, strict=True)],
+        names=[f"{name}: {one.quality}" for name, one in zip(names, found, strict=True)],
         up=template.header.up_axis,
     )
 

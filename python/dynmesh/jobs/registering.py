@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from collections.abc import Sequence as SequenceOf
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -10,7 +11,7 @@ import numpy as np
 
 from .. import files
 from .._checks import check_path
-from .._errors import InputError
+from .._errors import InputError, in_one_line
 from ..draw.page import require_page
 from ..files import PathLike, Reader
 from ..files.new_output import check_output, exists_already, new_output
@@ -20,15 +21,17 @@ from ..frames.scan import DepthScan, PointScan
 from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
 from ..sequence import Positions
+from .landmarks import landmark_files, landmark_remarks, landmarks_of
 from .option import takes
 from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
-from .single_scans import names_of, open_single
+from .single_scans import SomeScans, open_single, paths_of
 from .start import template_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
 _MANY_EMPTY = 0.2
+_NAMED = 5
 
 
 @dataclass(frozen=True)
@@ -38,14 +41,19 @@ class RegisteredFile:
     Attributes:
         scan: its path.
         output: of the registered mesh.
-        found: the result.
-        reason: its quality, why it is not good, and what to do, in a sentence; empty if it is.
+        found: the result; None if the scan failed, and nothing was written.
+        reason: its quality, why it is not good, and what to do, in a sentence; empty if it is. Or
+            why the scan failed, in one line.
+        has_landmarks: whether there are landmarks of this scan.
+        lost: number of cameras whose depth image is missing or damaged.
     """
 
     scan: Path
     output: Path
-    found: Registration
+    found: Registration | None
     reason: str = ""
+    has_landmarks: bool = False
+    lost: int = 0
 
 
 @takes(RegisterOptions)
@@ -62,19 +70,21 @@ def register_file(
     Args:
         template: a mesh file of any format; its first frame is registered.
         scan: a point cloud (PLY, XYZ, NPY, NPZ), a mesh of any format, whose vertices are the
-            points, or a folder of these or of depth images, of which those with one number are one
-            scan.
+            points, or a folder, pattern or glob of these or of depth images, of which those with
+            one number are one scan.
         cameras: a file with the cameras; None means `cameras.json` beside the scans, if it exists.
-        output: path of the registered mesh; for a folder of scans a folder, in which each result
+        output: path of the registered mesh; for several scans a folder, in which each result
             is named like its scan and has the format of the template.
         landmarks: a JSON file, ``[{"vertex": 12, "position": [x, y, z]}, ...]``, with the positions
-            in the unit of the scan.
+            in the unit of the scan, for all scans; or a folder with such files, named like the
+            scan that each is for, as `scan_001.json`. Scans without one are registered without.
         align: whether the rigid motion that puts the template into the scan is sought.
         scale: whether the template may be in another unit, a power of ten of that of the scan.
         threads: the number of threads that may work.
-        report: path of a JSON file with how well each scan fits.
+        report: path of a JSON file with how well each scan fits, or why it failed.
         page: path of an HTML page with the template, moved into each scan without a rotation, the
-            scan, and the result, coloured by the distance from the nearest point.
+            scan, and the result, coloured by the distance from the nearest point; scans that
+            failed are left out.
         overwrite: whether to replace existing outputs.
         **options: those above.
 
@@ -84,10 +94,12 @@ def register_file(
     Raises:
         FileExistsError: an output exists.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an option
-            is refused.
+            is refused. If only some of several scans fail, the results of the others are written
+            before.
     """
-    made = register_each(template, scan, output, RegisterOptions(**options), overwrite)
-    return {one.output: one.found for one in made}
+    made = [*register_each(template, scan, output, RegisterOptions(**options), overwrite)]
+    refuse_failed(made, Path(scan))
+    return {one.output: one.found for one in made if one.found is not None}
 
 
 def register_each(
@@ -97,18 +109,25 @@ def register_each(
     options: RegisterOptions,
     overwrite: bool,
 ) -> Iterator[RegisteredFile]:
-    """As :func:`register_file`, one result after another, with an object for the options."""
+    """As :func:`register_file`, one result after another, with an object for the options.
+
+    One of several scans that fails stops no other; its result says why.
+    """
     for name, path in (("template", template), ("scan", scan), ("output", output)):
         check_path(name, path)
     options.check()
     if options.page is not None:
         require_page(scans=True)
     scans = open_single(Path(scan), options.cameras)
+    files.check_suffix(template)
     pairs = _pairs(Path(template), scans, Path(output))
-    _check_outputs([Path(template), *scans.files], pairs, options, overwrite)
-    landmarks = None if options.landmarks is None else read_landmarks(Path(options.landmarks))
+    marked = None if options.landmarks is None else Path(options.landmarks)
+    _check_outputs(
+        [Path(template), *scans.files, *landmark_files(marked)], pairs, options, overwrite
+    )
+    landmarks = landmarks_of(marked, [scanned for scanned, _ in pairs])
     told: dict[str, Any] = {}
-    results: list[Registration] = []
+    results: dict[int, Registration] = {}
     with files.open(template) as mesh:
         first = template_of(mesh)
         header = replace(
@@ -121,23 +140,55 @@ def register_each(
             has_provenance=False,
             has_standard_error=False,
         )
-        for (scanned, written), measured in zip(pairs, scans, strict=True):
-            with naming(scanned):
-                found = _register(mesh, first, measured, landmarks, options)
-            written.parent.mkdir(parents=True, exist_ok=True)
-            with files.create(written, header) as writer:
-                writer.append(found.vertices)
-            told[str(scanned)] = _told(found)
-            reason = _advised(found, measured, landmarks, options)
+        for frame, (scanned, written) in enumerate(pairs):
+            marks, found, reason, lost = landmarks[frame], None, "", 0
+            try:
+                with naming(scanned):
+                    (measured,) = scans.frames(frame, frame + 1)
+                    found = _register(mesh, first, measured, marks, options)
+            except Exception as error:  # no error may stop the other scans
+                if scans.path.is_file():
+                    raise
+                reason = in_one_line(error)
+                told[str(scanned)] = {"quality": "failed", "reason": reason}
+            if found is not None:
+                if isinstance(measured, DepthScan) and scans.rig is not None:
+                    lost = len(scans.rig.cameras) - len(measured.depth)
+                written.parent.mkdir(parents=True, exist_ok=True)
+                with files.create(written, header) as writer:
+                    writer.append(found.vertices)
+                told[str(scanned)] = _told(found)
+                reason = _advised(found, measured, marks, options)
+                if options.page is not None:
+                    results[frame] = found
             if options.report is not None:
                 Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
-            if options.page is not None:
-                results.append(found)
-            yield RegisteredFile(scanned, written, found, reason)
-        if options.page is not None:
-            made = page_of(mesh, first, scans, results, Path(output))
+            yield RegisteredFile(scanned, written, found, reason, marks is not None, lost)
+        if options.page is not None and results:
+            shown = [pairs[frame][0].name for frame in results]
+            some = SomeScans(scans, [*results])
+            made = page_of(mesh, first, some, [*results.values()], shown, Path(output))
             with new_output(Path(options.page), overwrite, ".html") as (hidden, _):
                 hidden.write_text(made.html, encoding="utf-8")
+
+
+def refuse_failed(made: SequenceOf[RegisteredFile], scan: Path) -> None:
+    """Raises an error that names the scans that failed, if there are any."""
+    failed = [one.reason for one in made if one.found is None]
+    if failed:
+        raise InputError(
+            f"{len(failed)} of {len(made)} scans failed: {'; '.join(failed)}", file=scan
+        )
+
+
+def remarks_on(made: SequenceOf[RegisteredFile], options: RegisterOptions) -> tuple[str, ...]:
+    """What else the user should know of the results."""
+    path = None if options.landmarks is None else Path(options.landmarks)
+    remarks = landmark_remarks(path, [one.has_landmarks for one in made])
+    if lost := [f"{one.scan.name} ({one.lost})" for one in made if one.lost]:
+        named = ", ".join(lost[:_NAMED]) + (", ..." if len(lost) > _NAMED else "")
+        remarks += (f"depth images are missing or damaged: {named}",)
+    return remarks
 
 
 def _register(
@@ -193,11 +244,11 @@ def _check_outputs(
     existing = [written for _, written in pairs if written.exists()]
     if 0 < len(existing) < len(pairs) and not overwrite:
         raise InputError("exists, but others do not; --overwrite makes all anew", file=existing[0])
-    given += [] if options.landmarks is None else [Path(options.landmarks)]
     inputs = {path.resolve() for path in given}
     outputs: set[Path] = set()
     beside = [Path(path) for path in (options.report, options.page) if path is not None]
     for _, written in pairs:
+        files.check_suffix(written)
         files.target_of(written)  # refuses a format that cannot be written
     for written in [*(written for _, written in pairs), *beside]:
         place = written.resolve()
@@ -214,46 +265,11 @@ def _check_outputs(
         check_output(Path(options.report), overwrite, ".json")
 
 
-def read_landmarks(path: Path) -> Landmarks:
-    """Reads the landmarks of a JSON file.
-
-    Raises:
-        OSError: it cannot be read.
-        ValueError: it is not as :func:`register_file` describes; the message names the landmark.
-    """
-    with naming(path):
-        try:
-            given = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise ValueError(f"is not JSON: {error}") from None
-        if not isinstance(given, list) or not given:
-            raise ValueError("must be a list of landmarks, with at least one")
-        rows = [_landmark(number, one) for number, one in enumerate(given)]
-    return np.array([vertex for vertex, _ in rows]), np.array([place for _, place in rows])
-
-
-def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
-    if not isinstance(given, dict) or given.keys() != {"vertex", "position"}:
-        raise ValueError(
-            f"landmark {number} must have a vertex and a position and nothing else, not {given!r}"
-        )
-    vertex, position = given["vertex"], given["position"]
-    if isinstance(vertex, bool) or not isinstance(vertex, int) or not 0 <= vertex < 2**31:
-        raise ValueError(f"landmark {number}: the vertex must be an index, not {vertex!r}")
-    is_place = isinstance(position, list) and len(position) == 3
-    if not is_place or not all(
-        isinstance(x, int | float) and not isinstance(x, bool) for x in position
-    ):
-        raise ValueError(f"landmark {number}: the position must be three numbers, not {position!r}")
-    return vertex, [float(x) for x in position]
-
-
 def _pairs(template: Path, scans: ScanReader, output: Path) -> list[tuple[Path, Path]]:
     """The scans and their outputs."""
-    if not scans.path.is_dir():
+    if scans.path.is_file():
         return [(scans.path, output)]
-    named = [Path(name) for name in names_of(scans)]
-    return [(scans.path / name, output / f"{name.stem}{template.suffix}") for name in named]
+    return [(path, output / f"{path.stem}{template.suffix}") for path in paths_of(scans)]
 
 
 def _told(found: Registration) -> dict[str, Any]:
@@ -269,6 +285,7 @@ def _told(found: Registration) -> dict[str, Any]:
         "rounds": found.rounds,
         "converged": found.converged,
         "ambiguous": found.ambiguous,
+        "growth": found.growth,
         "observed": float(found.observed.mean()),
         "transform": found.transform.tolist(),
     }

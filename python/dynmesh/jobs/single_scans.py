@@ -1,4 +1,4 @@
-"""Scans that are registered one by one: a file, those of a folder, or depth images by frame."""
+"""Scans that are registered one by one: files of points or meshes, or depth images by frame."""
 
 from pathlib import Path
 
@@ -8,9 +8,9 @@ from .. import files
 from .._errors import InputError
 from ..files import PathLike
 from ..files.model import gltf, stl
-from ..files.numbered import Found
+from ..files.numbered import Found, files_of
 from ..files.ply import read_elements
-from ..files.scans import PointScan, ScanReader, open_scans, read_points
+from ..files.scans import PointScan, Scan, ScanReader, open_scans, read_points
 from ..files.scans.corrections import AS_STATED
 from ..files.scans.depth_files import SUFFIX
 from ..files.scans.point_files import point_formats
@@ -26,14 +26,22 @@ class SingleScans(ScanReader):
         """Finds the files; cameras say where the sensors were.
 
         Raises:
-            ValueError: a folder holds none.
+            FileNotFoundError: there is no file.
+            ValueError: a folder holds none, or a file has a format that is not known.
         """
-        found = [path]
-        if path.is_dir():
-            known = {*point_formats, *stl.suffixes, *gltf.suffixes, ".obj", ".off"}
-            found = sorted(file for file in path.iterdir() if file.suffix.lower() in known)
-            if not found:
-                raise InputError("holds no point clouds and no meshes", file=path)
+        usual = (*point_formats, *stl.suffixes, *gltf.suffixes, ".obj")
+        found = files_of(path, usual)
+        if not found:
+            raise InputError("holds no point clouds and no meshes", file=path)
+        meshes = {suffix for format in files.formats.values() for suffix in format.suffixes}
+        meshes -= point_formats.keys()
+        for file in found:
+            if file.suffix.lower() not in meshes | point_formats.keys():
+                raise InputError(
+                    f"unknown format {file.suffix!r}; scans are {files.listed(point_formats)} "
+                    f"files, meshes ({', '.join(sorted(meshes))}), or a folder of depth images",
+                    file=file,
+                )
         super().__init__(path, cameras, Found([*found]), found)
 
     def _load(self, number: int) -> PointScan:
@@ -44,13 +52,33 @@ class SingleScans(ScanReader):
         return scan
 
 
+class SomeScans(ScanReader):
+    """Some of the frames of other scans."""
+
+    def __init__(self, scans: ScanReader, frames: list[int]) -> None:
+        """Takes the scans and which of their frames, counted from 0."""
+        read = [file for file in scans.files if file not in scans.camera_files]
+        super().__init__(scans.path, scans.cameras, Found([None] * len(frames)), read)
+        self._scans = scans
+        self._frames = frames
+
+    def number(self, frame: int) -> int:
+        """As those scans number the frame."""
+        return self._scans.number(self._frames[frame])
+
+    def _load(self, number: int) -> Scan | None:
+        frame = self._frames[number]
+        return next(self._scans.frames(frame, frame + 1))
+
+
 def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
-    """Opens a scan, or those of a folder: depth images, or else point clouds and meshes.
+    """Opens a scan, or those of a folder or pattern: depth images, or point clouds and meshes.
 
     Raises:
         OSError, ImportError, ValueError: as :func:`dynmesh.files.scans.open_scans`.
     """
-    if path.suffix.lower() == SUFFIX:
+    is_image = path.suffix.lower() == SUFFIX
+    if is_image and path.is_file():
         raise InputError(
             "is a single depth image; give the folder of the images of all cameras, with "
             f"{CAMERAS} in it or --cameras FILE",
@@ -59,17 +87,19 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
     beside = (path if path.is_dir() else path.parent) / CAMERAS
     if cameras is None:
         cameras = beside if beside.is_file() else None
-    if path.is_dir() and any(path.rglob(f"*{SUFFIX}")):
-        return open_scans(path, cameras=cameras)
+    if is_image or (path.is_dir() and any(path.rglob(f"*{SUFFIX}"))):
+        found = open_scans(path, cameras=cameras, gaps="lost")
+        return SomeScans(found, [i for i in range(found.n_frames) if found.cameras_of(i)])
     rig = None if cameras is None else Cameras.of(Path(cameras), AS_STATED, path)
     return SingleScans(path, rig)
 
 
-def names_of(scans: ScanReader) -> list[str]:
-    """Returns the names of the scans: those of their files, or of their frames."""
+def paths_of(scans: ScanReader) -> list[Path]:
+    """Returns the paths of the scans: their files, or, of depth images, the numbers of frames."""
     if isinstance(scans, SingleScans):
-        return [file.name for file in scans.files[: scans.n_frames]]
-    return [f"frame_{scans.number(frame):05d}" for frame in range(scans.n_frames)]
+        return scans.files[: scans.n_frames]
+    folder = scans.path if scans.path.is_dir() else scans.path.parent
+    return [folder / f"frame_{scans.number(frame):05d}" for frame in range(scans.n_frames)]
 
 
 def _read(path: Path) -> PointScan:

@@ -22,8 +22,8 @@ from ..sequence import Positions
 from .checkpoint import Progress, describe_job, identity
 from .fit_table import FitTable
 from .fits import Fits
+from .landmarks import read_landmarks
 from .option import paths_of, takes
-from .registering import read_landmarks
 from .resumable import ResumableOutput, check_resumable
 from .rig_check import Checked
 from .room import Room
@@ -142,6 +142,7 @@ def track_into(
     if resume:
         check_resumable(target, options.retime)
     table = FitTable(None if options.report is None else Path(options.report))
+    files.check_suffix(options.template)
     with options.stated_template(files.open(options.template)) as mesh:
         reader = options.open(scans)
         units = options.units(reader, mesh.header.metres_per_unit)
@@ -339,7 +340,7 @@ class _Tracking:
             in_planes = [whole, *(each if len(each) == len(sensors) else len(sensors) * [whole])]
         self._table.add(number, tracker, cameras, in_planes)
         if scan is None:
-            self.fits.empty += 1
+            self.fits.add_empty(number)
         else:
             self.fits.add(number, tracker, cameras, in_planes)
 

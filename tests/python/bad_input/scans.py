@@ -86,6 +86,8 @@ def prepare(world: World) -> None:
         "far": '[{"vertex": 577, "position": [1, 2, 3]}]',
     }.items():
         (folder / f"marks_{name}.json").write_text(text)
+    (folder / "marks_other").mkdir()
+    (folder / "marks_other" / "t_0000.json").write_text("[]")
     np.save(folder / "flat.npy", np.zeros((4, 2)))
     np.save(folder / "whole.npy", np.zeros((4, 3), int))
     np.savez(folder / "apart.npz", points=np.zeros((4, 3)), normals=np.eye(3))
@@ -194,6 +196,11 @@ cases = [
     refused(f"{_REGISTER} --page new.htm", "must end in .html"),
     refused(f"{_REGISTER} --report new.csv", "must end in .json"),
     refused("register template.npz cloud/s_0000.ply new.txt --landmarks marks_text.json", "new.txt: unknown format '.txt'"),
+    refused(f"{_MARKS} nothing", "nothing: holds no landmarks", "s_0000.json"),
+    refused(f"{_MARKS} marks_other", "t_0000.json: belongs to no scan", "s_0000.json"),
+    refused("register template.npz rig.json new.obj", "rig.json: unknown format '.json'", ".xyz", ".obj"),
+    refused("register template.npz cloud/t_*.ply new", "t_*.ply: no such file"),
+    refused("register template.npz cloud/s_0000.ply new", "new: has no suffix", "the path of a mesh file"),
     refused(f"{_MARKS} marks_text.json", "marks_text.json:", "is not JSON"),
     refused(f"{_MARKS} marks_none.json", "marks_none.json:", "at least one"),
     refused(f"{_MARKS} marks_bare.json", "marks_bare.json:", "landmark 0 must have"),
