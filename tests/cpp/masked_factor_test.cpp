@@ -5,6 +5,8 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cstdlib>
+#include <numeric>
+#include <random>
 
 #include "detail_system.hpp"
 #include "meshes.hpp"
@@ -176,6 +178,50 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
     auto again = alone = random_vectors(mask.size(), ++seed);
     solve(factor, {&again});
     CHECK(largest_difference(again, expected_solution(matrix, mask, alone)) < 1e-6);
+  }
+}
+
+TEST_CASE("products of blocks are those of their matrices, on every kind of processor") {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const Kernels& level : runnable_kernels()) {
+    for (const Index n : {1, 4, 5, 8, 13, 256, 257, 600}) {
+      for (const Index columns : {1, 3, 4, 7, 32}) {
+        CAPTURE(n);
+        CAPTURE(columns);
+        const Index n_blocks = (n + rows_of_block - 1) / rows_of_block;
+        std::vector<float> blocks(static_cast<std::size_t>(n_blocks * rows_of_block * columns));
+        const auto entry = [&](Index i, Index j) -> float& {
+          const Index first = i / rows_of_block * rows_of_block;
+          return blocks[static_cast<std::size_t>(first * columns + rows_of_block * j + i - first)];
+        };
+        for (Index i = 0; i < n; ++i) {
+          for (Index j = 0; j < columns; ++j) entry(i, j) = static_cast<float>(normal(random));
+        }
+        std::vector<Index> rows(static_cast<std::size_t>(n));
+        std::iota(rows.rbegin(), rows.rend(), 0);
+        auto x = random_vectors(static_cast<std::size_t>(columns), 2);
+        auto y = random_vectors(static_cast<std::size_t>(n), 3);
+        auto expected_x = x;
+        auto expected_y = y;
+        for (Index i = 0; i < n; ++i) {
+          const auto row = static_cast<std::size_t>(rows[static_cast<std::size_t>(i)]);
+          for (Index j = 0; j < columns; ++j) {
+            const auto column = static_cast<std::size_t>(j);
+            const double l = static_cast<double>(entry(i, j));
+            expected_y[row] = expected_y[row] - l * x[column];
+            expected_x[column] = expected_x[column] - l * y[row];
+          }
+        }
+        auto found_x = x;
+        auto found_y = y;
+        level.blocks.subtract(blocks.data(), n, columns, &x[0].x, rows.data(), &found_y[0].x, 4);
+        level.blocks.subtract_transposed(blocks.data(), n, columns, &found_x[0].x, rows.data(),
+                                         &y[0].x, 4);
+        CHECK(largest_difference(found_y, expected_y) < 1e-11);
+        CHECK(largest_difference(found_x, expected_x) < 1e-11);
+      }
+    }
   }
 }
 
