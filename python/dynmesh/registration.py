@@ -38,6 +38,10 @@ class Registration:
         disagreeing: the share of the points that are near the mesh but face the other way.
         empty: the share of the vertices without a point, among those whose front the sensors should
             see; without `viewpoints`, among all.
+        hole: the share of the template's area that is the largest connected piece of such
+            vertices, as of a limb that was not measured.
+        overlap: the share of the template's area where another part lies as well and faces the same
+            way.
         stretched: the share of the edges that are more than 1.5 times as long as in the template,
             or as short.
         distance: the root mean square distance of the points that are not far.
@@ -57,6 +61,8 @@ class Registration:
     far: float
     disagreeing: float
     empty: float
+    hole: float
+    overlap: float
     stretched: float
     distance: float
     rounds: int
@@ -83,6 +89,8 @@ class Registration:
             "of the points are farther than a mean edge from the mesh": self.far,
             "of the points are near the mesh but face the other way": self.disagreeing,
             "of the vertices that should be seen have no point": self.empty,
+            "of the template is one piece without a point, which may lie elsewhere": self.hole,
+            "of the template lies where another part of it lies": self.overlap,
             "of the edges are more than 1.5 times as long as in the template, or as short": (
                 self.stretched
             ),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Array, Mesh
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from test_tracking import bent, bumpy_torus, edge, error, scan_of
 
@@ -189,6 +190,27 @@ def test_what_explains_the_points_by_stretching_is_not_found(
     )
     assert error(mesh, truth, found.vertices) < 0.5
     assert found.quality == "good"
+
+
+@pytest.mark.parametrize(
+    ("axis", "above", "is_free"),
+    [
+        pytest.param(0, 0.18, False, id="an arm is drawn to the points of the trunk"),
+        pytest.param(2, 1.5, True, id="a head stays where it was"),
+    ],
+)
+def test_what_was_not_scanned(
+    rng: np.random.Generator, axis: int, above: float, is_free: bool
+) -> None:
+    mesh, _ = person()
+    points, normals = scan(mesh, mesh.vertices, rng)
+    kept = mesh.vertices[cKDTree(mesh.vertices).query(points)[1], axis] < above
+    found = dynmesh.register(mesh.faces, mesh.vertices, points[kept], normals[kept], align=False)
+    assert found.far < 0.01
+    assert found.hole > 0.03
+    assert (found.overlap < 0.005) == is_free
+    assert found.quality == "doubtful"
+    assert "of the template" in found.reason
 
 
 def test_landmarks_on_limbs_that_moved(rng: np.random.Generator) -> None:

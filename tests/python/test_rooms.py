@@ -126,6 +126,23 @@ def test_a_subject_in_a_sparse_cloud_with_a_room_is_tracked_as_well_as_without(
     assert rooms.errors("inside", "--crop", "0.3", "--remove-planes").max() < 1.3 * alone
 
 
+def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Rooms) -> None:
+    """A box leaves out the floor as well, if it begins above."""
+    template, scan = rooms.folder / "body.obj", rooms.folder / "inside"
+    words = ("register", template, sorted(scan.glob("*.ply"))[0], rooms.folder / "one.obj")
+    said = run(*words, "--overwrite", code=3).stderr
+    assert "--remove-planes" in said
+    edge = mean_edge_of(rooms.truth.vertices[0], rooms.truth.faces)
+    low, high = rooms.truth.vertices[0].min(axis=0), rooms.truth.vertices[0].max(axis=0)
+    above_the_floor = (-edge, -edge, 0.2 * edge)
+    box = ",".join(str(x) for x in (*(low + above_the_floor), *(high + edge)))
+    for options in (("--remove-planes",), ("--crop", box)):
+        run(*words, "--overwrite", *options)
+        found = dynmesh.read(rooms.folder / "one.obj").vertices[0]
+        distance = np.linalg.norm(found - rooms.truth.vertices[0], axis=1).mean()
+        assert distance < 0.2 * edge
+
+
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept(body: Mesh) -> None:
     room = degrade.room_around(body.vertices)
     (found,) = degrade.scan_points(

@@ -522,6 +522,8 @@ typedef struct dynmesh_registration_report {
   double far_share;
   double disagreeing;
   double empty_share;
+  double hole;
+  double overlap;
   double stretched;
   double distance;
   int64_t rounds;

@@ -37,6 +37,11 @@ struct Registration {
   /// The share of the vertices without a point, among those whose front the sensors should see;
   /// without viewpoints, among all.
   double empty_share = 0;
+  /// The share of the template's area that is the largest connected piece of such vertices, as of a
+  /// limb that was not measured.
+  double hole = 0;
+  /// The share of the template's area where another part lies as well and faces the same way.
+  double overlap = 0;
   /// The share of the edges that are more than 1.5 times as long as in the template, or as short.
   double stretched = 0;
   /// The root mean square distance of the points that are not far, in their unit.

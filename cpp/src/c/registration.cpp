@@ -57,6 +57,8 @@ void store(const Registration<Real>& found, const dynmesh_output* vertices, std:
   report->far_share = found.far_share;
   report->disagreeing = found.disagreeing;
   report->empty_share = found.empty_share;
+  report->hole = found.hole;
+  report->overlap = found.overlap;
   report->stretched = found.stretched;
   report->distance = found.distance;
   report->rounds = static_cast<std::int64_t>(found.rounds);

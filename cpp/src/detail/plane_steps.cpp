@@ -68,14 +68,14 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
   const auto rows = solved();
   const Field steps = scatter(direction_, width);
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
-  for (std::size_t i = 0; i < steps.size(); ++i) {
+  workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
     if (!membrane_.empty() && !anchors.outward.empty()) {
       scaled_residual_[i] = scaled_residual_[i] + membrane_[i / width] * steps[i];
     }
-  }
+  });
   multiply_transposed(static_cast<int>(width));
-  for (std::size_t r = 0; r < rows.size(); ++r) {
+  workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const auto v = static_cast<std::size_t>(rows[r]);
     for (std::size_t i = width * r; i < width * (r + 1); ++i) {
       solution_[i] = solution_[i] + anchors.weights[v] * anchors.observable(v, direction_[i]);
@@ -84,7 +84,7 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
       }
       if (!anchors.held.empty()) solution_[i] = solution_[i] + anchors.held[v] * direction_[i];
     }
-  }
+  });
 }
 
 }  // namespace dynmesh

@@ -81,9 +81,13 @@ void MaskedFactor::round() {
             size_in_blocks(panel.n_below - panel.n_inside, panel.columns);
   }
   if (rounded_.size() < size) rounded_.resize(size);
-  workers_.for_each_short_chunk(static_cast<Index>(panels_.size()), [&](Index first, Index last) {
-    for (Index p = first; p < last; ++p) round(panels_[at(p)]);
-  });
+  constexpr Index panel_weight = 8;  // of the work of a vertex
+  workers_.for_each_short_chunk(
+      static_cast<Index>(panels_.size()),
+      [&](Index first, Index last) {
+        for (Index p = first; p < last; ++p) round(panels_[at(p)]);
+      },
+      panel_weight);
   is_rounded_ = true;
 }
 

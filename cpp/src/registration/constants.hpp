@@ -140,6 +140,17 @@ struct RegistrationConstants {
   double largest_empty_radius = 0.1;
   /// The share of the vertices that should be seen and have no point, from which on it is doubtful.
   double doubtful_empty = 0.2;
+  /// A vertex is in a hole if it has no point within so many times the distance at which it has
+  /// none, and the share of the area that is one hole from which on the result is doubtful. Right
+  /// results of whole scans reach 0.013.
+  double hole_distance = 1.5;
+  double doubtful_hole = 0.03;
+  /// Vertices within a mean edge of each other and with this cosine between the normals overlap if
+  /// the template has them so many mean edges apart; and the share of its area from which on the
+  /// result is doubtful. Right results reach 0.002, limbs without points 0.1.
+  double overlap_cosine = 0.5;
+  double overlap_edges = 10;
+  double doubtful_overlap = 0.005;
   /// Edges that have no point within so many mean edges, and that are so many times as long as in
   /// the template or as short, join what does not belong together; and the share of these from
   /// which on it is doubtful. A right result has an excess of their stretch over that of the others

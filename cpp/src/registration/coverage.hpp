@@ -29,6 +29,13 @@ struct Coverage {
   /// within the distance at which a vertex counts as observed or, where points are sparse, within
   /// some mean distances between them. 1 if the sensors should see none.
   double empty_share = 1;
+  /// The share of the template's area that is the largest connected piece without a point, of what
+  /// the sensors should see: a limb that was not measured, and may lie anywhere. Its points are
+  /// farther than those of an empty vertex.
+  double hole = 1;
+  /// The share of the template's area where another part lies as well and faces the same way. No
+  /// surface does: something that was not measured was drawn to the points of something else.
+  double overlap = 0;
   /// The share of the edges that have another length than in the template, and of those without any
   /// point near them, seen or hidden: they join what does not belong together, such as exchanged
   /// legs.

@@ -81,6 +81,8 @@ RegistrationQuality PoseMeasure::quality_of(const Pose& pose, const Measurement&
   if (is_ruined) return RegistrationQuality::ruined;
   const bool is_doubtful = pose.agreement.far_share > constants_.doubtful_far ||
                            pose.coverage.empty_share > constants_.doubtful_empty ||
+                           pose.coverage.hole > constants_.doubtful_hole ||
+                           pose.coverage.overlap > constants_.doubtful_overlap ||
                            pose.coverage.has_bridges(constants_) ||
                            pose.coverage.stretched > constants_.doubtful_stretched ||
                            has_misplaced_landmarks(pose, scan);

@@ -92,6 +92,8 @@ class Work {
     result.far_share = pose.agreement.far_share;
     result.disagreeing = pose.agreement.disagreeing;
     result.empty_share = pose.coverage.empty_share;
+    result.hole = pose.coverage.hole;
+    result.overlap = pose.coverage.overlap;
     result.stretched = pose.coverage.stretched;
     result.distance = pose.agreement.distance;
     result.rounds = pose.rounds;

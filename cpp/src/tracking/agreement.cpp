@@ -182,14 +182,18 @@ Agreements SurfaceComparison::compare(const Surface& surface, const Measurement&
     return Local{surface.x, scan.point(point), 1 / surface.mean_edge};
   };
   std::vector<Place> places(n, {0, everywhere});
+  constexpr Index point_weight = 4;  // of the work of a vertex
   if (!near.empty()) {
-    workers_.for_each_short_chunk(static_cast<Index>(n), [&](Index first, Index last) {
-      for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
-        if (near[i * stride] == Measurement::no_guess) continue;
-        const Local local = local_at(i * stride);
-        places[i] = nearest_around(local, walk(local, near[i * stride]));
-      }
-    });
+    workers_.for_each_short_chunk(
+        static_cast<Index>(n),
+        [&](Index first, Index last) {
+          for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+            if (near[i * stride] == Measurement::no_guess) continue;
+            const Local local = local_at(i * stride);
+            places[i] = nearest_around(local, walk(local, near[i * stride]));
+          }
+        },
+        point_weight);
   }
   const auto is_near = [&](const Place& place) { return place.squared <= far * far; };
   if (!std::ranges::all_of(places, is_near)) {
@@ -197,21 +201,24 @@ Agreements SurfaceComparison::compare(const Surface& surface, const Measurement&
     vertices.points.assign(surface.x.begin(), surface.x.end());
     vertices.normals.resize(surface.x.size());
     vertices.index();
-    workers_.for_each_short_chunk(static_cast<Index>(n), [&](Index first, Index last) {
-      for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
-        if (is_near(places[i])) continue;
-        const Local local = local_at(i * stride);
-        constexpr double any_normal = -2;
-        const auto nearest = vertices.find(local.origin, {}, everywhere, any_normal);
-        if (!nearest.any) continue;  // the distance is out of range
-        Place& place = places[i];
-        place = nearest_around(local, nearest.index);
-        for (const Index neighbour : cells_[static_cast<Index>(nearest.index)]) {
-          const auto other = nearest_around(local, static_cast<std::size_t>(neighbour));
-          if (other.squared < place.squared) place = other;
-        }
-      }
-    });
+    workers_.for_each_short_chunk(
+        static_cast<Index>(n),
+        [&](Index first, Index last) {
+          for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i) {
+            if (is_near(places[i])) continue;
+            const Local local = local_at(i * stride);
+            constexpr double any_normal = -2;
+            const auto nearest = vertices.find(local.origin, {}, everywhere, any_normal);
+            if (!nearest.any) continue;  // the distance is out of range
+            Place& place = places[i];
+            place = nearest_around(local, nearest.index);
+            for (const Index neighbour : cells_[static_cast<Index>(nearest.index)]) {
+              const auto other = nearest_around(local, static_cast<std::size_t>(neighbour));
+              if (other.squared < place.squared) place = other;
+            }
+          }
+        },
+        point_weight);
   }
 
   const auto strays =

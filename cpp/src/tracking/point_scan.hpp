@@ -61,6 +61,29 @@ class PointScan final : public Measurement {
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.
   [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
 
+  /// Calls `visit(number)` for each point within a radius, in any order.
+  template <class Visit>
+  void for_each_within(const Vector3<double>& position, double radius, const Visit& visit) const {
+    struct Within {
+      using DistanceType [[maybe_unused]] = double;
+
+      const Visit& visit;
+      double squared_radius;
+
+      [[nodiscard]] std::size_t size() const { return 0; }
+      [[nodiscard]] bool full() const { return true; }
+      [[nodiscard]] double worstDist() const { return squared_radius; }
+      bool addPoint(double squared, std::uint32_t number) {
+        if (squared < squared_radius) visit(number);
+        return true;
+      }
+    };
+    if (!tree_) return;
+    Within within{visit, radius * radius};
+    const double query[3] = {position.x, position.y, position.z};
+    tree_->findNeighbors(within, query, {});
+  }
+
   /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
   std::vector<std::uint8_t> undecided;
 

@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from .._checks import check_integer, check_path
-from .._errors import KindError
+from .._errors import InputError, KindError
 from ..files import PathLike
 from .option import FILES, HOW, OUTPUT, given
+from .rig_options import ROOM
+from .room import Crop, crop_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +35,19 @@ class RegisterOptions:
     scale: bool = given(
         False, "The template may be in another unit, a power of ten of that of SCAN.", HOW, bool
     )
+    crop: Crop | None = given(
+        None,
+        "Leave out points outside the box X,Y,Z,X,Y,Z, in the unit of SCAN.",
+        ROOM,
+        metavar="BOX",
+        parse=crop_of,
+    )
+    remove_planes: bool = given(
+        False,
+        "Leave out floor and walls: planes in SCAN that are larger than the template.",
+        ROOM,
+        bool,
+    )
     threads: int = given(1, "Number of threads.", HOW, int, metavar="N", least=1)
     report: PathLike | None = given(
         None, "Also write how well each scan fits, as JSON.", OUTPUT, Path, metavar="FILE"
@@ -55,10 +70,16 @@ class RegisterOptions:
         for name in ("landmarks", "cameras", "report", "page"):
             if getattr(self, name) is not None:
                 check_path(name, getattr(self, name))
-        for name in ("align", "scale"):
+        for name in ("align", "scale", "remove_planes"):
             value: Any = getattr(self, name)
             if not isinstance(value, bool):
                 raise KindError(f"must be True or False, not {value!r}", argument=name)
+        if isinstance(crop_of(self.crop), float):
+            told = f"must be two corners of a box, x,y,z,x,y,z, not {self.crop!r}"
+            raise InputError(told, argument="crop")
+        if self.remove_planes and self.scale:
+            told = "is not possible with scale, as the size of the template is not known"
+            raise InputError(told, argument="remove_planes")
         check_integer("threads", self.threads, 1)
 
 
@@ -69,6 +90,8 @@ class RegisterKeywords(TypedDict, total=False):
     cameras: PathLike | None
     align: bool
     scale: bool
+    crop: Crop | None
+    remove_planes: bool
     threads: int
     report: PathLike | None
     page: PathLike | None

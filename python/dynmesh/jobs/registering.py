@@ -25,12 +25,14 @@ from .landmarks import landmark_files, landmark_remarks, landmarks_of
 from .option import takes
 from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
+from .room import Room, crop_of
 from .single_scans import SomeScans, open_single, paths_of
 from .start import template_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
 _MANY_EMPTY = 0.2
+_MANY_FAR = 0.05
 _NAMED = 5
 
 
@@ -80,6 +82,10 @@ def register_file(
             scan that each is for, as `scan_001.json`. Scans without one are registered without.
         align: whether the rigid motion that puts the template into the scan is sought.
         scale: whether the template may be in another unit, a power of ten of that of the scan.
+        crop: two corners of a box, x, y, z, x, y, z, in the unit of the scan; points outside are
+            left out.
+        remove_planes: whether floor and walls are left out: the planes in the scan that are larger
+            than the template.
         threads: the number of threads that may work.
         report: path of a JSON file with how well each scan fits, or why it failed.
         page: path of an HTML page with the template, moved into each scan without a rotation, the
@@ -200,6 +206,12 @@ def _register(
 ) -> Registration:
     if scan is None:
         raise ValueError("all of its images are missing or damaged")
+    room = Room(crop_of(options.crop), options.remove_planes)
+    room.look(scan, mesh.faces, first)
+    n_points = len(scan.cloud)
+    scan = room.without(scan)
+    if n_points > 0 and len(scan.cloud) == 0:
+        raise ValueError(f"crop and remove_planes leave none of its {n_points} points")
     asked: dict[str, Any] = {
         "landmarks": landmarks,
         "align": options.align,
@@ -232,6 +244,8 @@ def _advised(
             )
     if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
         advice.append("--cameras FILE says what the sensors could not see")
+    if found.far > _MANY_FAR and not options.remove_planes:
+        advice.append("--remove-planes leaves out floor and walls, --crop other things")
     if options.page is None:
         advice.append("--page FILE.html shows what is wrong")
     return "; ".join([f"{found.quality}: {found.reason}", *advice])
@@ -280,6 +294,8 @@ def _told(found: Registration) -> dict[str, Any]:
         "far": found.far,
         "disagreeing": found.disagreeing,
         "empty": found.empty,
+        "hole": found.hole,
+        "overlap": found.overlap,
         "stretched": found.stretched,
         "distance": found.distance,
         "rounds": found.rounds,
