@@ -16,7 +16,8 @@ Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 
 _LEAST_SHARE = 0.001
-"""What a reason does not mention."""
+_MOST_NAMED = 3
+"""A reason mentions the largest shares, and none that is less than this."""
 
 _OTHER_SIZE = 1.5
 """A mesh that became so many times as large, or as small, is probably in another unit."""
@@ -83,13 +84,13 @@ class Registration:
                 f"; the result is {self.growth:.2g} times as large as the template: if their units "
                 "differ so, multiply the template by that (dynmesh convert --scale)"
             )
-        elif self.ambiguous:
+        elif self.ambiguous and self.quality == "doubtful":
             return "another pose fits the scan as well; landmarks can tell them apart"
         shares = {
             "of the points are farther than a mean edge from the mesh": self.far,
             "of the points are near the mesh but face the other way": self.disagreeing,
             "of the vertices that should be seen have no point": self.empty,
-            "of the template is one piece without a point, which may lie elsewhere": self.hole,
+            "of the template is one piece without a point, so that its place is a guess": self.hole,
             "of the template lies where another part of it lies": self.overlap,
             "of the edges are more than 1.5 times as long as in the template, or as short": (
                 self.stretched
@@ -97,7 +98,7 @@ class Registration:
         }
         told = [
             f"{share:.1%} {what}"
-            for what, share in sorted(shares.items(), key=lambda item: -item[1])
+            for what, share in sorted(shares.items(), key=lambda item: -item[1])[:_MOST_NAMED]
             if share >= _LEAST_SHARE
         ]
         if self.quality == "ruined":

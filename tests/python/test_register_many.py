@@ -183,3 +183,7 @@ def test_a_scan_in_another_unit_is_told(torus: Mesh, truths: list[Array], tmp_pa
     assert "another pose" not in said
     run("convert", tmp_path / "body.obj", tmp_path / "template.obj", "--scale", told[1])
     run("register", tmp_path / "template.obj", *words[2:], "--overwrite")
+    dynmesh.write(tmp_path / "small.obj", dynmesh.Sequence(10 * truths[0][None], torus.faces))
+    said = run(*words, "--overwrite", code=3).stderr
+    assert re.search(r"the scan is (9.|10) times as large as the template: --scale", said), said
+    run(*words, "--scale", "--overwrite")

@@ -108,37 +108,23 @@ TemplateShape PoseSearch::shape() const {
 /// Brings tips of limbs to those of the scan: those that the result left out, and all of them.
 void PoseSearch::try_tips(const Measurement& scan, Pose& best) {
   const TipConstants& c = constants_.tips;
-  std::vector<Pose> by_tips;
   for (std::size_t i = 0; i < c.points.size() && (i == 0 || !best.is_good()); ++i) {
     const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
-    if (!best.is_ruined() && has_exchanged_limbs(best, constants_)) exchange(scan, tips, best);
-    const bool is_new = repair(scan, tips, best);
+    repair(scan, tips, best);
     // Also if that is good: a body that is turned front to back may be as well.
-    const bool is_better = try_others(scan, candidates_by_tips(shape(), tips, c), best);
-    if (is_better || by_tips.empty()) by_tips.push_back(best);
-    if (is_better) repair(scan, tips, best);
-    if (is_new || is_better || !best.is_good()) exchange(scan, tips, best);
+    if (try_others(scan, candidates_by_tips(shape(), tips, c), best)) repair(scan, tips, best);
+    exchange(scan, tips, best);
     if (c.points[i] >= scan.size()) break;
-  }
-  // Last, because it covers the points also where legs are exchanged.
-  for (Pose& other : by_tips) {
-    if (best.is_good()) return;
-    draw_out(scan, other);
-    if (rank_of(other) < rank_of(best)) best = std::move(other);
   }
 }
 
-/// Brings one tip of the template to one that the result left out, as long as that helps, and tells
-/// whether it did.
-bool PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
-  int n = 0;
-  while (n < constants_.tips.repairs && !best.is_good() &&
-         try_others(
-             scan, candidates_by_tips_left_out(shape(), tips, best.motion, best.x, constants_.tips),
-             best)) {
-    ++n;
+/// Brings one tip of the template to one that the result left out, as long as that helps.
+void PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
+  const TipConstants& c = constants_.tips;
+  for (int n = 0; n < c.repairs && !best.is_good(); ++n) {
+    auto others = candidates_by_tips_left_out(shape(), tips, best.motion, best.x, c);
+    if (!try_others(scan, std::move(others), best)) return;
   }
-  return n > 0;
 }
 
 /// Lets two tips change places, if that helps.

@@ -41,7 +41,7 @@ class PoseSearch {
   Pose with_landmarks(const Measurement& scan);
   Pose without_landmarks(const Measurement& scan);
   void try_tips(const Measurement& scan, Pose& best);
-  bool repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best);
+  void repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best);
   void exchange(const Measurement& scan, const TipsOfBoth& tips, Pose& best);
   bool try_others(const Measurement& scan, std::vector<Candidate> others, Pose& best);
   void draw_out(const Measurement& scan, Pose& pose);

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Unpack
 
-import numpy as np
-
 from .. import files
 from .._checks import check_path
 from .._errors import InputError, in_one_line
@@ -17,22 +15,19 @@ from ..files import PathLike, Reader
 from ..files.new_output import check_output, exists_already, new_output
 from ..files.scans import Scan, ScanReader
 from ..frames.naming import naming
-from ..frames.scan import DepthScan, PointScan
+from ..frames.scan import DepthScan
 from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
 from ..sequence import Positions
 from .landmarks import landmark_files, landmark_remarks, landmarks_of
 from .option import takes
+from .register_advice import advised
 from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
 from .room import Room, crop_of
 from .single_scans import SomeScans, open_single, paths_of
 from .start import template_of
 
-_MISPLACED = 0.03
-"""Farther from its position than this share of the diagonal, a landmark is named."""
-_MANY_EMPTY = 0.2
-_MANY_FAR = 0.05
 _NAMED = 5
 
 
@@ -164,7 +159,7 @@ def register_each(
                 with files.create(written, header) as writer:
                     writer.append(found.vertices)
                 told[str(scanned)] = _told(found)
-                reason = _advised(found, measured, marks, options)
+                reason = advised(found, first, measured, marks, options)
                 if options.page is not None:
                     results[frame] = found
             if options.report is not None:
@@ -223,32 +218,6 @@ def _register(
         return register_depth(mesh.faces, first, *images, **asked)
     asked["viewpoints"] = scan.viewpoints
     return register_points(mesh.faces, first, scan.points, scan.normals, **asked)
-
-
-def _advised(
-    found: Registration, scan: Scan | None, landmarks: Landmarks | None, options: RegisterOptions
-) -> str:
-    """The quality and its reason, and what to do about it."""
-    if found.quality == "good":
-        return ""
-    advice = []
-    if landmarks is None:
-        advice.append("--landmarks FILE says where head, hands and feet, for example, belong")
-    else:
-        distances = np.linalg.norm(found.vertices[landmarks[0]] - landmarks[1], axis=1)
-        worst = int(distances.argmax())
-        if distances[worst] > _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
-            advice.append(
-                f"look at the landmarks: vertex {landmarks[0][worst]} came to lie "
-                f"{distances[worst]:.3g} from its position"
-            )
-    if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
-        advice.append("--cameras FILE says what the sensors could not see")
-    if found.far > _MANY_FAR and not options.remove_planes:
-        advice.append("--remove-planes leaves out floor and walls, --crop other things")
-    if options.page is None:
-        advice.append("--page FILE.html shows what is wrong")
-    return "; ".join([f"{found.quality}: {found.reason}", *advice])
 
 
 def _check_outputs(
