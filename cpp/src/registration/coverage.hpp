@@ -46,7 +46,8 @@ struct Coverage {
   double bridging_excess = 0;
 
   [[nodiscard]] bool has_bridges(const RegistrationConstants& constants) const {
-    return bridging > constants.doubtful_bridging ||
+    // What one sensor does not see may be stretched as well, but no more than what it sees.
+    return (bridging > constants.doubtful_bridging && bridging_excess > 0) ||
            bridging_excess > constants.doubtful_bridging_excess;
   }
 };
