@@ -30,8 +30,8 @@ struct Coverage {
   /// some mean distances between them. 1 if the sensors should see none.
   double empty_share = 1;
   /// The share of the template's area that is the largest connected piece without a point, of what
-  /// the sensors should see: a limb that was not measured, and may lie anywhere. Its points are
-  /// farther than those of an empty vertex.
+  /// the sensors should see: a limb that was not measured, and may lie anywhere. Its vertices have
+  /// no point within 1.5 times the distance of `empty_share` (`hole_distance`).
   double hole = 1;
   /// The share of the template's area where another part lies as well and faces the same way. No
   /// surface does: something that was not measured was drawn to the points of something else.
@@ -46,7 +46,8 @@ struct Coverage {
   double bridging_excess = 0;
 
   [[nodiscard]] bool has_bridges(const RegistrationConstants& constants) const {
-    // What one sensor does not see may be stretched as well, but no more than what it sees.
+    // In a bent pose, measured edges are stretched as well; the others are suspicious only if they
+    // are stretched more.
     return (bridging > constants.doubtful_bridging && bridging_excess > 0) ||
            bridging_excess > constants.doubtful_bridging_excess;
   }

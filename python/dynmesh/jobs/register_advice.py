@@ -11,7 +11,9 @@ from .register_options import RegisterOptions
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
 _MANY_EMPTY = 0.2
+"""With more vertices that have no point, the sensors probably did not see them."""
 _MANY_FAR = 0.05
+"""With more far points, the scan probably shows other things as well."""
 _OTHER_UNIT = 4
 """A scan of another unit is larger or smaller than the template by more than this."""
 
