@@ -436,8 +436,7 @@ def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
         ("link.npz", "o.npz", {}),
         ("o.npy", "o.known.npy", {}),
         ("o.generation.npy", "o.npy", {}),
-        ("o.pc2", "o.mdd", {}),
-        ("o.obj", "o.mdd", {}),
+        ("o.obj", "o.pc2", {}),
         ("q/%04d.ply", "q/%05d.ply", {}),
         ("q/%d.ply", "q/12.ply", {}),
         ("q/12.ply", "sub/../q/%d.ply", {}),
@@ -462,7 +461,7 @@ def test_no_two_jobs_write_the_same_file(
     "outputs",
     [
         ("o.npz", "sub/o.npz", "o%04d.npz", "o0001.npz", "o.h5"),
-        ("o.npy", "o.known.npz", "oo.npy", "o.pc2", "sub/o.mdd"),
+        ("o.npy", "o.known.npz", "oo.npy", "o.pc2", "sub/o.pc2"),
         ("q/walk1%04d.ply", "q/walk2%04d.ply", "q/walk%04d_1.ply", "r/walk1%04d.ply", "q/1.ply"),
         ("q/f%02d_8.ply", "q/f%02d_88.ply", "q/%02d.obj", "q/%02d.ply"),
         ("o.unknown", "no_suffix", "q/%04d_%04d.ply", "q/*.ply"),

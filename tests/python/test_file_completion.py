@@ -21,7 +21,7 @@ from dynmesh.jobs.checkpoint import Checkpoint, OtherJobError
 from dynmesh.jobs.directions import Watch
 from dynmesh.jobs.file_completion import complete_file
 
-RESUMABLE = ["npz", "npy", "hdf5", "ply", "obj", "pc2", "mdd", "pvd"]
+RESUMABLE = ["npz", "npy", "hdf5", "ply", "obj", "pc2"]
 
 
 @pytest.fixture(scope="module")
@@ -195,7 +195,7 @@ def test_a_complete_output_of_another_job_is_not_taken_for_done(
     output = output_path(tmp_path, format)
     complete_file(partial, output, fps=30.0)
     before = files_in(tmp_path)
-    keeps = format in ("npz", "hdf5", "npy", "ply", "pvd")
+    keeps = format in ("npz", "hdf5", "npy", "ply")
     for options, what in (
         ({"provenance": True}, r"provenance changed \(it was false, now it is true\)"),
         ({"drop_above": 0.1}, r"drop_above changed \(it was not given, now it is given\)"),
@@ -205,7 +205,7 @@ def test_a_complete_output_of_another_job_is_not_taken_for_done(
                 complete_file(partial, output, resume=True, fps=30.0, **options)
         else:  # the file cannot tell
             assert complete_file(partial, output, resume=True, fps=30.0, **options).existed
-    if format in ("npz", "hdf5", "mdd", "pvd"):
+    if format in ("npz", "hdf5"):
         with pytest.raises(OtherJobError, match=r"fps changed \(it was 30\.0, now it is 25\.0\)"):
             complete_file(partial, output, resume=True, fps=25.0)
     report = complete_file(partial, output, resume=True, fps=30.0)
@@ -279,7 +279,7 @@ def test_rejected_outliers_are_reported(tmp_path: Path, partial: Path) -> None:
     assert "outliers rejected" not in run("complete", spoilt, out, "--overwrite").stderr
 
 
-@pytest.mark.parametrize("format", ["obj", "mdd", "pvd"])
+@pytest.mark.parametrize("format", ["obj", "pc2"])
 def test_a_killed_process_can_be_resumed(tmp_path: Path, partial: Path, format: str) -> None:
     """As in tests/endurance, where jobs of the other formats are killed."""
     output = output_path(tmp_path, format)

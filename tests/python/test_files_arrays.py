@@ -358,6 +358,37 @@ def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
     assert dynmesh.read(path).vertices.shape == (N, K, 3)
 
 
+def test_hdf5_data_in_other_files_are_refused(tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "other.h5", sequence())
+    sequence().vertices.tofile(tmp_path / "raw.bin")
+    shape = (N, K, 3)
+    layout = h5py.VirtualLayout(shape, "f4")
+    layout[:] = h5py.VirtualSource("other.h5", "vertices", shape)
+    linked = h5py.ExternalLink("other.h5", "/vertices")
+    raw = [(str(tmp_path / "raw.bin"), 0, h5py.h5f.UNLIMITED)]
+
+    def linked_twice(file: Any) -> None:
+        file["group"] = h5py.ExternalLink("other.h5", "/")
+        file["vertices"] = h5py.SoftLink("/group/vertices")
+
+    for refer in (
+        lambda file: file.update({"vertices": linked}),
+        linked_twice,
+        lambda file: file.create_virtual_dataset("vertices", layout),
+        lambda file: file.create_dataset("vertices", shape, "f4", external=raw),
+    ):
+        with h5py.File(tmp_path / "a.h5", "w") as file:
+            file["faces"] = sheet(7).faces
+            file["unused"] = linked
+            refer(file)
+        with pytest.raises(ValueError, match=r"a\.h5: vertices: is not in this file"):
+            dynmesh.read(tmp_path / "a.h5")
+    with h5py.File(tmp_path / "other.h5", "r+") as file:
+        file["times"] = h5py.ExternalLink("no.h5", "/times")  # what is lost is not ignored
+    with pytest.raises(ValueError, match=r"read as HDF5: .*can't open file"):
+        dynmesh.read(tmp_path / "other.h5")
+
+
 def npy_of(vertices: Any, path: Path) -> bytes:
     np.save(path, vertices)
     return path.read_bytes()

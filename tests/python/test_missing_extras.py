@@ -48,12 +48,10 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("matplotlib", "reproduce", "reproduce out --quick"),
         ("distributed", "batch", "batch jobs.csv --scheduler localhost:1 --report in.csv"),
         ("h5py", "hdf5", "synth ocean out.h5"),
-        ("vtkmodules", "view", "synth walker out.pvd"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
         ("alembic3d", "alembic", "complete in.npz out.abc"),
         ("h5py", "hdf5", "complete in.npz out.h5 --resume"),
-        ("vtkmodules", "view", "convert in.npz out.pvd"),
     ],
 )
 def test_missing_libraries_are_reported_first(

@@ -29,9 +29,9 @@ from dynmesh.jobs.tracking import track_file
 pytestmark = pytest.mark.usefixtures("eager")
 
 OUTPUTS = {"npz": "out.npz", "hdf5": "out.h5", "npy": "out.npy", "pc2": "out.pc2"} | {
-    "ply": "f_%04d.ply", "pattern": "new/f_%04d.obj", "pvd": "out.pvd"
+    "ply": "f_%04d.ply", "pattern": "new/f_%04d.obj"
 }  # fmt: skip
-LIBRARIES = {"hdf5": "h5py", "pvd": "vtkmodules"}
+LIBRARIES = {"hdf5": "h5py"}
 N_FRAMES = 6
 
 

@@ -91,7 +91,6 @@ def write_another(path: Path) -> Callable[..., Iterator[Any]]:
         ("convert in.npz out.npy", "out.faces.npy"),
         ("convert in.npz out.pc2", "out.pc2"),
         ("convert in.npz q/f_%02d.ply", "q/f_07.ply"),
-        ("convert in.npz out.pvd", "out/out_0001.vtp"),
         ("degrade in.npz out.npz --known 0.5", "out.npz"),
         ("degrade in.npz out --scan --points 50", "out/frame_00000.ply"),
         ("degrade in.npz out --depth 8x8", "out/depth_00000_0.png"),

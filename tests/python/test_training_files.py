@@ -121,7 +121,7 @@ def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, n
 
 
 def _faces_for(name: str) -> Any:
-    return REST.faces if name.endswith(("pc2", "mdd", "npy")) else None
+    return REST.faces if name.endswith(("pc2", "npy")) else None
 
 
 def interrupted(*arguments: Any, **options: Any) -> None:

@@ -11,13 +11,11 @@ from ..frames.naming import naming
 from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
-from .mdd import mdd
-from .model import gltf, stl
+from .model import model
 from .npy import npy
 from .npz import npz
 from .numbered import files_in
 from .obj import obj
-from .paraview import pvd
 from .pc2 import pc2
 from .ply import ply
 from .usd import usd, usdz
@@ -25,8 +23,7 @@ from .usd import usd, usdz
 PathLike: TypeAlias = str | os.PathLike[str]
 
 formats: dict[str, Format] = {
-    format.name: format
-    for format in (npz, hdf5, npy, pc2, mdd, ply, obj, pvd, usd, usdz, alembic, stl, gltf)
+    format.name: format for format in (npz, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
 }
 """All formats by name."""
 

@@ -3,7 +3,8 @@
 `known` is a bool dataset as h5py writes it, an 8-bit enumeration of FALSE and TRUE, or integers 0
 and 1; others are refused, since they might be weights or labels. `fps`, `up_axis`, `name`, `start`,
 `metres_per_unit`, `derived` and `standard_error_of` may also be attributes of the root group.
-Datasets in other groups are ignored.
+Datasets in other groups are ignored, and data in other files, to which HDF5 can refer by links,
+virtual datasets and raw storage, are refused.
 """
 
 import contextlib
@@ -21,7 +22,6 @@ from .._extras import require
 from ..frames.frame import Frame
 from ..frames.reader import Reader
 from .format import Format
-from .hdf5_links import Hdf5Tree
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of, single
 from .rows import native
 from .writer import Writer
@@ -39,34 +39,26 @@ class Hdf5Reader(Reader):
     def __init__(self, path: Path) -> None:
         """Opens the file and reads everything except the frames."""
         self._h5py = require("h5py", extra="hdf5")
+        self._size = path.stat().st_size
         with contextlib.ExitStack() as stack, _explaining(path):
-            self._tree = stack.enter_context(
-                contextlib.closing(Hdf5Tree(self._h5py, path, **chunk_cache))
-            )
-            names = {name for name in (*per_frame, *once) if self._tree.has(name)}
-            names |= {name for name in single if name in self._tree.root.attrs}
+            self._file = stack.enter_context(self._h5py.File(path, "r", **chunk_cache))
+            names = set(self._file).intersection((*per_frame, *once))
+            names |= set(self._file.attrs).intersection(single)
             self._rows = {name: self._dataset(name) for name in per_frame if name in names}
             super().__init__(path, header_of(names, self._kind, self._array))
             stack.pop_all()  # the file stays open
 
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return [self.path, *self._tree.files[1:]]
-
     def _dataset(self, name: str) -> Any:
-        try:
-            dataset = self._tree.find(name)
-        except ValueError as error:
-            raise InputError(f"{error}", argument=name) from error
+        dataset = self._file[name]
         if not isinstance(dataset, self._h5py.Dataset):
             raise InputError(
                 f"must be a dataset, not a {type(dataset).__name__.lower()}", argument=name
             )
-        size = self._tree.size
-        if dataset.nbytes > most_packed * size:
+        if dataset.file.filename != self._file.filename or dataset.is_virtual or dataset.external:
+            raise InputError("is not in this file: copy the data into it", argument=name)
+        if dataset.nbytes > most_packed * self._size:
             raise InputError(
-                f"would have {dataset.nbytes} bytes, but the file has {size}", argument=name
+                f"would have {dataset.nbytes} bytes, but the file has {self._size}", argument=name
             )
         return dataset
 
@@ -75,11 +67,11 @@ class Hdf5Reader(Reader):
         return rows.shape or (), rows.dtype
 
     def _array(self, name: str) -> NDArray[Any]:
-        if self._tree.has(name):
+        if name in self._file:
             dataset = self._dataset(name)
             text = self._h5py.check_string_dtype(dataset.dtype) is not None
             return np.asarray(dataset.asstr()[()] if text else dataset[()])
-        value = self._tree.root.attrs[name]
+        value = self._file.attrs[name]
         return np.asarray(value.decode() if isinstance(value, bytes) else value)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -90,7 +82,7 @@ class Hdf5Reader(Reader):
 
     def close(self) -> None:
         """Closes the file."""
-        self._tree.close()
+        self._file.close()
 
 
 class Hdf5Writer(Writer):

@@ -1,9 +1,9 @@
-"""STL and glTF: one mesh, such as a template, which trimesh reads (extra `scans`).
+"""STL, glTF and OFF: one mesh, such as a template, which trimesh reads (extra `scans`).
 
 Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
 texture coordinates or normals differ. Their order depends on that, so several such files are no
 sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up.
-Clips are written to GLB, but of a clip, only the mesh is read.
+Of a clip, only the mesh is read.
 """
 
 from collections.abc import Iterator
@@ -19,9 +19,8 @@ from ..frames.header import Header
 from ..frames.reader import Reader
 from ..sequence import Positions
 from .format import Format
-from .glb_writer import GlbWriter
 
-_LIBRARY = "trimesh", "scans"
+_GLTF = (".glb", ".gltf")
 
 
 class ModelReader(Reader):
@@ -31,7 +30,7 @@ class ModelReader(Reader):
         """Reads the mesh."""
         self._points, faces = _read(path)
         k, dtype = len(self._points), self._points.dtype
-        up, unit = (None, None) if path.suffix.lower() == ".stl" else ("y", 1.0)
+        up, unit = ("y", 1.0) if path.suffix.lower() in _GLTF else (None, None)
         super().__init__(path, Header(faces, 1, k, dtype, up_axis=up, metres_per_unit=unit))
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -67,12 +66,11 @@ def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
     return points[np.sort(first)], place[same.ravel()][corners].astype(np.int32)
 
 
-stl = Format("stl", (".stl",), "one mesh; only read", ModelReader, None, library=_LIBRARY)
-gltf = Format(
-    "gltf",
-    (".glb", ".gltf"),
-    "clips for browsers and game engines, written; one mesh, read",
+model = Format(
+    "model",
+    (".stl", ".off", *_GLTF),
+    "one mesh in STL, OFF or glTF; only read",
     ModelReader,
-    GlbWriter,
-    library=_LIBRARY,
+    None,
+    library=("trimesh", "scans"),
 )

@@ -1,50 +1,149 @@
-"""PC2, the point cache of 3ds Max and Blender.
+"""PC2, the point cache of 3ds Max and Blender: a header, then the positions of every frame.
 
 `POINTCACHE2` and a zero byte, int32 version 1, int32 vertices, float32 start frame, float32 sample
 rate, int32 frames, then float32 positions; all little-endian. The rate counts samples per frame of
 a scene, not per second, so frames per second cannot be stored.
+
+The file holds neither faces nor masks nor provenance. The faces, the up axis and the unit come from
+a mesh beside it, `NAME.obj` or `NAME.ply`, to which an animation program applies the cache; the
+writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and float64 is rounded.
 """
 
+import contextlib
 import struct
-from typing import IO
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from .format import Format
-from .pointcache import PointCacheReader, PointCacheWriter
+from ..frames.frame import Frame
+from ..frames.header import Header
+from ..frames.naming import naming
+from ..frames.reader import Reader
+from ..polygons import as_polygons
+from .flat import FlatRows
+from .format import Format, Template, template_of
+from .frame_names import FrameNames, single
+from .obj import ObjReader, ObjWriter
+from .ply import PlyReader
+from .rows import FlatWriter
+from .template import find_template
 
 signature = b"POINTCACHE2\0"
 layout = struct.Struct("<12siiffi")
+largest_count = 2**31 - 1
+
+_DTYPE = np.dtype("<f4")
+_MESHES = {".obj": ObjReader, ".ply": PlyReader}
+"""What reads the mesh beside a file; the preferred kind comes first."""
 
 
-class Pc2Reader(PointCacheReader):
+class Pc2Reader(Reader):
     """A sequence in a PC2 file."""
 
-    dtype_in_file = np.dtype("<f4")
-
-    def _read_shape(self, file: IO[bytes]) -> tuple[tuple[int, int, int], int]:
-        begin = file.read(layout.size)
+    def __init__(self, path: Path, template: Template | None) -> None:
+        """Opens the file and finds its faces."""
+        with path.open("rb") as file:
+            begin = file.read(layout.size)
         if not begin.startswith(signature):
             raise ValueError("is not a PC2 file, as it does not begin with POINTCACHE2")
         if len(begin) < layout.size:
             raise ValueError(f"ends in its header, after {len(begin)} of {layout.size} bytes")
-        _, version, n_vertices, self._start, _, n_frames = layout.unpack(begin)
+        _, version, n_vertices, start, _, n_frames = layout.unpack(begin)
         if version != 1:
             raise ValueError(f"is a PC2 file of version {version}, but only version 1 is supported")
-        return (n_frames, n_vertices, 3), layout.size
+        with contextlib.ExitStack() as stack:
+            self._rows = FlatRows(path, layout.size, (n_frames, n_vertices, 3), _DTYPE)
+            stack.callback(self._rows.close)
+            beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
+            template = find_template(template, n_vertices, beside)
+            self._files = [path, *template.files]
+            header = Header(
+                faces=template.faces,
+                n_frames=n_frames,
+                n_vertices=n_vertices,
+                dtype=np.dtype(np.float32),
+                polygons=template.polygons,
+                **template.metadata._asdict(),
+                start=float(str(np.float32(start))),  # the shortest digits of the float32
+            )
+            super().__init__(path, header)
+            stack.pop_all()  # the rows stay open
 
-    def _read_timing(self, file: IO[bytes], n_frames: int) -> tuple[float | None, float]:  # noqa: ARG002
-        return None, float(str(np.float32(self._start)))  # the shortest digits of the float32
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return self._files
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        for number in numbers:
+            yield Frame(self._rows.read(number))
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._rows.close()
 
 
-class Pc2Writer(PointCacheWriter):
-    """A PC2 file that is being written."""
+def _mesh(path: Path) -> Template:
+    """Reads a mesh beside the file."""
+    with _MESHES[path.suffix](path) as reader:
+        return template_of(reader)
 
-    dtype_in_file = np.dtype("<f4")
 
-    def _header_bytes(self) -> bytes:
+class Pc2Writer(FlatWriter):
+    """A PC2 file that is being written, and the mesh beside it.
+
+    An existing `NAME.obj` with the same faces is kept, since it may contain more, such as texture
+    coordinates. It is replaced if it has other faces or states another up axis or another length of
+    a unit.
+    """
+
+    keeps_known = False
+    keeps_provenance = False
+    keeps_float64 = False
+
+    def _begin(self, kept: int) -> None:
+        super()._begin(kept)
         header = self.header
-        return layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
+        for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
+            if count > largest_count:
+                raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
+        self._mesh_writer: ObjWriter | None = None
+        mesh = self.path.with_suffix(".obj")
+        if kept == 0 and not (mesh.exists() and self._fits(mesh)):
+            own = self.folder / mesh.name
+            single = replace(
+                header, n_frames=1, times=None, dtype=np.dtype(np.float32), has_known=False
+            )
+            self._mesh_writer = ObjWriter(own, single, folder=self.folder / "mesh")
+        counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
+        row_size = header.n_vertices * 3 * _DTYPE.itemsize
+        self._open_rows("vertices", self.folder / self.path.name, counts, row_size, kept)
+
+    @classmethod
+    def names(cls, path: Path) -> list[FrameNames]:
+        """Returns the names of the cache and of the mesh beside it."""
+        return [single(path), single(path.with_suffix(".obj"))]
+
+    def _fits(self, path: Path) -> bool:
+        header = self.header
+        with naming(Path(path.name)):
+            mesh = _mesh(path)
+        there, wanted = (as_polygons(m.faces, m.polygons) for m in (mesh, header))
+        return (
+            mesh.n_vertices == header.n_vertices
+            and all(map(np.array_equal, there, wanted))
+            and mesh.metadata.up_axis in (None, header.up_axis)
+            and mesh.metadata.metres_per_unit in (None, header.metres_per_unit)
+        )
+
+    def _append(self, frame: Frame) -> None:
+        if self._frame == 0 and self._mesh_writer is not None:
+            with self._mesh_writer:
+                self._mesh_writer.append(frame.points)
+            self._add_written(self._mesh_writer.path)
+        self._add_row("vertices", frame.points.astype(_DTYPE, copy=False))
 
 
 pc2 = Format(

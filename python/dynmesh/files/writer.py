@@ -105,8 +105,7 @@ class Writer(ABC):
             others = [row.what for name, row in header.attributes.items() if name != "known"]
             if others and not self.keeps_provenance:
                 raise ValueError(
-                    f"this format cannot hold {others[0]}; "
-                    ".npz, .npy, .h5, .ply, .usd, .abc and .pvd can"
+                    f"this format cannot hold {others[0]}; .npz, .npy, .h5, .ply, .usd and .abc can"
                 )
             if self._keep and resume_at == 0:
                 if self.folder.exists():

@@ -90,7 +90,7 @@ def complete_file(
             beside it and `overwrite` is not set. Nothing remembers the job of a complete output, so
             only its faces, its `fps` if both state it, and whether it has provenance, standard
             errors and dropped vertices are compared with this job, as far as its format has them.
-            These formats can be resumed: npz, hdf5, npy, pc2, mdd, ply, obj and pvd.
+            These formats can be resumed: npz, hdf5, npy, pc2, ply and obj.
         overlay: whether to write a USD layer that holds the completed points and what follows from
             them, with the input, a USD stage, as its sublayer.
         watch: called with the frames in the order in which they are completed, their number and the

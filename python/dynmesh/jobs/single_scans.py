@@ -7,7 +7,7 @@ import numpy as np
 from .. import files
 from .._errors import InputError
 from ..files import PathLike
-from ..files.model import gltf, stl
+from ..files.model import model
 from ..files.numbered import Found, files_of
 from ..files.ply import read_elements
 from ..files.scans import PointScan, Scan, ScanReader, open_scans, read_points
@@ -29,7 +29,7 @@ class SingleScans(ScanReader):
             FileNotFoundError: there is no file.
             ValueError: a folder holds none, or a file has a format that is not known.
         """
-        usual = (*point_formats, *stl.suffixes, *gltf.suffixes, ".obj")
+        usual = (*point_formats, *model.suffixes, ".obj")
         found = files_of(path, usual)
         if not found:
             raise InputError("holds no point clouds and no meshes", file=path)

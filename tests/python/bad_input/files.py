@@ -176,7 +176,7 @@ writing = [
     _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "sequence:", "int"),  # type: ignore[arg-type]
     _write("into a file", lambda w: dynmesh.write("body.npz/new.npz", w.sequence), NotADirectoryError, "body.npz is not a folder", "body.npz/new.npz"),
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
-    _write("a format that is none", lambda w: dynmesh.write("new.off", w.sequence), ValueError, "new.off:", "'.off'", ".ply"),
+    _write("a format that is none", lambda w: dynmesh.write("new.3ds", w.sequence), ValueError, "new.3ds:", "'.3ds'", ".ply"),
     _write("more than 20 kB, where no file may exceed that", lambda _: on_a_full_disk(lambda: dynmesh.write("new.npz", dynmesh.read("long.npz"))), OSError, "new.npz"),
     _create("`faces`: a number", lambda w: _begin(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
@@ -245,7 +245,7 @@ completing = [
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
     _complete("`resume`, where the output exists with other frames", lambda _: dynmesh.complete_file("body.npz", "long.npz", resume=True), FileExistsError, "long.npz:", "overwrite=True"),
-    _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.mdd", provenance=True), ValueError, "new.mdd:", "generation"),
+    _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.pc2", provenance=True), ValueError, "new.pc2:", "generation"),
     _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
     _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: item 0", "'body.npz'"),  # type: ignore[list-item]
     _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
