@@ -40,13 +40,11 @@ from .frames.header import Header
 from .frames.reader import Reader
 from .jobs import batch
 from .jobs.completion import complete
-from .jobs.converting import convert, convert_file
+from .jobs.converting import ConversionReport, convert, convert_file
 from .jobs.evaluation import Evaluation, FrameErrors, evaluate
 from .jobs.file_completion import complete_file
 from .jobs.registering import register_file
 from .jobs.report import FileReport
-from .jobs.scene_completion import SceneReport, complete_scene
-from .jobs.scene_conversion import ConversionReport
 from .jobs.showing import picture, view
 from .jobs.track_report import TrackFileReport
 from .jobs.tracking import track_file
@@ -75,7 +73,6 @@ __all__ = [
     "Reader",
     "RefusedFace",
     "Registration",
-    "SceneReport",
     "Sequence",
     "TopologyReport",
     "TrackFileReport",
@@ -90,7 +87,6 @@ __all__ = [
     "cells",
     "complete",
     "complete_file",
-    "complete_scene",
     "convert",
     "convert_file",
     "create",

@@ -400,32 +400,6 @@ def test_the_workers_of_a_command_end_with_it(
         assert not list(tmp_path.glob(f".out{i}.*"))
 
 
-def test_all_meshes_of_a_scene_are_one_job(tmp_path: Path) -> None:
-    pytest.importorskip("alembic3d", reason="alembic3d is not installed")
-    from archives import BODY, HAT, Production
-
-    Production(tmp_path / "whole.abc")
-    Production(tmp_path / "broken.abc", first_frames_lack=HAT)
-    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
-    lines = ["whole.abc,a.abc,all,,", "broken.abc,b.abc,all,,whole", "whole.abc,c.usda,,yes,"]
-    table.write_text("\n".join(["input,output,prim,overlay,start", *lines]))
-    run("batch", table, "--report", report, code=1)
-    with report.open(newline="") as file:
-        whole, broken, refused = csv.DictReader(file)
-    assert (whole["status"], whole["frames"]) == ("done", "12")
-    assert (broken["status"], broken["frames"]) == ("failed", "6")
-    assert f"broken.abc: {HAT}: no frame is whole; frame" in broken["reason"]
-    assert f"the other meshes are in {tmp_path / 'b.abc'}" in broken["reason"]
-    assert refused["status"] == "failed"
-    run("batch", table, "--report", report, code=1)
-    with report.open(newline="") as file:
-        again = next(csv.DictReader(file))
-    kept = {"status": "exists", "reason": "kept from an earlier run"}
-    assert again == whole | kept
-    one, other = (dynmesh.read(tmp_path / name, prim=BODY) for name in ("a.abc", "b.abc"))
-    np.testing.assert_array_equal(one.vertices, other.vertices)
-
-
 @pytest.mark.parametrize(
     ("one", "other", "options"),
     [

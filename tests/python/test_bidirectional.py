@@ -237,8 +237,7 @@ def test_errors_of_a_start_that_is_put_together_remain(
     np.testing.assert_array_equal(made.age[:, 55], np.abs(np.arange(N) - 3))
 
 
-def test_scenes_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> None:
-    pytest.importorskip("pxr")
+def test_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> None:
     expected = tmp_path / "expected.npz"
     dynmesh.complete_file(stored, expected, start=3, bidirectional=True)
     vertices = dynmesh.read(expected).vertices
@@ -249,11 +248,6 @@ def test_scenes_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> No
     )
     run("batch", tmp_path / "jobs.csv")
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "batch.npz").vertices, vertices)
-    run("convert", stored, tmp_path / "scene.usda")
-    dynmesh.complete_scene(
-        tmp_path / "scene.usda", tmp_path / "out.usda", start=3, bidirectional=True
-    )
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.usda").vertices, vertices)
 
 
 def test_it_needs_method_detail(tmp_path: Path, stored: Path) -> None:

@@ -1,11 +1,13 @@
 """USD stages of other programs, and results that are laid over them."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command as run
 
 import dynmesh
 
@@ -95,10 +97,7 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     assert dynmesh.read(path).name == "/Moving"
     assert dynmesh.read(path, prim="/Still").name == "/Still"
     layer(path, still, moving, other)
-    with pytest.raises(
-        ValueError,
-        match="several meshes; choose one with --prim: /Moving, /Other; dynmesh complete takes all",
-    ):
+    with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):
@@ -108,6 +107,22 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     layer(path, 'def Xform "Body" {}')
     with pytest.raises(ValueError, match="contains no polygon mesh"):
         dynmesh.read(path)
+
+
+def test_info_lists_the_meshes(tmp_path: Path) -> None:
+    still = mesh(f"point3f[] points = {REST}", name="Still")
+    moving, other = (mesh(points_at(t0=1, t1=2), name=name) for name in ("Moving", "Other"))
+    path = layer(tmp_path / "a.usda", still, moving)
+    told = json.loads(run("info", path, "--json").stdout)
+    assert told["meshes"] == {"/Still": False, "/Moving": True}
+    assert told["sequence"]["name"] == "/Moving"
+    assert "meshes" not in json.loads(run("info", path, "--json", "--prim", "/Still").stdout)
+    layer(path, still, moving, other)
+    shown = [line.split() for line in run("info", path).stdout.splitlines()]
+    assert ["/Still", "does", "not", "move"] in shown
+    assert ["/Moving", "moves"] in shown
+    assert ["/Other", "moves"] in shown
+    assert "--prim" in run("info", path, "--strict", code=1).stderr
 
 
 def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") -> str:

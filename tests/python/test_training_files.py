@@ -179,16 +179,6 @@ def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) 
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.fixture
-def stage(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
-    """A stage that shows the sequence twice, one of them bent the other way."""
-    pytest.importorskip("pxr.Usd")
-    dynmesh.write(tmp_path / "one.usda", partial)
-    mirrored = replace(partial, vertices=partial.vertices * [1, 1, -1])
-    dynmesh.write(tmp_path / "other.usda", mirrored)
-    return beside(tmp_path / "shot.usda", one="one.usda", other="other.usda")
-
-
 def beside(path: Path, **files: str) -> Path:
     """A stage that has these files side by side."""
     prims = [f'def "{name}" (references = @{file}@) {{}}' for name, file in files.items()]
@@ -196,37 +186,21 @@ def beside(path: Path, **files: str) -> Path:
     return path
 
 
-def test_every_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
-    tmp_path: Path, stage: Path
+def test_a_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
+    tmp_path: Path, partial: dynmesh.Sequence
 ) -> None:
+    pytest.importorskip("pxr.Usd")
+    dynmesh.write(tmp_path / "partial.usda", partial)
+    stage = beside(tmp_path / "shot.usda", one="partial.usda", other="partial.usda")
     for seed in (0, 1):
         dynmesh.write(tmp_path / f"training{seed}.usda", training_of(8, 10 + seed))
     pair = beside(tmp_path / "pair.usda", one="training0.usda", other="training1.usda")
-    report = dynmesh.complete_scene(stage, tmp_path / "out.usda", training=pair)
-    assert list(report.meshes) == ["/one", "/other"]
-    for seed, mesh in enumerate(report.meshes):
-        assert report.meshes[mesh].prior_weight is not None
-        single = tmp_path / f"single{seed}.usda"
+    for seed, mesh in enumerate(("/one", "/other")):
+        made, expected = tmp_path / f"made{seed}.npz", tmp_path / f"expected{seed}.npz"
+        dynmesh.complete_file(stage, made, source={"prim": mesh}, training=pair)
         training = tmp_path / f"training{seed}.usda"  # whose only mesh has another path
-        dynmesh.complete_file(stage, single, source={"prim": mesh}, training=training)
-        made = dynmesh.read(tmp_path / "out.usda", prim=mesh).vertices
-        np.testing.assert_array_equal(made, dynmesh.read(single).vertices)
-    said = run("complete", stage, tmp_path / "b.usda", "--prim", "all", "--training", pair).stderr
-    assert "/one: 9 frames" in said
-    assert said.count("; training: prior weight") == 2
-
-
-def test_a_mesh_that_is_not_in_the_training_file_is_not_completed(
-    tmp_path: Path, stage: Path
-) -> None:
-    for seed in (0, 1):
-        dynmesh.write(tmp_path / f"training{seed}.usda", training_of(8, 10 + seed))
-    pair = beside(tmp_path / "pair.usda", one="training0.usda", third="training1.usda")
-    report = dynmesh.complete_scene(stage, tmp_path / "out.usda", training=pair)
-    assert list(report.meshes) == ["/one"]
-    assert list(report.failed) == ["/other"]
-    assert report.failed["/other"].startswith(f"{pair}: has no mesh '/other'")
-    assert "/third" in report.failed["/other"]
+        dynmesh.complete_file(stage, expected, source={"prim": mesh}, training=training)
+        np.testing.assert_array_equal(dynmesh.read(made).vertices, dynmesh.read(expected).vertices)
 
 
 def test_info_describes_what_would_be_learnt(

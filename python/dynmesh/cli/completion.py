@@ -3,14 +3,12 @@
 import typer
 
 from .._errors import SettingError
-from ..frames.scenes import every_mesh
 from ..jobs.completion_options import CompletionOptions
 from ..jobs.file_completion import complete_into
 from ..jobs.option import grouped
 from ..jobs.zeros import ZeroCount
 from .done import say_how_far, say_what_was_done, saying_what_is_kept, watching
 from .options import InputPath, OutputPath, Overwrite, Resume, usage_error, with_options
-from .scene_completion import complete_all
 from .terminal import DOUBTFUL, say, say_remarks, steps_bar, watch_training
 
 
@@ -33,13 +31,10 @@ def complete(
     dynmesh complete partial.npz completed.npz
     dynmesh complete 'scans/*.ply' completed.h5 --start best --provenance
     dynmesh complete scans 'completed/frame_%04d.obj' --template body.obj --missing zero
-    dynmesh complete shot.usd completed.usd --prim all --overlay
+    dynmesh complete shot.usd completed.usd --prim /World/Body --overlay
     dynmesh complete partial.npz completed.npz --training range_of_motion.npz
     ```
     """
-    if options.source.get("prim") == every_mesh:
-        complete_all(path, output, options, resume=resume, overwrite=overwrite)
-        return
     zeros, watch = ZeroCount(), watching(output, "completing")
     try:
         with saying_what_is_kept(output, "completed"), steps_bar() as watch_start:

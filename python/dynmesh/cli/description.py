@@ -1,7 +1,7 @@
 """The command that describes a sequence and reports problems."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -69,7 +69,9 @@ def info(
     """Describe a sequence, and report problems of mesh and motion.
 
     An error prevents completion. A warning means that the result will be less accurate or that the
-    data is probably faulty. A note is informational. docs/diagnosis.md explains all of them.
+    data is probably faulty. A note is informational. docs/diagnosis.md explains all of them. Of a
+    file with several meshes (USD, Alembic), it lists these and describes the one that moves; if
+    there are several such, choose one with --prim.
     """
     if brief and not as_json:
         raise typer.BadParameter("requires --json", param_hint="'--brief'")
@@ -78,6 +80,15 @@ def info(
         require_all("matplotlib", extra="view")
         load_pyvista()
     format_name = files.format_of(path, source.get("format")).name
+    meshes = dict(files.meshes_of(path, source.get("format")))
+    several = len(meshes) > 1 and source.get("prim") is None
+    if several and sum(meshes.values()) != 1 and not (strict or picture or training):
+        if as_json:
+            print(json.dumps({"meshes": meshes}, indent=2))
+        else:
+            _list(meshes)
+            say("describe one of them with --prim")
+        return
     with files.open(path, **source) as reader:
         training_files = check_training(training or None, default_settings)
         learnt = Training(training_files, reader, watch_training)
@@ -86,6 +97,8 @@ def info(
         summary = learnt.summary() if learnt else None
     if as_json:
         told = diagnosis.as_dict(most_places=_BRIEF if brief else MOST_PLACES)
+        if several:
+            told["meshes"] = meshes
         if summary is not None:
             told["training"] = {name: getattr(summary, name) for name in _OF_TRAINING}
         if reader.header.has_standard_error:
@@ -93,6 +106,8 @@ def info(
             told["standard_error_of"] = reader.header.standard_error_of
         print(json.dumps(told, indent=2, allow_nan=False))
     else:
+        if several:
+            _list(meshes)
         _print(diagnosis, format_name, summary)
         if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
             say(f"{path}: {words}")
@@ -111,6 +126,15 @@ def _watch(distances: Distances, frames: Iterable[Frame], total: int) -> Iterabl
             counted = estimated(frame.generation, distances.standard_error_of)
             distances.add(frame.standard_error, counted)
         yield frame
+
+
+def _list(meshes: Mapping[str, bool]) -> None:
+    """Prints the paths of the meshes of a file."""
+    table = Table.grid(padding=(0, 2))
+    for mesh, moves in meshes.items():
+        table.add_row(escape(mesh), "moves" if moves else "does not move")
+    show(table)
+    print()
 
 
 def _print(diagnosis: Diagnosis, format_name: str, summary: TrainingSummary | None) -> None:

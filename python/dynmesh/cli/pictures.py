@@ -8,6 +8,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from .. import files
 from ..draw.heatmap import likely_up, stated_up
 from ..draw.picture_file import PICTURES
 from ..draw.quantities import Colour, Range
@@ -19,7 +20,7 @@ from ..jobs.option import OUTPUT, given, offered, options_of
 from ..jobs.tracking_options import TrackingOptions
 from ..jobs.zeros import ZeroCount
 from .options import Axis, InputPath, Overwrite, share_out, with_options, with_source
-from .terminal import say, say_remarks, track
+from .terminal import say, track
 
 
 def _shown(default: Any, help: str, kind: Any = str, **more: Any) -> Any:
@@ -40,7 +41,7 @@ class _Picture:
     colour: Colour | None = _shown(
         None,
         "error, generation, age, standard_error, known, distance (from the nearest point of the "
-        "scans), mesh (which one of a scene) or plain. [the first that there is]",
+        "scans) or plain. [the first that there is]",
         Colour,
         metavar="NAME",
         flags=("--colour", "--color"),
@@ -132,8 +133,7 @@ def view(
 ) -> None:
     """Write a page that plays a sequence in any browser, offline.
 
-    The input and the reference play beside it. In the page, ? lists the keys. All meshes of a scene
-    are shown together, at their places in it, unless --prim names one. Examples:
+    The input and the reference play beside it. In the page, ? lists the keys. Examples:
 
     ```text
     dynmesh view completed.npz -o page.html
@@ -187,8 +187,6 @@ def picture(
 ) -> None:
     """Draw frames of a sequence: one, a contact sheet of several, or a moving picture.
 
-    All meshes of a scene are drawn together, at their places in it, unless --prim names one.
-
     Examples:
     ```text
     dynmesh picture completed.npz -o sheet.png
@@ -235,15 +233,14 @@ def _opened(
         own |= {"known": None, "missing": None, "gaps": "refuse"}
     with ExitStack() as stack:
         truth, partial = (
-            None if other is None else stack.enter_context(showing.open_shown(other, **options))
+            None if other is None else stack.enter_context(files.open(other, **options))
             for other, options in zip((reference, given), lent, strict=True)
         )
-        yield stack.enter_context(showing.open_shown(path, **own)), truth, partial
+        yield stack.enter_context(files.open(path, **own)), truth, partial
 
 
 def _say_more(up: Axis | None, reader: Reader, *beside: Reader | None) -> None:
-    """Says what is remarkable of the sequence, and which axis is up if nothing states it."""
-    say_remarks(reader.path, reader.remarks)
+    """Says which axis is up if nothing states it."""
     if up is None and stated_up(reader, *beside) is None:
         guess = likely_up(next(iter(reader)).points, None)
         say(f"assuming that {guess} is up; if not, use --up {'y' if guess == 'z' else 'z'}")

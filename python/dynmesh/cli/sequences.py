@@ -187,8 +187,7 @@ def convert(
     """Write a sequence in another format, or with other frames, axes, units or rates.
 
     docs/formats.md lists what each format keeps. Points are turned and scaled only by --to-up,
-    --to-unit and --scale. To USD and Alembic, scenes are converted with all their meshes, unless
-    --prim names one. Examples:
+    --to-unit and --scale. Examples:
 
     ```text
     dynmesh convert scans/frame_%04d.ply sequence.npz
@@ -206,5 +205,4 @@ def convert(
         **options,
     )
     say_remarks(output, report.remarks)
-    of = f" in {len(report.meshes)} meshes" if report.meshes else ""
-    say(f"{output}: {report.frames} frames of {report.vertices} vertices{of}")
+    say(f"{output}: {report.frames} frames of {report.vertices} vertices")

@@ -10,7 +10,6 @@ from .._checks import check_finite
 from .._errors import InputError
 from .._extras import require
 from ..calibration import RULES
-from ..files.whole_scene import WholeScene
 from ..frames.attributes import FUSED
 from .figures import HEATMAP_RANGE
 from .scales import (
@@ -18,16 +17,13 @@ from .scales import (
     CountScale,
     KnownScale,
     MeasureScale,
-    NameScale,
     Scale,
     Values,
     round_up,
 )
 from .sources import Moment, Sources, visible
 
-Colour = Literal[
-    "error", "generation", "age", "standard_error", "mesh", "known", "distance", "plain"
-]
+Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
 
 Range = tuple[float, float]
@@ -213,23 +209,6 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
     return KnownScale(with_filled_in=sources.reader.has_provenance or sources.input is not None)
 
 
-def _lacks_scene(sources: Sources) -> str | None:
-    if isinstance(sources.reader, WholeScene):
-        return None
-    return f"{sources.reader.path}: is shown as one mesh, so colours cannot tell which"
-
-
-def _mesh(sources: Sources, _: Moment) -> Values:
-    assert isinstance(sources.reader, WholeScene)  # as _lacks_scene says
-    counts = list(sources.reader.meshes.values())
-    return np.repeat(np.arange(len(counts)), counts)
-
-
-def _mesh_scale(sources: Sources, *_: object) -> Scale:
-    assert isinstance(sources.reader, WholeScene)
-    return NameScale("mesh", list(sources.reader.meshes))
-
-
 QUANTITIES: dict[Colour, Quantity] = {
     "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures", _most),
     "generation": Quantity(
@@ -255,7 +234,6 @@ QUANTITIES: dict[Colour, Quantity] = {
         "measures",
         _most,
     ),
-    "mesh": Quantity(_lacks_scene, _mesh, _mesh_scale),
     "known": Quantity(_lacks_masks, _known, _known_scale),
     "distance": Quantity(_lacks_scans, _distance, _distance_scale, "measures"),
 }

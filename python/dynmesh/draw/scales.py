@@ -1,7 +1,6 @@
 """Colour scales: the colours of values, and their labels."""
 
 import math
-import posixpath
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -13,11 +12,6 @@ from .._extras import require
 from .figures import HEATMAP, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]
-
-MOST_NAMES = 20
-"""With a colour and a line each; more colours could not be told apart."""
-
-_LONGEST_NAME = 28
 
 MOST_FRAMES = 120
 """Whose values determine the ends of a scale."""
@@ -163,29 +157,6 @@ class KnownScale(Scale):
     def position(self, values: Values) -> NDArray[np.float32]:
         """Returns the positions of 0, filled in, and 1, observed, on the bar."""
         return np.where(values, 1 - 0.5 / self._n_steps, 0.5 / self._n_steps).astype(np.float32)
-
-
-class NameScale(Scale):
-    """Things with a name, such as the meshes of a scene, from above in their order."""
-
-    def __init__(self, title: str, names: Sequence[str]) -> None:
-        """Takes paths, at least one; the folders that all of them share are not shown."""
-        shared = len(posixpath.commonpath([*map(posixpath.dirname, names)]).rstrip("/")) + 1
-        labels = [name[shared:] for name in names]
-        if len(names) > MOST_NAMES:
-            labels[MOST_NAMES - 1 :] = [f"and {len(names) - MOST_NAMES + 1} more"]
-        labels = [
-            one if len(one) <= _LONGEST_NAME else f"…{one[1 - _LONGEST_NAME :]}" for one in labels
-        ]
-        self._n_steps = len(labels)
-        dark, light = _colour_map("tab20", 20)[::2], _colour_map("tab20", 20)[1::2]
-        colours = [*dark, *light][: len(labels)]
-        super().__init__(title, colours[::-1], _middles(labels[::-1]))
-
-    def position(self, values: Values) -> NDArray[np.float32]:
-        """Returns the positions on the bar of things by their index."""
-        step = np.minimum(values, self._n_steps - 1)
-        return (1 - (step + 0.5) / self._n_steps).astype(np.float32)
 
 
 def round_up(value: float) -> float:

@@ -5,7 +5,7 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` documen
 interface.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -54,6 +54,7 @@ __all__ = [
     "frame_of",
     "header_of",
     "listed",
+    "meshes_of",
     "naming",
     "open",
     "open_with",
@@ -126,6 +127,16 @@ def open(
     except BaseException:
         reader.close()
         raise
+
+
+def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
+    """The paths of all meshes in a file that can hold several, and whether each moves.
+
+    It is empty for files that hold a single mesh. The errors are those of :func:`open`.
+    """
+    with naming(Path(path)):
+        chosen = format_of(path, format)
+        return {} if chosen.scene is None else chosen.scene(Path(path)).moves
 
 
 def open_with(path: PathLike, template: PathLike | None, **source: Unpack[Source]) -> Reader:

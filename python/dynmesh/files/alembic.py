@@ -9,7 +9,7 @@ vertex. The description of the archive states the up axis and the length of a un
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,19 +44,13 @@ class AlembicReader(Reader):
     or, without it, at the median rate of the samples.
     """
 
-    def __init__(self, path: Path, prim: str | None, scene: AlembicScene | None = None) -> None:
-        """Opens the archive, unless it is given, and reads everything except the frames."""
-        self._scene: AlembicScene | None = scene or AlembicScene(path)
+    def __init__(self, path: Path, prim: str | None) -> None:
+        """Opens the archive and reads everything except the frames."""
+        self._scene: AlembicScene | None = AlembicScene(path)
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self._mesh = self._scene.mesh(prim)
             self._positions = self._mesh.getSchema().getPositionsProperty()
             super().__init__(path, self._header(self._scene.archive))
-            self._unchanged = self._scene.unchanged
-
-    @classmethod
-    def in_scene(cls, scene: AlembicScene, mesh: str) -> Self:
-        """Reads a mesh of an open archive."""
-        return cls(scene.path, mesh, scene)
 
     @property
     def scene(self) -> AlembicScene | None:
@@ -146,5 +140,4 @@ alembic = Format(
     frozenset({"prim"}),
     library=("alembic3d", "alembic"),
     scene=AlembicScene,
-    mesh_reader=AlembicReader.in_scene,
 )

@@ -54,28 +54,6 @@ class AlembicScene(Scene):
         """Returns the mesh at this path, or see :func:`choose_mesh`."""
         return self._meshes[choose_mesh(self.moves, prim)]
 
-    def times(self, mesh: str) -> list[float]:
-        """The seconds of the samples of a mesh."""
-        with translating(ValueError, "is damaged or not an Alembic archive"):
-            return _sample_times(self._meshes[mesh].getSchema().getPositionsProperty())
-
-    def place(self, mesh: str, time: float) -> NDArray[np.float64]:
-        """The matrix (4, 4) that takes points of a mesh, as rows, to their place in the archive."""
-        geometry, made = library("AbcGeom"), np.eye(4)
-        selector = library("Abc").ISampleSelector(time)
-        with translating(ValueError, "is damaged or not an Alembic archive"):
-            above = self.archive.getTop()
-            for name in mesh.split("/")[1:-1]:
-                header = above.getChildHeader(name)
-                if not geometry.IXform.matches(header):
-                    above = library("Abc").IObject(above, name)
-                    continue
-                above = geometry.IXform(above, name)
-                sample = above.getSchema().getValue(selector)
-                matrix = np.array(sample.getMatrix(), np.float64)
-                made = matrix @ made if sample.getInheritsXforms() else matrix
-        return made
-
 
 def _meshes(parent: Any) -> Iterator[Any]:
     """Yields all meshes; copies by reference have the path of the mesh that they copy."""

@@ -1,4 +1,4 @@
-"""Writes meshes to an Alembic archive, alone or in the scene that they come from."""
+"""Writes a mesh to an Alembic archive, alone or in the scene that it comes from."""
 
 from dataclasses import replace
 from typing import Any, cast
@@ -22,16 +22,16 @@ from .alembic_copy import SceneCopy
 from .alembic_output import OutputArchive, metadata_of
 from .alembic_replaced import ReplacedMesh
 from .comments import comments_of, metadata_in
-from .scene_writer import SceneWriter
+from .writer import Writer
 
 _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
 """The library's arrays, by the kind of geometry parameter."""
 
 
-class AlembicWriter(SceneWriter):
+class AlembicWriter(Writer):
     """An archive that is being written; positions are rounded to float32.
 
-    With an origin, the archive has its scene, in which only the written meshes change. If the
+    With an origin, the archive has its scene, in which only the written mesh changes. If the
     header has other frames per second than the mesh in the scene, all times of the scene change
     alike.
 
@@ -46,7 +46,6 @@ class AlembicWriter(SceneWriter):
         self._copy: SceneCopy | None = None
         self._mesh: _NewMesh | ReplacedMesh | None = None
         self._parameters: dict[str, Any] = {}
-        self._parents: dict[str, Any] = {}
         if self.origin is None:
             # Not what the parameters say: the description stays when other meshes replace this one.
             described = replace(self.header, has_standard_error=False)
@@ -71,7 +70,7 @@ class AlembicWriter(SceneWriter):
             _described(info.get("userDescription", ""), self.header),
             metadata,
         )
-        self._copy = SceneCopy(scene, origin.meshes, self._output, pace)
+        self._copy = SceneCopy(scene, (origin.mesh,), self._output, pace)
 
     def _begin_mesh(self) -> None:
         header, output = self.header, self._output
@@ -79,7 +78,7 @@ class AlembicWriter(SceneWriter):
         self._mesh, self._parameters = None, {}
         mesh: _NewMesh | ReplacedMesh
         if self._copy is None:
-            mesh = _NewMesh(header, output, self._parents)
+            mesh = _NewMesh(header, output)
         else:
             scene = self._copy.scene
             with translating(ValueError, f"{scene.path}: is damaged"):
@@ -137,26 +136,22 @@ class AlembicWriter(SceneWriter):
         if self._copy is not None:
             self._copy.close()
         self._copy = self._mesh = None
-        self._parameters, self._parents = {}, {}
+        self._parameters = {}
 
 
 class _NewMesh:
     """A mesh below objects that have only a name."""
 
-    def __init__(self, header: Header, output: OutputArchive, objects: dict[str, Any]) -> None:
-        """Creates the mesh, and the objects above it unless they exist."""
+    def __init__(self, header: Header, output: OutputArchive) -> None:
+        """Creates the mesh and the objects above it."""
         self._faces = turned(as_polygons(header.faces, header.polygons))
         self._output = output
         self._is_first = True
-        parent, path = output.top, ""
+        parent = output.top
         *above, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
         for part in above:
-            path += f"/{part}"
-            if path not in objects:
-                objects[path] = output.make("OXform", parent, part)
-            parent = objects[path]
-        mesh = objects[f"{path}/{name}"] = output.make("OPolyMesh", parent, name)
-        self._schema = mesh.getSchema()
+            parent = output.make("OXform", parent, part)
+        self._schema = output.make("OPolyMesh", parent, name).getSchema()
         self.sampling = output.sampling(_times(header))
         self._schema.setTimeSampling(self.sampling)
 

@@ -58,7 +58,6 @@ class Format:
             None if they need none.
         per_frame: whether each frame has a file; the reader then accepts `template` and `gaps`.
         scene: opens a file with all its meshes; None if a file holds a single mesh.
-        mesh_reader: creates a reader of one mesh of an open scene, by its path.
         overlay: creates a layer that changes nothing but the meshes of a scene; None if the format
             has no layers.
     """
@@ -72,7 +71,6 @@ class Format:
     library: tuple[str, str] | None = None
     per_frame: bool = False
     scene: Callable[[Path], Scene] | None = None
-    mesh_reader: Callable[[Any, str], Reader] | None = None
     overlay: type[Writer] | None = None
 
     def open(self, path: Path, template: Template | None, prim: str | None, gaps: Gaps) -> Reader:

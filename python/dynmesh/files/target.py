@@ -72,7 +72,7 @@ class Target:
         scene, name = reader.scene, reader.header.name
         if scene is None or name is None or not self.keeps(scene):
             return None
-        return Origin(scene, (name,))
+        return Origin(scene, name)
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""
@@ -101,7 +101,7 @@ class Target:
         self,
         *,
         overwrite: bool,
-        reader: Reader | Scene | None = None,
+        reader: Reader | None = None,
         others: Iterable[Path] = (),
         header: Header | None = None,
         copies: int = 1,
@@ -118,7 +118,7 @@ class Target:
         check_folder(self.path)
         if header is not None:
             check_space(self.path, copies * bytes_of(header))
-        if isinstance(reader, Reader):
+        if reader is not None:
             self._check_not_among(reader)
         if existing := self.existing():
             read = set(map(_identity, [*([] if reader is None else reader.files), *others]))

@@ -13,7 +13,7 @@ each with one value per vertex.
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -47,18 +47,12 @@ class UsdReader(Reader):
     time codes per second. If the stage does not state it, it is None.
     """
 
-    def __init__(self, path: Path, prim: str | None, scene: UsdScene | None = None) -> None:
-        """Composes the stage, unless it is given, and reads everything except the frames."""
-        self._scene: UsdScene | None = scene or UsdScene(path)
+    def __init__(self, path: Path, prim: str | None) -> None:
+        """Composes the stage and reads everything except the frames."""
+        self._scene: UsdScene | None = UsdScene(path)
         with translating(ValueError, "is damaged: "):
             self._mesh = self._scene.mesh(prim)
             super().__init__(path, self._header(self._scene.stage))
-            self._unchanged = self._scene.unchanged
-
-    @classmethod
-    def in_scene(cls, scene: UsdScene, mesh: str) -> Self:
-        """Reads a mesh of an open stage."""
-        return cls(scene.path, mesh, scene)
 
     def _header(self, stage: Any) -> Header:
         self._points = self._mesh.GetPointsAttr()
@@ -128,7 +122,6 @@ usd = Format(
     frozenset({"prim"}),
     library=("pxr.Usd", "usd"),
     scene=UsdScene,
-    mesh_reader=UsdReader.in_scene,
     overlay=UsdOverlayWriter,
 )
 usdz = Format(
@@ -139,5 +132,4 @@ usdz = Format(
     None,
     frozenset({"prim"}),
     scene=UsdScene,
-    mesh_reader=UsdReader.in_scene,
 )

@@ -4,11 +4,8 @@ import itertools
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..frames.scenes import Scene, choose_mesh
-from .usd_stage import frame_times, one_line, pxr, translating
+from .usd_stage import one_line, pxr, translating
 
 _numbers = itertools.count()
 
@@ -62,13 +59,3 @@ class UsdScene(Scene):
         if errors:
             raise ValueError(f"is incomplete: {one_line(str(errors[0]))}")
         return mesh
-
-    def times(self, mesh: str) -> list[float]:
-        """The time codes of the frames of a mesh."""
-        with translating(ValueError, "is damaged: "):
-            return frame_times(self._meshes[mesh].GetPointsAttr())
-
-    def place(self, mesh: str, time: float) -> NDArray[np.float64]:
-        """The matrix (4, 4) that takes points of a mesh, as rows, to their place in the stage."""
-        with translating(ValueError, f"time {time:g}: is damaged: "):
-            return np.array(self._meshes[mesh].ComputeLocalToWorldTransform(time), np.float64)

@@ -1,4 +1,4 @@
-"""Writes meshes to a USD stage, with a time sample of their points for each frame."""
+"""Writes a mesh to a USD stage, with a time sample of its points for each frame."""
 
 from typing import Any
 
@@ -7,17 +7,17 @@ import numpy as np
 from ..frames.frame import Frame
 from ..frames.times import frame_numbers
 from ..polygons import as_polygons
-from .scene_writer import SceneWriter
 from .usd_derived import DerivedAttributes
 from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
+from .writer import Writer
 
 
-class UsdWriter(SceneWriter):
-    """A stage with meshes that is being written; positions are rounded to float32.
+class UsdWriter(Writer):
+    """A stage with a mesh that is being written; positions are rounded to float32.
 
     There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
-    per second; meshes after the first follow its rate. They are saved to a binary layer a few at a
-    time, so memory does not grow with their number; a `.usda` is converted from it in the end.
+    per second. They are saved to a binary layer a few at a time, so memory does not grow with their
+    number; a `.usda` is converted from it in the end.
     Saving overwrites the table of contents of the layer, so a layer whose saving was interrupted is
     lost, and the writer cannot be continued.
 
@@ -95,24 +95,14 @@ class UsdWriter(SceneWriter):
         return numbers if fps in (None, rate) else numbers * (rate / fps)
 
     def _make_mesh(self) -> Any:
-        """Creates the mesh without its points, and widens the range of the stage to its frames."""
+        """Creates the mesh without its points, and the range of the stage."""
         header, geometry, stage = self.header, pxr("UsdGeom"), self._stage
         # The prims above become a `def` without a type: over another stage, its types remain
         # visible; an `over` would leave the mesh undefined without that stage.
-        path = _prim_path(header.name)
-        there = stage.GetPrimAtPath(path)
-        if there and there.IsA(geometry.Mesh):
-            raise ValueError(
-                f"{header.name} cannot be written, since {path} in USD is that of another mesh"
-            )
-        mesh = geometry.Mesh.Define(stage, path)
-        first, last = self._times[0], self._times[-1]
-        if stage.HasAuthoredTimeCodeRange():
-            first, last = min(first, stage.GetStartTimeCode()), max(last, stage.GetEndTimeCode())
-        else:
-            stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
-        stage.SetStartTimeCode(first)
-        stage.SetEndTimeCode(last)
+        mesh = geometry.Mesh.Define(stage, _prim_path(header.name))
+        stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
+        stage.SetStartTimeCode(self._times[0])
+        stage.SetEndTimeCode(self._times[-1])
         if header.name is None:
             mesh.CreateSubdivisionSchemeAttr("none")
         faces = as_polygons(header.faces, header.polygons)

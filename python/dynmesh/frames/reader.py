@@ -30,11 +30,9 @@ class Reader(ABC):
         header: the properties of all frames.
         whole: the number of a frame that is complete, so that zeros in it are positions even with
             ``missing="zero"``; None if there is none. It may be changed.
-        remarks: what the user should know of what is read, one line each.
     """
 
     whole: int | None = 0
-    remarks: tuple[str, ...] = ()
 
     def __init__(self, path: Path, header: Header) -> None:
         """Called by subclasses when the file is open and its header is read."""

@@ -7,24 +7,18 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..polygons import Polygons
-from .unchanged import Unchanged
-
-every_mesh = "all"
-"""What stands for every mesh of a scene that moves, instead of the path of one."""
 
 
 class Scene(ABC):
-    """A file with several meshes, opened once for all of them.
+    """A file that can hold several meshes.
 
     Attributes:
         format: the name of its format.
         path: of the file.
         moves: the paths of the meshes, and whether the points of each change. Copies of a mesh by
             reference (instances) are not among them if the format cannot change a copy alone.
-        unchanged: tells whether its files are what they were when it was opened.
     """
 
     format: ClassVar[str]
@@ -33,31 +27,22 @@ class Scene(ABC):
         """Called by subclasses when the file is open."""
         self.path = path
         self.moves = moves
-        self.unchanged = Unchanged(self.files)
 
     @property
     @abstractmethod
     def files(self) -> list[Path]:
         """The files that are read."""
 
-    @abstractmethod
-    def times(self, mesh: str) -> list[float]:
-        """The times of the frames of a mesh: time codes in USD, seconds in Alembic."""
-
-    @abstractmethod
-    def place(self, mesh: str, time: float) -> NDArray[np.float64]:
-        """The matrix (4, 4) that takes points of a mesh, as rows, to their place in the scene."""
-
 
 @dataclass(frozen=True)
 class Origin:
-    """The scene that a file is made from, and the paths of the meshes that the file replaces.
+    """The scene that a file is made from, and the path of the mesh that the file replaces.
 
     It must stay open until the file is complete.
     """
 
     scene: Scene
-    meshes: tuple[str, ...]
+    mesh: str
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
@@ -65,22 +50,12 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     if not meshes:
         raise ValueError("contains no polygon mesh")
     if prim is not None:
-        if prim == every_mesh:
-            raise ValueError(
-                "'all' stands for every mesh: dynmesh complete, convert, view and picture take "
-                "--prim all, in Python complete_scene and convert_file; "
-                f"here, choose one: {listed(list(meshes))}"
-            )
         if prim not in meshes:
             raise ValueError(f"has no mesh '{prim}'; the meshes are {listed(list(meshes))}")
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        every = f"; dynmesh complete takes all of them with --prim {every_mesh}, to USD or Alembic"
-        raise ValueError(
-            f"contains several meshes; choose one with --prim: {listed(candidates)}"
-            f"{every if any(meshes.values()) else ''}"
-        )
+        raise ValueError(f"contains several meshes; choose one with --prim: {listed(candidates)}")
     return candidates[0]
 
 

@@ -12,14 +12,11 @@ from .. import files
 from .._errors import InputError, KindError, SettingError, in_one_line
 from ..files import CannotResumeError
 from ..files.frame_names import FrameNames, single
-from ..files.scene_files import open_scene
-from ..frames.scenes import every_mesh
 from .checkpoint import OtherJobError
 from .completion_options import CompletionOptions
 from .file_completion import complete_into
 from .register_job import RegisterJob, RegisterReport
 from .report import FileReport
-from .scene_completion import SceneReport, complete_meshes
 from .track_report import TrackFileReport
 from .tracking_job import TrackingJob
 from .unfinished import remembered
@@ -32,8 +29,7 @@ class Job(CompletionOptions):
     Attributes:
         input: the incomplete sequence, in any format.
         output: path of the completed sequence; its folder is created if it does not exist.
-        source: how to read the input, as :func:`dynmesh.open` documents; "all" as its `prim` means
-            every mesh that moves, as :func:`dynmesh.complete_scene` completes them.
+        source: how to read the input, as :func:`dynmesh.open` documents.
         settings: the settings of :class:`dynmesh.Completer`; the method is detail by default.
 
     The other options are attributes of the same name.
@@ -56,7 +52,7 @@ class Result:
             "exists" if it was already complete, or "failed".
         reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
             doubtful.
-        frames: number of frames in the output, of all its meshes; 0 if it was not written.
+        frames: number of frames in the output; 0 if it was not written.
         seconds: the time that the job took; 0 if `kept`.
         remarks: remarks about the output for the user, one line each.
         kept: whether the output is from an earlier run, so that nothing was done.
@@ -130,9 +126,6 @@ def _run(job: AnyJob, overwrite: bool) -> Result:
     """Runs a job in a worker."""
     began = time.monotonic()
     try:
-        if isinstance(job, Job) and job.source.get("prim") == every_mesh:
-            scene = complete_meshes(Path(job.input), Path(job.output), job, overwrite)
-            return _result_of_scene(job, scene, began)
         report = _continued(job, overwrite)
     except FileExistsError:
         doubt = _doubt_of(job)
@@ -167,17 +160,11 @@ def _frames_in(job: AnyJob) -> int:
             return 1
         # What is remembered of a doubtful result is a hidden file.
         return sum(1 for path in output.iterdir() if not path.name.startswith("."))
-    meshes: list[str | None] = [None]
     try:
-        if isinstance(job, Job) and job.source.get("prim") == every_mesh:
-            meshes = [mesh for mesh, moves in open_scene(output).moves.items() if moves]
-        frames = 0
-        for mesh in meshes:
-            with files.open(output, format=job.output_format, prim=mesh) as made:
-                frames += made.n_frames
+        with files.open(output, format=job.output_format) as made:
+            return made.n_frames
     except (OSError, ImportError, ValueError, TypeError):
         return 0
-    return frames
 
 
 def _continued(job: AnyJob, overwrite: bool) -> FileReport | TrackFileReport | RegisterReport:
@@ -205,20 +192,6 @@ def _doubt_of(job: AnyJob) -> str:
     if isinstance(job, RegisterJob):
         return job.doubt()
     return str(remembered(files.target_of(job.output, job.output_format)).get("doubtful", ""))
-
-
-def _result_of_scene(job: Job, report: SceneReport, began: float) -> Result:
-    """A job has failed if one of its meshes has, although the others are in the output."""
-    failed = "; ".join(f"{mesh}: {why}" for mesh, why in report.failed.items())
-    doubtful = any(one.doubtful for one in report.meshes.values())
-    return Result(
-        job,
-        "failed" if failed else "doubtful" if doubtful else "done",
-        f"{job.input}: {failed}; the other meshes are in {job.output}" if failed else "",
-        sum(one.frames for one in report.meshes.values()),
-        time.monotonic() - began,
-        (*report.remarks, *(f"{m}: {r}" for m, one in report.meshes.items() for r in one.remarks)),
-    )
 
 
 def _result_of(future: "Future[Result]", job: AnyJob) -> Result:

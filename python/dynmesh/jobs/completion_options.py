@@ -1,6 +1,6 @@
 """What can be asked of a completion, said once.
 
-The Python functions, the command, tables of jobs, scenes and checkpoints take it from here.
+The Python functions, the command, tables of jobs and checkpoints take it from here.
 """
 
 import zlib
@@ -32,24 +32,16 @@ from .option import (
     start_of,
 )
 
-_PRIM_OR_ALL = replace(
-    SOURCE["prim"],
-    help="Which mesh, if IN holds several (USD, Alembic), or all for every mesh that moves.",
-    group=WHAT,
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class CompletionOptions(ConversionOptions):
-    """What can be asked of the completion of a file or of a scene.
+    """What can be asked of the completion of a file.
 
     :func:`dynmesh.complete_file` explains the options; `settings` are its other keywords.
     """
 
     settings: Settings = field(default_factory=Settings)
-    source: Source = field(
-        default_factory=Source, metadata={"source": {**SOURCE, "prim": _PRIM_OR_ALL}}
-    )
+    source: Source = field(default_factory=Source, metadata={"source": SOURCE})
     start: Start = given(
         "auto",
         "The frame from which completion starts. Frames before it are completed backwards. auto: "
@@ -154,8 +146,8 @@ class CompletionOptions(ConversionOptions):
         }
 
 
-class SceneKeywords(Settings, total=False):
-    """The types of the options of a scene as keywords, for editors and type checkers."""
+class CompletionKeywords(Settings, ConversionKeywords, total=False):
+    """The types of the options as keywords, for editors and type checkers."""
 
     start: Start
     training: TrainingFiles | None
@@ -165,11 +157,6 @@ class SceneKeywords(Settings, total=False):
     bidirectional: bool
     provenance: bool
     drop_above: float | None
-
-
-class CompletionKeywords(SceneKeywords, ConversionKeywords, total=False):
-    """The same for a file."""
-
     template: PathLike | None
 
 
@@ -203,7 +190,7 @@ def check_training(training: TrainingFiles | None, settings: Settings) -> tuple[
     return training_files
 
 
-def completion_options(given: SceneKeywords | CompletionKeywords) -> CompletionOptions:
+def completion_options(given: CompletionKeywords) -> CompletionOptions:
     """The options for the keywords of a function; what is no option is taken as a setting."""
     names = {one.name for one in fields(CompletionOptions)} - {"settings"}
     own: dict[str, Any] = {name: value for name, value in given.items() if name in names}

@@ -1,18 +1,35 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Unpack
+from typing import TypeAlias, Unpack
 
 from .. import files
 from .._checks import check_callable, check_path
 from .._errors import KindError
-from ..files import PathLike, Source
+from ..files import Frame, PathLike, Source
 from ..frames.memory import Collected, SequenceReader
 from ..sequence import Sequence
 from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import takes
-from .scene_conversion import ConversionReport, Watch, convert_scene, left_out, whole_scene
+
+Watch: TypeAlias = Callable[[Iterable[Frame], int], Iterable[Frame]]
+
+
+@dataclass(frozen=True)
+class ConversionReport:
+    """What :func:`convert_file` has done.
+
+    Attributes:
+        frames: number of frames in the output.
+        vertices: number of vertices of each.
+        remarks: remarks about the output for the user, one line each.
+    """
+
+    frames: int
+    vertices: int
+    remarks: tuple[str, ...] = ()
 
 
 @takes(ConversionOptions)
@@ -29,8 +46,7 @@ def convert_file(
     """Writes a sequence in another format, with other frames, axes, units or rates, if asked for.
 
     Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. A file that is turned,
-    scaled or resampled holds nothing of the scene that the mesh was in. To USD and Alembic, scenes
-    are converted with all their meshes, unless `source` names one by `prim`.
+    scaled or resampled holds nothing of the scene that the mesh was in.
 
     Args:
         path: the sequence, in any format.
@@ -64,10 +80,7 @@ def convert_file(
     asked = ConversionOptions(**options)
     asked.check_conversion()
     target = files.target_of(output, output_format)
-    source = source or {}
-    if (scene := whole_scene(Path(path), source, target)) is not None:
-        return convert_scene(scene, target, asked, source, overwrite=overwrite, watch=watch)
-    with asked.stated(files.open(path, **source)) as reader:
+    with asked.stated(files.open(path, **(source or {}))) as reader:
         target.check(overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
         header = replace(
@@ -84,8 +97,6 @@ def convert_file(
                 values = frame.attributes()
                 made.append(frame.points, **{name: values[name] for name in header.attributes})
         remarks = [*writer.remarks, *conversion.remarks(target, reader)]
-        if source.get("prim") is None:
-            remarks += left_out(reader)
     if dropped:
         remarks.append("generation and age are not written; this format cannot hold them")
     return ConversionReport(conversion.header.n_frames, header.n_vertices, tuple(remarks))

@@ -1,10 +1,9 @@
 """Pages and pictures of sequences, wherever these are."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import files
 from .._checks import check_integer, check_path, check_positive
@@ -14,11 +13,9 @@ from ..draw.heatmap import ShownFrame
 from ..draw.page import Page, page
 from ..draw.picture import evenly_spaced, pictures
 from ..draw.quantities import Colour, Range
-from ..files import OneSequence, PathLike, Reader, Source, takes_source
+from ..files import OneSequence, PathLike, Reader
 from ..files.new_output import check_output, new_output
 from ..files.scans import ScanReader, open_scans
-from ..files.scene_files import open_if_whole
-from ..files.whole_scene import WholeScene
 from ..frames.times import index_of, mean_rate
 
 if TYPE_CHECKING:
@@ -51,9 +48,7 @@ def view(
 ) -> Page:
     """Makes a page that plays a sequence in any browser, offline.
 
-    The input and the reference play beside it. A page shows itself in a notebook. All meshes of a
-    USD stage or an Alembic archive are shown together; a reader, ``dynmesh.open(path, prim=...)``,
-    shows one. Where one has no frame, it is as in its last one before, or else its first.
+    The input and the reference play beside it. A page shows itself in a notebook.
 
     Args:
         sequence: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
@@ -63,8 +58,8 @@ def view(
         scans: those that the sequence was tracked in.
         scan_unit: "m", "cm", "mm" or metres per unit of the scans; None means as they state it.
         colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
-            "distance", from the nearest point of the scans in mean edges, "mesh", which one of a
-            scene, or "plain"; None means the first of them that there is.
+            "distance", from the nearest point of the scans in mean edges, or "plain"; None means
+            the first of them that there is.
         range: the ends of the scale of that colour.
         title: the heading; None means the name of the file.
         up: "x", "y" or "z"; None means as a file states it, else a guess.
@@ -124,8 +119,6 @@ def picture(
     watch_drawing: Callable[[Iterable[Any], int], Iterable[Any]] = lambda images, _: images,
 ) -> "Image.Image":
     """Draws frames of a sequence: one, a contact sheet of several, or a moving picture.
-
-    Scenes are drawn as by :func:`view`.
 
     Args:
         sequence: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
@@ -203,18 +196,6 @@ def picture(
     return made
 
 
-@takes_source
-def open_shown(path: PathLike, **source: Unpack[Source]) -> Reader:
-    """Opens a sequence, or all meshes of a scene together if none of them is chosen.
-
-    The arguments and errors are those of :func:`dynmesh.open`, and `prim` may be "all".
-    """
-    check_path("path", path)
-    if (scene := open_if_whole(Path(path), source)) is not None:
-        return WholeScene(scene, source.get("missing"))
-    return files.open(path, **source)
-
-
 def _output(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | None:
     """The path of an output, which is refused before any work begins."""
     if out is None:
@@ -230,16 +211,10 @@ def _opened(
 ) -> Iterator[tuple[Reader, Reader | None, Reader | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
     with ExitStack() as stack:
-
-        def shown(one: OneSequence) -> OneSequence:
-            if isinstance(one, str | os.PathLike):
-                return stack.enter_context(open_shown(one))
-            return one
-
         truth, given = (
             None
             if (other := beside.get(name)) is None
-            else stack.enter_context(files.opened(shown(other), name))
+            else stack.enter_context(files.opened(other, name))
             for name in ("reference", "input")
         )
-        yield stack.enter_context(files.opened(shown(sequence))), truth, given
+        yield stack.enter_context(files.opened(sequence)), truth, given

@@ -1,7 +1,7 @@
 """Files with complete frames of the same mesh, from which it is learned how its shape varies."""
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TypeAlias
 
@@ -9,7 +9,6 @@ from .. import files
 from .._core import Completer, Tracker, TrainingSummary, training_summary
 from .._errors import InputError, SettingError, locating
 from ..files import Reader
-from ..files.scene_files import open_scene
 from ..frames.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
@@ -18,13 +17,6 @@ from .start import check_same_mesh, check_whole, find_whole_frame, frame_at
 
 WatchTraining: TypeAlias = Callable[[Iterator[Positions], int], Iterator[Positions]]
 """Is called with the frames of all training files and their number; it must pass the frames on."""
-
-
-def files_in(training_files: Iterable[Path]) -> Iterator[Path]:
-    """Yields the files of training files that are scenes, and the paths of the others."""
-    for training_file in training_files:
-        is_scene = files.format_of(training_file).scene is not None
-        yield from open_scene(training_file).files if is_scene else [training_file]
 
 
 class Training:
@@ -134,12 +126,12 @@ def _open(training_file: Path, reader: Reader) -> Reader:
 
     Of a scene, it is the mesh at the same path, or else the only one that moves.
     """
-    if files.format_of(training_file).scene is None:
+    if not (meshes := files.meshes_of(training_file)):
         try:
             return files.open(training_file)
         except files.NoFacesError:
             return files.open(training_file, faces=reader.faces)
-    meshes, wanted = open_scene(training_file).moves, reader.header.name
+    wanted = reader.header.name
     if wanted in meshes:
         return files.open(training_file, prim=wanted)
     moving = [mesh for mesh, moves in meshes.items() if moves]

@@ -122,7 +122,6 @@ def misused(line: str, *names: str) -> Case:
 
 
 _COMPLETE = "complete body.npz new.npz"
-_SCENE = "complete scene.usda new.usda --prim all"
 _DEGRADE = "degrade body.npz new.npz"
 _VIEW = "view body.npz -o new.html"
 _PICTURE = "picture body.npz -o new.png"
@@ -132,7 +131,7 @@ shell = [
     refused("info none.npz", "none.npz:", "No such file"),
     refused("info gap", "gap: f_0002.obj is missing", "add it"),
     refused("info gap/f_*.obj", "gap/f_*.obj: f_0002.obj is missing"),
-    refused("info scene.usda --prim all", "scene.usda:", "--prim all", "/mesh"),
+    refused("complete two.usda new.usda", "two.usda:", "--prim", "/one, /two"),
     misused("info body.npz --brief", "--brief", "--json"),
     misused("info body.npz other.npz", "other.npz", "put patterns in quotes"),
     refused(
@@ -154,16 +153,12 @@ shell = [
     misused(f"{_COMPLETE} --method motion --reject-outliers", "'--reject-outliers'", "detail"),
     misused(f"{_COMPLETE} --drop-above nan", "'--drop-above'", "positive and finite, not nan"),
     misused(f"{_COMPLETE} --drop-above 1 --method motion", "'--drop-above'", "--method detail"),
-    misused(f"{_SCENE} --drop-above 1 --method motion", "'--drop-above'", "--method detail"),
     refused(f"{_COMPLETE} --start -1", "body.npz:", "start:", "no frame -1, only 0 to 2"),
     refused(f"{_COMPLETE} --frames 2:9", "body.npz:", "frames: must be some of 0:3", "2:9"),
     misused(f"{_COMPLETE} --frames 2-9", "'--frames'", "'2-9'"),
     misused(f"{_COMPLETE} --to-up w", "'--to-up'", "'w'"),
-    misused(f"{_SCENE} --scale 2", "'--scale'"),
     misused(f"{_COMPLETE} --start half", "'--start'", "'half'"),
     misused(f"{_COMPLETE} --speed 3", "--speed"),
-    misused(f"{_SCENE} --resume", "'--resume'"),
-    misused(f"{_SCENE} --fps 25", "'--fps'"),
     misused(_DEGRADE, "--known", "--noise"),
     misused(f"{_DEGRADE} --known 30", "--known", "not 30; for 30 per cent, write 30%"),
     misused(f"{_DEGRADE} --known 130%", "--known", "below 100%", "130%"),

@@ -48,10 +48,6 @@ def _file(training: Any, path: str = "body.npz", output: str = "new.npz", **opti
     return dynmesh.complete_file(path, output, training=training, **options)
 
 
-def _all(training: Any, **options: Any) -> Any:
-    return dynmesh.complete_scene("scene.usda", "new.usda", training=training, **options)
-
-
 def _restored(world: World, other: Any, **settings: Any) -> None:
     """Restores the state of a completer that learned from other frames, or from none."""
     training = [world.vertices, world.points, world.vertices]
@@ -69,7 +65,6 @@ _track = of("Tracker.restore")
 _completer = of("Completer")
 _complete = of("complete")
 _completed = of("complete_file")
-_scene = of("complete_scene")
 _batch = of("batch.complete_files")
 _three = "training: frame 1: vertex 4"
 
@@ -106,13 +101,11 @@ cases = [
     _completed("a training file as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
     _completed("a template as output", lambda _: dynmesh.complete_file("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("`watch_training`: a number", lambda _: _file("training.npz", watch_training=3), TypeError, "watch_training:", "3"),
-    _scene("a training file with another mesh", lambda _: _all("other_training.usda"), ValueError, "/mesh: other_training.usda:", "7", "49"),
-    _scene("a training file as output", lambda _: dynmesh.complete_scene("scene.usda", "training.usda", training="training.usda", overwrite=True), ValueError, "training.usda:", "input"),
+    _completed("a training file without the mesh of that path", lambda _: _file("two.usda", "scene.usda"), ValueError, "two.usda:", "'/mesh'", "/one, /two"),
     _batch("a training file with a hole (the job's reason)", lambda _: failed_job("body.npz", training=Path("late_holes.npz")), Printed, "late_holes.npz: frame 1:", "vertex 4"),
     _batch("`training` with method motion (the job's reason)", lambda _: failed_job("body.npz", training="training.npz", settings={"method": "motion"}), Printed, "body.npz: training:", "'detail'"),
     refused("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "49 in body.npz"),
     misused("complete body.npz new.npz --training training.npz --method motion", "'--training'", "--method detail"),
-    misused("complete scene.usda new.usda --prim all --training training.usda --method motion", "'--training'"),
     refused("info body.npz --training late_holes.npz", "late_holes.npz: frame 1:", "vertex 4"),
     refused("info no_whole.npz --training training.npz", "no_whole.npz:", "no frame is whole"),
     refused("batch no_take.csv", "no_take.csv: line 2: training:", "semicolons", "';training.npz'"),

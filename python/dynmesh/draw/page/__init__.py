@@ -174,7 +174,7 @@ def page(
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     playback = Playback(
         title or reader.title,
-        "; ".join([*([f"shown: {shown}"] if str(shown) else []), *reader.remarks]),
+        f"shown: {shown}" if str(shown) else "",
         captions,
         [reader.header.number(index) for index in indices],
         None if names is None else [names[index] for index in indices],
