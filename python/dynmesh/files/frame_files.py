@@ -198,6 +198,12 @@ class FramesWriter(Writer):
         """Returns the names of the frames."""
         return [cls._names_of(path)]
 
+    @property
+    def mesh_file(self) -> Path | None:
+        """The file of the same format that holds more than positions and faces, if there is one."""
+        source = self.header.mesh_file
+        return source.path if source and source.path.suffix.lower() == self.suffix else None
+
     @abstractmethod
     def _save(self, file: Path, frame: Frame) -> None:
         """Writes one file."""

@@ -1,10 +1,12 @@
 """OBJ: one text file per frame, as modelling programs exchange them.
 
-Positions and faces are read. Texture coordinates, colours, groups and materials are kept where the
-input is OBJ too, and normals follow from the positions. Comments at the beginning state the up axis
-and the length of a unit.
+Positions and faces are read. Texture coordinates, colours, groups and materials, which dynmesh does
+not interpret, are kept where the input is OBJ too; normals are not, as they follow from the
+positions. Comments at the beginning state the up axis and the length of a unit.
 """
 
+import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,14 @@ from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
-from .obj_surroundings import ObjSurroundings, held_by_obj
+
+_KINDS = {
+    b"vt": "texture coordinates",
+    b"vn": "normals",
+    b"usemtl": "materials",
+    b"g": "groups",
+    b"o": "groups",
+}
 
 
 class ObjReader(NumberedReader):
@@ -28,7 +37,11 @@ class ObjReader(NumberedReader):
         return Frame(points), Polygons(sizes, corners), metadata_in(comments)
 
     def _held_beside(self, file: Path) -> set[str]:
-        return held_by_obj(file)
+        lines = [words for line in _lines(file) if (words := line.split())]
+        found = {_KINDS[words[0]] for words in lines if words[0] in _KINDS}
+        if any(words[0] == b"v" and len(words) == 7 for words in lines):
+            found.add("colours")
+        return found
 
 
 class ObjWriter(FramesWriter):
@@ -37,30 +50,67 @@ class ObjWriter(FramesWriter):
     suffix = ".obj"
     keeps_known = False
     keeps_provenance = False
-    keeps_mesh_of = ".obj"
 
     def _begin(self, kept: int) -> None:
         super()._begin(kept)
-        self._comments = "".join(f"# {line}\n" for line in comments_of(self.header))
-        self._around = None
         if self.mesh_file is not None:
-            self._around = ObjSurroundings(self.mesh_file, self._names.folder)
-            return
-        sizes, corners = as_polygons(self.header.faces, self.header.polygons)
-        faces = np.split(corners + 1, np.cumsum(sizes)[:-1])
-        self._faces = "".join(f"f {' '.join(map(str, face))}\n" for face in faces)
+            self._before, self._after = _around(self.mesh_file, self._names.folder)
+            self._lost &= {"normals"}
+        else:
+            sizes, corners = as_polygons(self.header.faces, self.header.polygons)
+            faces = np.split(corners + 1, np.cumsum(sizes)[:-1])
+            self._before = ["", *["\n"] * (self.header.n_vertices - 1)]
+            self._after = "".join(["\n", *(f"f {' '.join(map(str, face))}\n" for face in faces)])
+        comments = "".join(f"# {line}\n" for line in comments_of(self.header))
+        self._before[0] = comments + self._before[0]
 
     def _save(self, file: Path, frame: Frame) -> None:
-        if self._around is not None:
-            with file.open("wb") as lines:
-                lines.write(self._comments.encode())
-                lines.writelines(self._around.lines(frame.points))
-            return
-        with file.open("w", encoding="ascii", newline="\n") as lines:
-            lines.write(self._comments)
-            # The digits of `repr` read back the same double.
-            lines.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in frame.points.tolist())
-            lines.write(self._faces)
+        with file.open("w", encoding="latin-1", newline="") as lines:
+            lines.writelines(
+                f"{before}v {x!r} {y!r} {z!r}"  # whose digits read back the same double
+                for before, (x, y, z) in zip(self._before, frame.points.tolist(), strict=True)
+            )
+            lines.write(self._after)
+
+
+def _around(file: Path, folder: Path) -> tuple[list[str], str]:
+    """Returns what stands before each vertex of a file, and what follows the last.
+
+    Normals are left out, and the paths of materials become relative to `folder`.
+    """
+    before: list[str] = []
+    text: list[bytes] = []
+    for line in _lines(file):
+        keyword, *words = line.split() or [b""]
+        if keyword == b"v":
+            before.append(b"".join(text).decode("latin-1"))
+            text = [b" ".join([b"", *words[3:]]), b"\n"]  # such as its colour
+        elif keyword == b"f":
+            corners = (b"/".join(filter(None, word.split(b"/")[:2])) for word in words)
+            text += [b" ".join([keyword, *corners]), b"\n"]
+        elif keyword == b"mtllib" and words:
+            rest = os.fsdecode(line.split(None, 1)[1].strip())
+            # Several names, or one with spaces.
+            names = [rest] if (file.parent / rest).is_file() else rest.split()
+            found = (os.path.relpath(file.parent / name, folder) for name in names)
+            text.append(b"mtllib %s\n" % b" ".join(map(os.fsencode, found)))
+        elif keyword != b"vn" and not _states_metadata(line):
+            text += [line, b"\n"]
+    return before, b"".join(text).decode("latin-1")
+
+
+def _lines(file: Path) -> list[bytes]:
+    """The lines of a file; those that continue the line before are joined to it."""
+    content = re.sub(rb"\r\n?", b"\n", file.read_bytes())
+    # A comment that ends in a backslash is not continued.
+    continued = rb"\\[ \t\v\f]*(?:#.*)?\n|(#.*)"
+    return re.sub(continued, lambda found: found[1] or b" ", content).splitlines()
+
+
+def _states_metadata(line: bytes) -> bool:
+    """Whether it is a comment that the writer makes itself."""
+    comment = line.lstrip(b"# ").decode("latin-1")
+    return line.startswith(b"#") and metadata_in([comment]) != Metadata()
 
 
 obj = Format(

@@ -1,8 +1,8 @@
 """PLY: one binary or text file per frame, as scanners and MeshLab write them.
 
 The vertices have x, y and z and, if the sequence has them, the properties `known`, `generation`,
-`age` and `standard_error`. Other properties and elements are kept where the input is PLY too, and
-normals follow from the positions. Comments state the up axis and the length of a unit.
+`age` and `standard_error`. Other properties of one number are kept where the input is PLY too, but
+not normals, which follow from the positions. Comments state the up axis and the length of a unit.
 """
 
 from collections.abc import Iterable, Mapping
@@ -18,7 +18,6 @@ from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
 from .comments import Metadata, comments_of, metadata_in
-from .derivatives import Normals
 from .format import Format
 from .frame_files import FramesWriter, NumberedReader
 
@@ -26,7 +25,7 @@ Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
 
-_KINDS = {"b": "uchar", "i": "int", "f": "float"}
+_STORED = {"b": "u1", "i": "i4", "f": "f4"}
 """How attributes are written, by the kind of their dtype."""
 
 _NAMES = {
@@ -39,11 +38,6 @@ _NAMES = {
     "f4": "float",
     "f8": "double",
 }
-
-_NUMPY = {name: f"<{kind}" for kind, name in _NAMES.items()}
-
-_NORMAL = ("nx", "ny", "nz")
-
 
 Columns = dict[str, NDArray[Any] | tuple[NDArray[np.int64], NDArray[Any]]]
 """The n records of an element, by the name of the property: (n,) numbers; or, of a list, (n,)
@@ -132,59 +126,50 @@ class PlyWriter(FramesWriter):
     """A sequence of PLY files that is being written, binary and little-endian."""
 
     suffix = ".ply"
-    keeps_mesh_of = ".ply"
 
     def _begin(self, kept: int) -> None:
         super()._begin(kept)
         header = self.header
-        kinds = dict.fromkeys("xyz", "float" if header.dtype == np.float32 else "double")
-        kinds |= {name: _KINDS[row.dtype.kind] for name, row in header.attributes.items()}
-        polygons = as_polygons(header.faces, header.polygons)
-        sizes = polygons.sizes.astype(np.int64)
-        faces: Columns = {corner_lists[0]: (sizes, polygons.corners.astype(np.int32))}
-        elements: dict[str, Columns] = {"face": faces}
-        around: Columns = {}
-        if self.mesh_file is not None:
-            elements, _ = read_elements(self.mesh_file)
-            around = elements.pop("vertex")
-            elements["face"] = faces | {
-                name: column
-                for name, column in elements.get("face", {}).items()
-                if name not in corner_lists
-            }
-        extra: dict[str, NDArray[Any]] = {}
-        for name, column in around.items():  # in the order of the file
-            if name in {*"xyz", *ATTRIBUTES}:
-                continue
-            if isinstance(column, np.ndarray):
-                extra[name] = column
-            else:
-                self.remarks.append(f"the lists {name} of vertices are not written")
-        kinds |= {name: _NAMES[column.dtype.str[1:]] for name, column in extra.items()}
-        columns = [(name, np.dtype(_NUMPY[kind])) for name, kind in kinds.items()]
+        kinds = dict.fromkeys("xyz", header.dtype.str[1:])
+        kinds |= {name: _STORED[row.dtype.kind] for name, row in header.attributes.items()}
+        further = {} if self.mesh_file is None else _further(read_elements(self.mesh_file)[0])
+        self._lost -= {f"vertex.{name}" for name in further}
+        kinds |= {name: column.dtype.str[1:] for name, column in further.items()}
+        columns = [(name, np.dtype(f"<{kind}")) for name, kind in kinds.items()]
         self._vertices = np.zeros(header.n_vertices, columns)
-        for name, column in extra.items():
+        for name, column in further.items():
             self._vertices[name] = column
-        self._normals = Normals(polygons, "vertex") if extra.keys() >= set(_NORMAL) else None
         # The bytes before and after the vertices are the same in every frame.
-        written = [(name, *_records(columns)) for name, columns in elements.items() if columns]
-        lines = [
-            line
-            for name, properties, n, _ in written
-            for line in (f"element {name} {n}", *properties)
-        ]
-        self._before = ply_header(comments_of(header), header.n_vertices, kinds, *lines)
-        self._after = b"".join(records for *_, records in written)
+        sizes, corners = as_polygons(header.faces, header.polygons)
+        count = "u1" if sizes.max(initial=0) < 256 else "i4"
+        self._before = ply_header(
+            comments_of(header),
+            header.n_vertices,
+            {name: _NAMES[kind] for name, kind in kinds.items()},
+            f"element face {len(sizes)}",
+            f"property list {_NAMES[count]} int {corner_lists[0]}",
+        )
+        numbers = corners.astype("<i4").view(f"<{count}")
+        begins = (np.cumsum(sizes) - sizes) * (4 // np.dtype(count).itemsize)
+        self._after = np.insert(numbers, begins, sizes.astype(count)).tobytes()
 
     def _save(self, file: Path, frame: Frame) -> None:
         for i, axis in enumerate("xyz"):
             self._vertices[axis] = frame.points[:, i]
         for name in self.header.attributes:
             self._vertices[name] = getattr(frame, name)
-        if self._normals is not None:
-            for name, values in zip(_NORMAL, self._normals.of(frame.points).T, strict=True):
-                self._vertices[name] = values
         file.write_bytes(self._before + self._vertices.tobytes() + self._after)
+
+
+def _further(elements: dict[str, Columns]) -> dict[str, NDArray[Any]]:
+    """The properties of vertices that files keep beside those of dynmesh, in their order."""
+    own = {*"xyz", *ATTRIBUTES, "nx", "ny", "nz"}
+    vertices = elements["vertex"].items()
+    return {
+        name: column
+        for name, column in vertices
+        if name not in own and isinstance(column, np.ndarray)
+    }
 
 
 def ply_header(
@@ -201,30 +186,6 @@ def ply_header(
         "end_header\n",
     ]
     return "\n".join(lines).encode("ascii")
-
-
-def _records(columns: Columns) -> tuple[list[str], int, bytes]:
-    """Returns the properties of an element, the number of its records, and the records."""
-    properties: list[str] = []
-    parts: list[list[bytes]] = []
-    for name, column in columns.items():
-        if isinstance(column, np.ndarray):
-            properties.append(f"property {_NAMES[column.dtype.str[1:]]} {name}")
-            parts.append(_cut(column, np.ones(len(column), np.int64)))
-            continue
-        sizes, values = column
-        count = "uchar" if sizes.max(initial=0) < 256 else "int"
-        properties.append(f"property list {count} {_NAMES[values.dtype.str[1:]]} {name}")
-        counts = _cut(sizes.astype(_NUMPY[count]), np.ones(len(sizes), np.int64))
-        parts += [counts, _cut(values, sizes)]
-    return properties, len(parts[0]), b"".join(map(b"".join, zip(*parts, strict=True)))
-
-
-def _cut(values: NDArray[Any], sizes: Integers) -> list[bytes]:
-    """Returns the bytes of the first `sizes[0]` values, of the next `sizes[1]`, and so on."""
-    content = values.astype(values.dtype.newbyteorder("<")).tobytes()
-    ends = (np.cumsum(sizes) * values.dtype.itemsize).tolist()
-    return [content[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
 
 
 ply = Format(

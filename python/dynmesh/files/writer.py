@@ -48,12 +48,9 @@ class Writer(ABC):
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
         keeps_scene_of: the format whose scenes the writer keeps around the meshes; None if none.
-        keeps_mesh_of: the suffix of the files from which it keeps what they hold beside positions
-            and faces; None if there are none.
     """
 
     keeps_scene_of: ClassVar[str | None] = None
-    keeps_mesh_of: ClassVar[str | None] = None
     resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
@@ -98,10 +95,6 @@ class Writer(ABC):
             if folder is None:
                 folder, self.remarks = self._working.enter_context(working_folder(path))
             self.folder = folder
-            if header.mesh_file is not None and self.mesh_file is None:
-                *most, last = header.mesh_file.holds
-                lost = f"{', '.join(most)} and {last}" if most else last
-                self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
             others = [row.what for name, row in header.attributes.items() if name != "known"]
             if others and not self.keeps_provenance:
                 raise ValueError(
@@ -111,19 +104,20 @@ class Writer(ABC):
                 if self.folder.exists():
                     shutil.rmtree(self.folder)
                 self.folder.mkdir()
+            self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
             self._begin(resume_at)
-
-    @property
-    def mesh_file(self) -> Path | None:
-        """The file from which the frames keep more than positions and faces, if there is one."""
-        source = self.header.mesh_file
-        if source is None or source.path.suffix.lower() != self.keeps_mesh_of:
-            return None
-        return source.path
+            if header.mesh_file is not None and self._lost:
+                *most, last = sorted(self._lost)
+                lost = f"{', '.join(most)} and {last}" if most else last
+                self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
 
     @abstractmethod
     def _begin(self, kept: int) -> None:
-        """Creates the files in `folder`, or opens them and removes all but the first frames."""
+        """Creates the files in `folder`, or opens them and removes all but the first frames.
+
+        What is kept of the mesh file of the header is removed from `_lost`, of which a remark says
+        that it is not written.
+        """
 
     @abstractmethod
     def _append(self, frame: Frame) -> None:
