@@ -402,12 +402,12 @@ def test_damaged_npy_is_refused(tmp_path: Path) -> None:
         (b"", "magic string"),
         (b"solid body", "magic string"),
         (whole[:50], "EOF"),
-        (whole + b"\0", "continues after its 10 frames: .* 608 bytes, but the file has 609"),
+        (whole + b"\0", "its header declares 608 bytes, but the file has 609"),
         (whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"array of shape \(-1, 4, 3\)"),
         (npy_of(np.zeros((4, 3)), path), r"must have shape \(n, k, 3\), not \(4, 3\)"),
         (npy_of(np.zeros((2, 4, 3), int), path), "float32 or float64, not int64"),
         (npy_of(np.array([None]), path), "holds Python objects"),
-        (npy_of(np.float32(1), path), r"array of shape \(\)"),
+        (npy_of(np.float32(1), path), r"must have shape \(n, k, 3\), not \(\)"),
         (npy_of(np.zeros((0, 4, 3)), path), "has no frames"),
     ):
         path.write_bytes(data)
@@ -430,5 +430,5 @@ def test_an_array_with_fewer_frames_than_it_announces_is_refused(tmp_path: Path)
             buffer = io.BytesIO()
             np.save(buffer, array)
             archive.writestr(f"{name}.npy", buffer.getvalue()[:size])
-    with pytest.raises(ValueError, match=r"damaged\.npz: .*ends in the middle of frame 9 of 100"):
+    with pytest.raises(ValueError, match=r"damaged\.npz: .*declares 9728 bytes.* has 1000"):
         dynmesh.read(path)

@@ -1,4 +1,4 @@
-"""`.npy`: positions as one numpy array (n, k, 3), mapped into memory.
+"""`.npy`: positions as one numpy array (n, k, 3).
 
 The other arrays are in separate files: `NAME.faces.npy` and, optionally, `NAME.known.npy`,
 `NAME.generation.npy`, `NAME.age.npy`, `NAME.standard_error.npy` and, as a text, what the standard
@@ -7,22 +7,18 @@ the mesh, the unit and the number of the first frame cannot be stored.
 """
 
 import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
-from ..frames.frame import Frame
 from ..frames.header import Header, errors_of
 from ..frames.naming import naming
-from ..frames.reader import Reader
 from ..sequence import check_faces, check_vertices
-from .flat import FlatRows
 from .format import Format, Template
 from .frame_names import FrameNames, single
 from .named import per_frame
-from .rows import RowFilesWriter, load_array, read_header
+from .rows import RowFilesWriter, Rows, RowsReader, load_array, open_rows
 from .template import find_template
 
 
@@ -31,66 +27,47 @@ def _path_of(name: str, path: Path) -> Path:
     return path if name == "vertices" else path.with_name(f"{path.stem}.{name}.npy")
 
 
-def _open_rows(path: Path) -> FlatRows:
-    with path.open("rb") as file:
-        shape, by_columns, dtype = read_header(file)
-        return FlatRows(path, file.tell(), shape, dtype, by_columns=by_columns)
-
-
-class NpyReader(Reader):
+class NpyReader(RowsReader):
     """A sequence in an array of positions, with other arrays beside it."""
 
     def __init__(self, path: Path, template: Template | None) -> None:
-        """Opens the arrays."""
-        with contextlib.ExitStack() as stack:
-            self._rows = {"vertices": stack.enter_context(contextlib.closing(_open_rows(path)))}
-            vertices = self._rows["vertices"]
+        """Reads everything except the frames."""
+        self._positions = path
+        with self._open_rows("vertices") as vertices:
             check_vertices(vertices.dtype, vertices.shape)
-            for name, row in ATTRIBUTES.items():
-                beside = _path_of(name, path)
-                if beside.exists():
-                    with naming(beside):
-                        rows = stack.enter_context(contextlib.closing(_open_rows(beside)))
-                        row.check(rows.dtype, rows.shape, vertices.shape[:2])
-                    self._rows[name] = rows
-            check_needed(self._rows)
-            n_frames, n_vertices, _ = vertices.shape
-            faces_beside = {_path_of("faces", path): _load_faces}
-            template = find_template(template, n_vertices, faces_beside)
-            self._files = [*(_path_of(name, path) for name in self._rows), *template.files]
-            errors = None
-            if (beside := _path_of("standard_error_of", path)).exists():
-                self._files.append(beside)
-                with naming(beside):
-                    errors = str(load_array(beside))
-            header = Header(
-                faces=template.faces,
-                n_frames=n_frames,
-                n_vertices=n_vertices,
-                dtype=vertices.dtype.newbyteorder("="),
-                polygons=template.polygons,
-                up_axis=template.metadata.up_axis,
-                metres_per_unit=template.metadata.metres_per_unit,
-                **flags_of(self._rows),
-                standard_error_of=errors_of(errors),
-            )
-            super().__init__(path, header)
-            stack.pop_all()  # the arrays stay open
+        self._arrays = [name for name in per_frame if _path_of(name, path).exists()]
+        for name in self._arrays[1:]:
+            with naming(_path_of(name, path)), self._open_rows(name) as rows:
+                ATTRIBUTES[name].check(rows.dtype, rows.shape, vertices.shape[:2])
+        check_needed(self._arrays)
+        n_frames, n_vertices, _ = vertices.shape
+        template = find_template(template, n_vertices, {_path_of("faces", path): _load_faces})
+        self._files = [*(_path_of(name, path) for name in self._arrays), *template.files]
+        errors = None
+        if (beside := _path_of("standard_error_of", path)).exists():
+            self._files.append(beside)
+            with naming(beside):
+                errors = str(load_array(beside))
+        header = Header(
+            faces=template.faces,
+            n_frames=n_frames,
+            n_vertices=n_vertices,
+            dtype=vertices.dtype.newbyteorder("="),
+            polygons=template.polygons,
+            up_axis=template.metadata.up_axis,
+            metres_per_unit=template.metadata.metres_per_unit,
+            **flags_of(self._arrays),
+            standard_error_of=errors_of(errors),
+        )
+        super().__init__(path, header)
 
     @property
     def files(self) -> list[Path]:
         """The files that are read."""
         return self._files
 
-    def _frames(self, numbers: range) -> Iterator[Frame]:
-        for number in numbers:
-            rows = {name: rows.read(number) for name, rows in self._rows.items()}
-            yield Frame(rows.pop("vertices"), **rows)
-
-    def close(self) -> None:
-        """Closes the arrays."""
-        for rows in self._rows.values():
-            rows.close()
+    def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
+        return open_rows(_path_of(name, self._positions))
 
 
 def _load_faces(path: Path) -> Template:

@@ -11,7 +11,6 @@ writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and f
 
 import contextlib
 import struct
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,14 +19,12 @@ import numpy as np
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
-from ..frames.reader import Reader
 from ..polygons import as_polygons
-from .flat import FlatRows
 from .format import Format, Template, template_of
 from .frame_names import FrameNames, single
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
-from .rows import FlatWriter
+from .rows import ArrayHeader, FlatWriter, Rows, RowsReader, open_rows
 from .template import find_template
 
 signature = b"POINTCACHE2\0"
@@ -39,8 +36,10 @@ _MESHES = {".obj": ObjReader, ".ply": PlyReader}
 """What reads the mesh beside a file; the preferred kind comes first."""
 
 
-class Pc2Reader(Reader):
+class Pc2Reader(RowsReader):
     """A sequence in a PC2 file."""
+
+    _arrays = ("vertices",)
 
     def __init__(self, path: Path, template: Template | None) -> None:
         """Opens the file and finds its faces."""
@@ -53,36 +52,30 @@ class Pc2Reader(Reader):
         _, version, n_vertices, start, _, n_frames = layout.unpack(begin)
         if version != 1:
             raise ValueError(f"is a PC2 file of version {version}, but only version 1 is supported")
-        with contextlib.ExitStack() as stack:
-            self._rows = FlatRows(path, layout.size, (n_frames, n_vertices, 3), _DTYPE)
-            stack.callback(self._rows.close)
-            beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
-            template = find_template(template, n_vertices, beside)
-            self._files = [path, *template.files]
-            header = Header(
-                faces=template.faces,
-                n_frames=n_frames,
-                n_vertices=n_vertices,
-                dtype=np.dtype(np.float32),
-                polygons=template.polygons,
-                **template.metadata._asdict(),
-                start=float(str(np.float32(start))),  # the shortest digits of the float32
-            )
-            super().__init__(path, header)
-            stack.pop_all()  # the rows stay open
+        self._positions = ArrayHeader((n_frames, n_vertices, 3), False, _DTYPE)
+        with open_rows(path, self._positions, layout.size):
+            pass  # the sizes are right
+        beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
+        template = find_template(template, n_vertices, beside)
+        self._files = [path, *template.files]
+        header = Header(
+            faces=template.faces,
+            n_frames=n_frames,
+            n_vertices=n_vertices,
+            dtype=np.dtype(np.float32),
+            polygons=template.polygons,
+            **template.metadata._asdict(),
+            start=float(str(np.float32(start))),  # the shortest digits of the float32
+        )
+        super().__init__(path, header)
 
     @property
     def files(self) -> list[Path]:
         """The files that are read."""
         return self._files
 
-    def _frames(self, numbers: range) -> Iterator[Frame]:
-        for number in numbers:
-            yield Frame(self._rows.read(number))
-
-    def close(self) -> None:
-        """Closes the file."""
-        self._rows.close()
+    def _open_rows(self, _: str) -> contextlib.AbstractContextManager[Rows]:
+        return open_rows(self.path, self._positions, layout.size)
 
 
 def _mesh(path: Path) -> Template:

@@ -1,10 +1,12 @@
 """Arrays in NumPy's own format, read and written row by row."""
 
+import contextlib
 import io
 import math
 import os
 import warnings
 from abc import abstractmethod
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO, Any, NamedTuple
@@ -14,6 +16,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ..frames.frame import Frame
+from ..frames.reader import Reader
 from .named import kinds_per_frame, rows_of
 from .writer import Writer
 
@@ -48,29 +51,79 @@ def read_header(file: IO[bytes]) -> ArrayHeader:
         raise ValueError(f"is damaged: its header cannot be read: {error}") from error
     if header.dtype.hasobject:
         raise ValueError("holds Python objects, not numbers")
-    if min(header.shape, default=0) < 0:
-        raise ValueError(f"declares an array of shape {header.shape}")
     return header
 
 
-def read_array(file: IO[bytes], size: int) -> NDArray[Any]:
-    """Reads the array of a file of `size` bytes, which must match its header.
+class Rows:
+    """An array in a file or in a member of an archive, whose rows are read one at a time."""
 
-    Raises:
-        ValueError: see :func:`read_header`, or the size of the file does not match.
-    """
-    shape, by_columns, dtype = read_header(file)
-    expected = file.tell() + math.prod(shape) * dtype.itemsize
-    if size != expected:
-        raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
-    numbers = np.frombuffer(bytearray(file.read()), dtype)
-    return numbers.reshape(shape, order="F" if by_columns else "C")
+    def __init__(self, file: IO[bytes], size: int, header: ArrayHeader | None = None) -> None:
+        """Takes a file of `size` bytes, whose header is read unless it is given.
+
+        Raises:
+            ValueError: see :func:`read_header`, or the size of the file does not match.
+        """
+        self._file = file
+        self.shape, self._by_columns, self.dtype = header or read_header(file)
+        if min(self.shape, default=0) < 0:
+            raise ValueError(f"declares an array of shape {self.shape}")
+        self._begin = file.tell()
+        self._row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
+        expected = self._begin + math.prod(self.shape) * self.dtype.itemsize
+        if size != expected:
+            raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
+        # No row is contiguous in an array by columns, in Fortran order.
+        self._whole = self.whole() if self._by_columns else None
+
+    def whole(self) -> NDArray[Any]:
+        """Returns the whole array, as it is stored."""
+        self._file.seek(self._begin)
+        numbers = np.frombuffer(bytearray(self._file.read()), self.dtype)
+        return numbers.reshape(self.shape, order="F" if self._by_columns else "C")
+
+    def read(self, number: int) -> NDArray[Any]:
+        """Returns the row with this number, contiguous and in native byte order."""
+        if self._whole is not None:
+            return native(np.ascontiguousarray(self._whole[number]))
+        place = self._begin + number * self._row_size
+        if self._file.tell() != place:
+            self._file.seek(place)
+        data = self._file.read(self._row_size)
+        if len(data) < self._row_size:
+            raise ValueError(f"ends in the middle of frame {number} of {self.shape[0]}")
+        return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))
+
+
+@contextlib.contextmanager
+def open_rows(path: Path, header: ArrayHeader | None = None, begin: int = 0) -> Iterator[Rows]:
+    """Opens the array of a `.npy` file, or that which begins after so many bytes of a file."""
+    with path.open("rb") as file:
+        file.seek(begin)
+        yield Rows(file, os.fstat(file.fileno()).st_size, header)
 
 
 def load_array(path: Path) -> NDArray[Any]:
-    """Reads the array of a `.npy` file; see :func:`read_array`."""
-    with path.open("rb") as file:
-        return read_array(file, os.fstat(file.fileno()).st_size)
+    """Reads the whole array of a `.npy` file."""
+    with open_rows(path) as rows:
+        return rows.whole()
+
+
+class RowsReader(Reader):
+    """A sequence of which each array with a row per frame is read from a place of its own."""
+
+    _arrays: Collection[str]
+    """Which of these arrays there are."""
+
+    @abstractmethod
+    def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
+        """Opens the array with that name."""
+
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        with contextlib.ExitStack() as stack:
+            rows = {name: stack.enter_context(self._open_rows(name)) for name in self._arrays}
+            for number in numbers:
+                arrays = {name: row.read(number) for name, row in rows.items()}
+                yield Frame(arrays.pop("vertices"), **arrays)
 
 
 def array_header(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
