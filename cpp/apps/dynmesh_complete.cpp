@@ -1,169 +1,415 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
+#include <dynmesh/version.hpp>
 #include <exception>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
+#include <regex>
+#include <span>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <system_error>
+#include <type_traits>
+#include <utility>
 #include <vector>
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
-#include "frame_files.hpp"
-#include "options.hpp"
+#include "stream/settings_table.hpp"
+#include "support/parse_number.hpp"
 #include "support/paths.hpp"
-#include "system.hpp"
+#include "support/wrapped_text.hpp"
 
 namespace {
 
-using dynmesh::app::caught_signal;
-using dynmesh::app::DataError;
-using dynmesh::app::FrameReader;
-using dynmesh::app::FrameWriter;
-using dynmesh::app::Options;
-using dynmesh::app::UsageError;
+using namespace dynmesh;
+namespace fs = std::filesystem;
 
-void print(const dynmesh::FrameReport& report, std::size_t frame) {
-  std::fprintf(stderr,
-               "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
-               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"blend\": %.9g, "
-               "\"prior_weight\": %.9g, \"prior_share\": %.9g, "
-               "\"first_order_share\": %.9g, \"standard_error\": %.9g}\n",
-               frame, report.known, report.filled, report.disconnected, report.rejected,
-               report.iterations, report.seconds, report.stages.blend, report.stages.prior_weight,
-               report.stages.prior_share, report.stages.first_order_share, report.standard_error);
+static_assert(std::endian::native == std::endian::little,
+              "frames are read and written in the byte order of memory");
+
+constexpr const char* help_before_settings =
+    R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
+
+Completes the missing vertices of every frame of a dynamic mesh, from that frame and
+earlier frames only.
+
+  --template MESH    the complete frame 0 and the faces: .obj, .ply or .off
+  --input FRAMES     frames 1, 2, ... with the vertices of MESH in the same order;
+                     a vertex with a coordinate that is NaN or infinite is missing
+  --output FRAMES    one completed frame for each input frame
+
+FRAMES is raw little-endian float32, x y z for each vertex, frame after frame (.raw or
+no suffix; "-" is standard input or output). Or it is a mesh file for each frame, with %d
+or %04d in the place of its number. Positions are read from .obj or .ply until there is no
+file of the next number; .ply are written, with the triangles of MESH.
+
+)";
+
+constexpr const char* help_after_settings =
+    R"(  --report           print one JSON line per frame to standard error
+  --overwrite        replace existing output files
+  --help, --version  print this text, or the version
+
+If a frame cannot be read or completed, or if the program is interrupted (Ctrl-C), all
+frames before that are completed and written. Exit code: 0 success; 1 the data or a file
+is not valid; 2 the command line is not valid; 130 or 143 interrupted.
+)";
+
+/// SIGINT or SIGTERM, once one was caught. A signal handler can access nothing else.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+volatile std::sig_atomic_t caught_signal = 0;
+
+/// Lets a signal end the program after the current frame, so that the completed ones are not lost.
+void stop_on(int signal) {
+  const auto handler = [](int number) { caught_signal = number; };
+#ifdef _WIN32
+  std::signal(signal, handler);  // reading goes on until the next frame or the end of the input
+#else
+  struct sigaction action {};
+  sigaction(signal, nullptr, &action);
+  // A background job of a shell script ignores interrupts from its start.
+  if (action.sa_handler == SIG_IGN) return;
+  action = {};
+  action.sa_handler = handler;
+  sigaction(signal, &action, nullptr);  // without SA_RESTART, a blocking read returns
+#endif
 }
 
-/// Returns what `call` returns. Adds `where` to the message of an error of the library.
+[[noreturn]] void refuse(const std::string& place, const std::string& why) {
+  throw std::runtime_error(place + ": " + why);
+}
+
+[[noreturn]] void refuse_by_system(const std::string& place) {
+  refuse(place, std::generic_category().message(errno));
+}
+
+/// Returns what `call` returns. Adds `place` to the message of an error of the library.
 template <class Call>
-auto with_context(const std::string& where, const Call& call) {
+auto with_place(const std::string& place, const Call& call) {
   try {
     return call();
   } catch (const std::invalid_argument& error) {
-    throw DataError(where + ": " + error.what());
+    refuse(place, error.what());
   }
 }
 
-/// Refuses unknown formats, and an output that would overwrite what is read.
-void check_files(const Options& options) {
-  (void)dynmesh::app::format_of(*options.input);
-  (void)dynmesh::app::format_of(*options.output);
-  const auto check = [&](const std::string& path, const char* role) {
-    std::error_code missing;
-    const auto output = dynmesh::path_of(*options.output);
-    if (!std::filesystem::equivalent(dynmesh::path_of(path), output, missing)) return;
-    throw UsageError(*options.output + ": is also " + role +
-                     ", which would be overwritten; choose another output");
-  };
-  check(*options.input, "the input file");
-  for (const std::string& path : options.training) {
-    (void)dynmesh::app::format_of(path);
-    check(path, "a training sequence");
+/// Closes a file, and removes one that is not complete.
+struct CloseFile {
+  std::string partial = {};  ///< its name for the time being, if it has one
+  void operator()(std::FILE* file) const {
+    (void)std::fclose(file);
+    std::error_code ignored;
+    if (!partial.empty()) fs::remove(path_of(partial), ignored);
   }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+/// Returns an open file, or `standard` if the name is "-".
+File open_file(const std::string& name, const char* mode, std::FILE* standard) {
+#ifdef _WIN32
+  if (name == "-") (void)_setmode(_fileno(standard), _O_BINARY);
+  const auto open = [&] { return _wfopen(path_of(name).c_str(), path_of(mode).c_str()); };
+#else
+  const auto open = [&] { return std::fopen(name.c_str(), mode); };
+#endif
+  File file(name == "-" ? standard : open());
+  if (!file) refuse_by_system(name);
+  return file;
 }
 
-/// Reads the frames of all files. If a signal interrupts reading, frames are missing.
-dynmesh::Training<float> read_training(const std::vector<std::string>& paths,
-                                       std::size_t n_vertices) {
-  dynmesh::Training<float> training(n_vertices);
-  std::vector<float> frame(3 * n_vertices);
-  for (const std::string& path : paths) {
-    FrameReader reader(path, n_vertices);
-    std::size_t number = 0;
-    while (caught_signal() == 0 && reader.read(frame)) {
-      ++number;
-      const auto counted = "training: frame " + std::to_string(training.n_added()) + ": ";
-      try {
-        training.add({frame.data(), n_vertices});
-      } catch (const std::invalid_argument& error) {
-        // The library counts the frames of all files together, from 0.
-        std::string reason = error.what();
-        if (reason.starts_with(counted)) reason.erase(0, counted.size());
-        throw DataError(reader.name() + ": frame " + std::to_string(number) + ": " + reason);
+/// Whether `name` stands for numbered mesh files instead of one raw stream. Throws if for neither.
+bool is_numbered(const std::string& name, const std::string& suffixes) {
+  const std::string suffix = lowercase_suffix(name);
+  if (suffix.empty() || suffix == ".raw") return false;
+  const std::regex numbered(R"([^%]*%(0[1-9])?d[^%/\\]*\.()" + suffixes + ")", std::regex::icase);
+  if (std::regex_match(name, numbered)) return true;
+  refuse(name, "must be a raw stream, with the suffix .raw or none, or " + suffixes +
+                   " files with %d or %04d in the place of the number");
+}
+
+/// Returns the name of a numbered file. `name` has passed `is_numbered`.
+std::string file_of(const std::string& name, std::size_t number) {
+  std::string file(name.size() + 20, '\0');
+  const int size = std::snprintf(file.data(), file.size(), name.c_str(), static_cast<int>(number));
+  file.resize(static_cast<std::size_t>(size));
+  return file;
+}
+
+/// Reads frames (n_vertices, 3), which are counted from 1.
+class FrameReader {
+ public:
+  explicit FrameReader(const std::string& name) : name_(name) {
+    if (!is_numbered(name, "obj|ply")) stream_ = open_file(name, "rb", stdin);
+  }
+
+  /// Returns what errors call the frame that was read last.
+  [[nodiscard]] std::string place() const {
+    if (!stream_) return file_of(name_, n_read_);
+    return (name_ == "-" ? "standard input" : name_) + ": frame " + std::to_string(n_read_);
+  }
+
+  /// Returns false at the end and if a signal interrupts reading.
+  bool read(std::span<float> frame) {
+    ++n_read_;
+    std::size_t got = 0;
+    if (stream_) {
+      got = std::fread(frame.data(), 1, frame.size_bytes(), stream_.get());
+      const bool is_whole = got == frame.size_bytes();
+      if (!is_whole && caught_signal != 0) return false;
+      if (!is_whole && std::ferror(stream_.get()) != 0) refuse_by_system(place());
+      if (got == 0) return false;
+    } else {
+      if (n_read_ > 1 && !fs::exists(path_of(place()))) return false;
+      const std::vector<float> positions = read_positions(place());
+      got = sizeof(float) * positions.size();
+      std::copy_n(positions.begin(), std::min(positions.size(), frame.size()), frame.begin());
+    }
+    if (got == frame.size_bytes()) return true;
+    refuse(place(), "has " + std::to_string(got / 12) + " vertices" +
+                        (got % 12 == 0 ? "" : " and a part of one") + ", but the template has " +
+                        std::to_string(frame.size() / 3));
+  }
+
+ private:
+  std::string name_;
+  File stream_;
+  std::size_t n_read_ = 0;
+};
+
+/// A file that has its name only once it is complete. A pipe gets everything at once.
+class OutputFile {
+ public:
+  OutputFile(std::string name, bool overwrite) : name_(std::move(name)) {
+    const fs::path path = path_of(name_);
+    if (name_ == "-" || (fs::exists(path) && !fs::is_regular_file(path))) {
+      file_ = open_file(name_, "wb", stdout);
+      return;
+    }
+    if (!overwrite && fs::exists(path)) refuse(name_, "exists already; --overwrite replaces it");
+    const std::string partial = name_ + ".part";
+    if (fs::exists(path_of(partial))) {
+      refuse(partial, "exists; remove it, unless another run is writing it");
+    }
+    file_ = open_file(partial, "wb", nullptr);
+    file_.get_deleter().partial = partial;
+  }
+
+  void write(const std::string& bytes) {
+    const bool is_taken = std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size();
+    const bool has_name = file_.get_deleter().partial.empty();
+    if (is_taken && (!has_name || std::fflush(file_.get()) == 0)) return;
+    refuse_by_system((name_ == "-" ? "standard output" : name_) + ": cannot be written");
+  }
+
+  void finish() {
+    if (std::fflush(file_.get()) != 0) refuse_by_system(name_ + ": cannot be written");
+    const std::string partial = std::exchange(file_.get_deleter().partial, {});
+    file_.reset();
+    if (partial.empty()) return;
+    std::error_code error;  // Windows replaces no file that another program has open
+    fs::rename(path_of(partial), path_of(name_), error);
+    if (error) refuse(name_, "cannot be replaced: " + error.message() + "; it is in " + partial);
+  }
+
+ private:
+  std::string name_;
+  File file_;
+};
+
+std::string ply_of(const std::string& positions, const TemplateMesh& mesh) {
+  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
+                     std::to_string(mesh.points().count) +
+                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+                     std::to_string(mesh.triangles().count) +
+                     "\nproperty list uchar int vertex_indices\nend_header\n" + positions;
+  for (std::size_t i = 0; i < mesh.faces.size(); i += 3) {
+    text.append(1, 3).append(reinterpret_cast<const char*>(&mesh.faces[i]), 3 * sizeof(Index));
+  }
+  return text;
+}
+
+struct Options {
+  std::map<std::string, std::string> files = {
+      {"--template", ""}, {"--input", ""}, {"--output", ""}};
+  Settings settings;
+  bool report = false;
+  bool overwrite = false;
+};
+
+/// Returns what the option of a setting is called. One that is on by default is turned off by
+/// --no-.
+template <class Value>
+std::string option_of(const Setting& setting, Value Settings::*member) {
+  std::string name = setting.name;
+  std::ranges::replace(name, '_', '-');
+  if constexpr (std::is_same_v<Value, bool>) {
+    if (Settings{}.*member) return "--no-" + name;
+  }
+  return "--" + name;
+}
+
+void print_help() {
+  std::string text = help_before_settings;
+  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
+    const std::string option = option_of(setting, member);
+    std::string sentence = option.starts_with("--no-") ? setting.without : setting.help;
+    if (setting.method) {
+      const auto method = static_cast<std::size_t>(*setting.method);
+      sentence = "(method " + std::string(names_of<Method>.at(method)) + ") " + sentence;
+    }
+    text += wrapped_text("  " + option + ' ' + setting.value, sentence, 21, 86);
+  });
+  std::fputs((text + help_after_settings).c_str(), stdout);
+}
+
+/// Sets the setting of `option`, from what `argument` returns. Returns false if there is none.
+template <class Argument>
+bool set(Settings& settings, const std::string& option, const Argument& argument) {
+  bool is_found = false;
+  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
+    if (option != option_of(setting, member)) return;
+    is_found = true;
+    if constexpr (std::is_same_v<Value, bool>) {
+      settings.*member = !(Settings{}.*member);
+    } else if constexpr (std::is_enum_v<Value>) {
+      settings.*member = from_name<Value>(setting.name, argument());
+    } else {
+      using Number = std::conditional_t<std::is_same_v<Value, Index>, Index, double>;
+      const std::string text = argument();
+      const char* const last = text.data() + text.size();
+      Number number = 0;
+      const auto [end, error] = parse_number(text.data(), last, number);
+      if (end != last || error != std::errc()) {
+        refuse(option, "'" + text + "' is not a " +
+                           (std::is_same_v<Value, Index> ? "whole number" : "number") +
+                           " in range");
       }
+      settings.*member = number;
     }
-    if (number == 0 && caught_signal() == 0) throw DataError(reader.name() + ": has no frames");
-  }
-  return training;
+  });
+  return is_found;
 }
 
-/// Returns a completer that has read the training sequence, if there is one, or nothing if a signal
-/// interrupts reading.
-std::optional<dynmesh::Completer<float>> make_completer(const Options& options) {
-  const dynmesh::TemplateMesh mesh = dynmesh::read_template(*options.template_path);
-  const auto make = [&](const auto&... training) {
-    return dynmesh::Completer<float>(mesh.triangles(), mesh.points(), options.settings,
-                                     training...);
-  };
-  if (options.training.empty()) {
-    return with_context(*options.template_path, [&] { return make(); });
-  }
-  const auto training = read_training(options.training, mesh.points().count);
-  if (caught_signal() != 0) return {};
-  try {
-    return make(training);
-  } catch (const std::invalid_argument& error) {
-    constexpr std::string_view argument = "training: ";
-    const std::string reason = error.what();
-    if (!reason.starts_with(argument)) throw DataError(*options.template_path + ": " + reason);
-    std::string paths = options.training[0];
-    for (std::size_t i = 1; i < options.training.size(); ++i) {
-      paths += ", " + options.training[i];
+/// Returns nothing if --help or --version has been printed.
+std::optional<Options> parse_options(std::span<const std::string> words) {
+  Options options;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& option = words[i];
+    const auto argument = [&] {
+      if (++i == words.size()) refuse(option, "needs a value");
+      return words[i];
+    };
+    if (option == "--help") return print_help(), std::nullopt;
+    if (option == "--version") return std::puts("dynmesh-complete " DYNMESH_VERSION), std::nullopt;
+    if (options.files.contains(option)) {
+      options.files[option] = argument();
+    } else if (option == "--report") {
+      options.report = true;
+    } else if (option == "--overwrite") {
+      options.overwrite = true;
+    } else if (!set(options.settings, option, argument)) {
+      refuse(option, "is no option; see --help");
     }
-    throw DataError(paths + ": " + reason.substr(argument.size()));
   }
+  check_settings(options.settings);
+  for (const auto& [option, name] : options.files) {
+    if (name.empty()) refuse(option, "is missing; see --help");
+  }
+  return options;
 }
 
-void complete(const Options& options) {
-  check_files(options);
-  auto made = make_completer(options);
-  if (!made) return;
-  dynmesh::Completer<float>& completer = *made;
-  FrameReader reader(*options.input, completer.n_vertices());
-  FrameWriter writer(*options.output, completer.n_vertices(), reader.timing(), options.overwrite);
-  std::vector<float> frame(3 * completer.n_vertices());
-  const dynmesh::Points<float> points(frame.data(), completer.n_vertices());
-  std::optional<DataError> damage;
-  for (std::size_t number = 1;; ++number) {
-    dynmesh::FrameReport report;
+void print(const FrameReport& report, std::size_t frame) {
+  std::fprintf(stderr,
+               "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
+               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, "
+               "\"standard_error\": %.9g}\n",
+               frame, report.known, report.filled, report.disconnected, report.rejected,
+               report.iterations, report.seconds, report.standard_error);
+}
+
+void complete(Options& options) {
+  const std::string& output = options.files["--output"];
+  const bool is_raw = !is_numbered(output, "ply");
+  const TemplateMesh mesh = read_template(options.files["--template"]);
+  auto completer = with_place(options.files["--template"], [&] {
+    return Completer<float>(mesh.triangles(), mesh.points(), options.settings);
+  });
+  FrameReader reader(options.files["--input"]);
+  std::optional<OutputFile> file;
+  if (is_raw) file.emplace(output, options.overwrite);
+  std::vector<float> frame(mesh.vertices.size());
+  const Points<float> points(frame.data(), frame.size() / 3);
+  std::exception_ptr damage;
+  std::size_t number = 1;
+  for (;; ++number) {
+    FrameReport report;
     try {
-      if (caught_signal() != 0 || !reader.read(frame)) break;
-      report = with_context(reader.name() + ": frame " + std::to_string(number),
-                            [&] { return completer.push(points, points); });
-    } catch (const DataError& error) {
-      damage = error;  // keep the frames that were completed before it
+      if (caught_signal != 0 || !reader.read(frame)) break;
+      report = with_place(reader.place(), [&] { return completer.push(points, points); });
+    } catch (const std::runtime_error&) {
+      if (number == 1) throw;  // an output that exists stays as it is
+      damage = std::current_exception();
       break;
     }
     if (options.report) print(report, number);
-    writer.write(frame);
+    const std::string bytes(reinterpret_cast<const char*>(frame.data()),
+                            sizeof(float) * frame.size());
+    if (!is_raw) file.emplace(file_of(output, number), options.overwrite);
+    file->write(is_raw ? bytes : ply_of(bytes, mesh));
+    if (!is_raw) file->finish();
   }
-  if (damage && writer.n_frames() == 0)
-    throw DataError(*damage);  // leave an existing file unchanged
-  writer.finish();
-  if (damage) throw DataError(*damage);
+  if (is_raw) file->finish();
+  // Files that follow are of a longer sequence that this one replaces.
+  while (!is_raw && options.overwrite && fs::remove(path_of(file_of(output, number)))) ++number;
+  if (damage) std::rethrow_exception(damage);
+}
+
+int run(std::span<const std::string> words) {
+  std::optional<Options> options;
+  int code = 2;
+  try {
+    options = parse_options(words);
+    code = 1;
+    if (options) complete(*options);
+  } catch (const std::exception& error) {
+    std::string message = error.what();
+    if (dynamic_cast<const SettingError*>(&error) != nullptr) {  // "extra_iterations: ..."
+      std::replace(message.begin(), std::ranges::find(message, ':'), '_', '-');
+      message.insert(0, "--");
+    }
+    std::fprintf(stderr, "dynmesh-complete: %s\n", message.c_str());
+    return code;
+  }
+  if (caught_signal == 0) return 0;
+  std::fputs("dynmesh-complete: interrupted; all frames completed so far have been written\n",
+             stderr);
+  return 128 + caught_signal;
 }
 
 }  // namespace
 
+#ifdef _WIN32
+int wmain(int argc, wchar_t** argv) {
+#else
 int main(int argc, char** argv) {
-  dynmesh::app::stop_on_signals();
-  try {
-    dynmesh::app::Arguments arguments(argc, argv);
-    if (const auto options = dynmesh::app::parse_options(arguments.count(), arguments.values())) {
-      complete(*options);
-    }
-    if (caught_signal() != 0) {
-      std::fprintf(
-          stderr, "dynmesh-complete: interrupted; all frames completed so far have been written\n");
-      return 128 + caught_signal();
-    }
-    return 0;
-  } catch (const UsageError& error) {
-    std::fprintf(stderr, "dynmesh-complete: %s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "dynmesh-complete: %s\n", error.what());
-    return 1;
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that exits is reported as an error
+#endif
+  stop_on(SIGINT);
+  stop_on(SIGTERM);
+  std::vector<std::string> words;
+  for (const fs::path word : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
+    const std::u8string text = word.u8string();
+    words.emplace_back(text.begin(), text.end());
   }
+  return run(words);
 }

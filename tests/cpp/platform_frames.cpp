@@ -1,7 +1,7 @@
 /// The frames that script/try-platforms completes on every platform, and the differences between
 /// the results.
 ///
-///     dynmesh-platform-frames write FOLDER            body.obj, partial.raw, training.raw for
+///     dynmesh-platform-frames write FOLDER            body.obj and partial.raw for
 ///                                                     dynmesh-complete, ring.obj and scans.raw
 ///                                                     for `track`
 ///     dynmesh-platform-frames track FOLDER RESULT     the frames of a tracker of ring.obj in scans
@@ -151,8 +151,6 @@ void write(const std::string& folder) {
   write_scans(folder);
   Mesh<double> body = join(torus(side), sheet<double>(side, 10));
   write_template(folder + "/body.obj", frame_at(body, 0), body.indices);
-  std::ofstream training(folder + "/training.raw", std::ios::binary);
-  for (int t = 0; t < 20; ++t) append(training, frame_at(body, 2.5 * t));
   std::ofstream partial(folder + "/partial.raw", std::ios::binary);
   for (unsigned t = 1; t <= 30; ++t) {
     auto frame = frame_at(body, t);

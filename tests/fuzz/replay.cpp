@@ -8,7 +8,7 @@
 
 extern "C" {
 using Harness = int(const std::uint8_t*, std::size_t);
-Harness fuzz_template, fuzz_frames, fuzz_completer, fuzz_c_interface;
+Harness fuzz_template, fuzz_completer, fuzz_c_interface;
 }
 
 namespace {
@@ -47,7 +47,6 @@ Bytes changed(Bytes bytes, std::mt19937& random) {
 int main(int argc, char** argv) {
   using dynmesh::fuzz::require;
   const std::pair<const char*, Harness*> harnesses[] = {{"template", fuzz_template},
-                                                        {"frames", fuzz_frames},
                                                         {"completer", fuzz_completer},
                                                         {"c_interface", fuzz_c_interface}};
   require(argc > 2, "usage: replay CHANGES FOLDER...");

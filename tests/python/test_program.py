@@ -2,7 +2,6 @@
 
 import json
 import signal
-import struct
 import subprocess
 import time
 from pathlib import Path
@@ -16,13 +15,6 @@ import dynmesh
 from dynmesh.settings import Settings
 
 Floats = NDArray[np.float32]
-HEADER = "<12siiffi"
-
-
-def write_pc2(path: Path, frames: Floats, n_frames: int | None = None) -> None:
-    n = len(frames) if n_frames is None else n_frames
-    header = struct.pack(HEADER, b"POINTCACHE2\0", 1, frames.shape[1], 7.0, 0.5, n)
-    path.write_bytes(header + frames.tobytes())
 
 
 class Job:
@@ -37,12 +29,9 @@ class Job:
         completed = list(dynmesh.complete(sequence.faces, sequence.vertices, masks))
         self.completed = np.stack(completed)[1:].tobytes()
         self.template = folder / "template.obj"
-        for template in (self.template, folder / "template.ply"):
-            dynmesh.write(template, sequence[:1])
+        dynmesh.write(self.template, sequence[:1])
         self.raw = folder / "partial.raw"
         self.raw.write_bytes(self.partial.tobytes())
-        self.pc2 = folder / "partial.pc2"
-        write_pc2(self.pc2, self.partial)
 
 
 @pytest.fixture(scope="module")
@@ -78,17 +67,33 @@ def complete(start: Any) -> Any:
     return run
 
 
-def test_raw_and_pc2_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_path: Path) -> None:
+def test_files_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_path: Path) -> None:
     complete(job.raw, tmp_path / "a.raw")
     assert (tmp_path / "a.raw").read_bytes() == job.completed
-    complete(job.raw, tmp_path / "b.f32", "--template", job.folder / "template.ply")
-    assert (tmp_path / "b.f32").read_bytes() == job.completed
-    complete(job.pc2, tmp_path / "a.pc2")
-    cache = (tmp_path / "a.pc2").read_bytes()
-    assert struct.unpack(HEADER, cache[:32]) == (b"POINTCACHE2\0", 1, 2500, 7.0, 0.5, 19)
-    assert cache[32:] == job.completed
     assert complete("-", "-", input=job.raw.read_bytes())[0] == job.completed
-    assert complete(job.pc2, "-")[0] == job.completed
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply"])
+def test_mesh_files(complete: Any, job: Job, tmp_path: Path, suffix: str) -> None:
+    """Frames 1, 2, ... up to the first number without a file, to files that others can read."""
+    partial, full = tmp_path / f"in%03d{suffix}", tmp_path / "out%d.ply"
+    for number, vertices in enumerate(job.partial[:11], 1):
+        frame = dynmesh.Sequence(vertices[None], job.sequence.faces)
+        dynmesh.write(Path(str(partial) % number), frame)
+    complete(partial, full)
+    outputs = [tmp_path / f"out{number}.ply" for number in range(1, 12)]
+    written = [dynmesh.read(path) for path in outputs]
+    assert (
+        b"".join(s.vertices.tobytes() for s in written) == job.completed[: job.partial[:11].nbytes]
+    )
+    assert all((s.faces == job.sequence.faces).all() for s in written)
+    assert sorted(tmp_path.glob("out*")) == sorted(outputs)
+
+    error = complete(partial, full, code=1)[1]
+    assert f"{outputs[0]}: exists already; --overwrite replaces it" in error
+    Path(str(partial) % 4).unlink()
+    complete(partial, full, "--overwrite")  # frames of a longer sequence do not stay among the new
+    assert sorted(tmp_path.glob("out*")) == outputs[:3]
 
 
 def test_a_pipe_gets_each_frame_at_once(start: Any, job: Job) -> None:
@@ -143,89 +148,25 @@ def test_settings(
     assert (tmp_path / "a.raw").read_bytes() == expected != job.completed
 
 
-class TrainingFile:
-    """Frames of the ocean, as training frames for the ocean of a job."""
-
-    def __init__(self, folder: Path) -> None:
-        self.frames: Floats = dynmesh.synth.ocean(100).vertices.astype(np.float32)[20:]
-        self.raw, self.pc2 = folder / "training.raw", folder / "training.pc2"
-        self.raw.write_bytes(self.frames[:30].tobytes())
-        write_pc2(self.pc2, self.frames[30:])
-
-
-@pytest.fixture(scope="module")
-def training(tmp_path_factory: pytest.TempPathFactory) -> TrainingFile:
-    return TrainingFile(tmp_path_factory.mktemp("training"))
-
-
-def test_training_are_those_of_the_library(
-    complete: Any, job: Job, training: TrainingFile, tmp_path: Path
-) -> None:
-    completer = dynmesh.Completer(
-        job.sequence.faces, job.sequence.vertices[0], method="detail", training=training.frames
-    )
-    expected, reports = [], []
-    for points in job.partial[:6]:
-        expected.append(completer.push(points).tobytes())
-        reports.append(completer.report)
-    (tmp_path / "short.raw").write_bytes(job.partial[:6].tobytes())
-    options: list[str | Path] = ["--method", "detail", "--training", training.raw]
-    options += ["--training", training.pc2, "--report"]
-    _, shown_reports = complete(tmp_path / "short.raw", tmp_path / "a.raw", *options)
-    assert (tmp_path / "a.raw").read_bytes() == b"".join(expected)
-    for line, report in zip(shown_reports.splitlines(), reports, strict=True):
-        shown = json.loads(line)
-        for name in ("blend", "prior_weight", "prior_share", "first_order_share"):
-            assert shown[name] == pytest.approx(getattr(report, name), rel=1e-8)
-    assert max(report.prior_share for report in reports) > 0
-    # The first part through a pipe.
-    options = ["--method", "detail", "--training", "-", "--training", training.pc2]
-    complete(tmp_path / "short.raw", tmp_path / "b.raw", *options, input=training.raw.read_bytes())
-    assert (tmp_path / "b.raw").read_bytes() == b"".join(expected)
-
-
-@pytest.mark.usefixtures("hearing_interrupts")
-def test_an_interrupt_while_a_training_is_read(start: Any, job: Job, tmp_path: Path) -> None:
-    out = tmp_path / "out.raw"
-    with start(job.raw, out, "--training", "-") as process:
-        # More than a pipe holds: when this returns, the program has started to read.
-        process.stdin.write(job.sequence.vertices[:4].astype(np.float32).tobytes())
-        process.stdin.flush()
-        process.send_signal(signal.SIGINT)
-        assert b"interrupted" in process.stderr.read()
-        assert process.wait() == 130
-    assert not out.exists()
-
-
-def test_whole_frames_before_a_cut_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
+def test_whole_frames_before_a_fault_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
     size = job.partial[0].nbytes
     (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
     error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1)[1]
-    assert f"frame 5 ends after 100 of {size} bytes; 4 whole frames preceded it" in error
+    assert "cut.raw: frame 5: has 8 vertices and a part of one, but the template has 2500" in error
     assert (tmp_path / "a.raw").read_bytes() == job.completed[: 4 * size]
 
-    (tmp_path / "cut.pc2").write_bytes(job.pc2.read_bytes()[: 32 + 4 * size])
-    error = complete(tmp_path / "cut.pc2", tmp_path / "a.pc2", code=1)[1]
-    assert "frame 5 of 19 ends after 0 of" in error
-    cache = (tmp_path / "a.pc2").read_bytes()
-    assert struct.unpack(HEADER, cache[:32])[5] == 4
-    assert cache[32:] == job.completed[: 4 * size]
-
-    write_pc2(tmp_path / "longer.pc2", job.partial, n_frames=4)
-    error = complete(tmp_path / "longer.pc2", tmp_path / "b.raw", code=1)[1]
-    assert "longer.pc2: continues after the 4 whole frames that" in error
-    assert (tmp_path / "b.raw").read_bytes() == job.completed[: 4 * size]
-
-
-def test_whole_frames_before_one_that_cannot_be_used_are_written(
-    complete: Any, job: Job, tmp_path: Path
-) -> None:
     frames = job.partial.copy()
     frames[2, 7] = 1e30
     (tmp_path / "wild.raw").write_bytes(frames.tobytes())
-    error = complete(tmp_path / "wild.raw", tmp_path / "a.raw", code=1)[1]
+    error = complete(tmp_path / "wild.raw", tmp_path / "b.raw", code=1)[1]
     assert "wild.raw: frame 3: points: row 7 is at (1.00000002e+30" in error
-    assert (tmp_path / "a.raw").read_bytes() == job.completed[: 2 * job.partial[0].nbytes]
+    assert (tmp_path / "b.raw").read_bytes() == job.completed[: 2 * size]
+
+    frames[0, 7] = 1e30
+    (tmp_path / "wild.raw").write_bytes(frames.tobytes())
+    complete(tmp_path / "wild.raw", tmp_path / "b.raw", "--overwrite", code=1)
+    assert (tmp_path / "b.raw").read_bytes() == job.completed[: 2 * size]  # as it was
+    assert not list(tmp_path.glob("*.part"))
 
 
 def test_a_reader_that_goes_away_ends_the_program(start: Any, job: Job) -> None:
@@ -233,7 +174,7 @@ def test_a_reader_that_goes_away_ends_the_program(start: Any, job: Job) -> None:
         process.stdout.close()
         error = process.stderr.read().decode()
     assert process.returncode == 1
-    assert "standard output: frame 1 cannot be written: Broken pipe" in error
+    assert "standard output: cannot be written: Broken pipe" in error
 
 
 def test_frames_are_kept_if_the_output_cannot_be_replaced(
@@ -249,8 +190,11 @@ def test_frames_are_kept_if_the_output_cannot_be_replaced(
         error = process.stderr.read().decode()
         assert process.wait() == 1
     (kept,) = tmp_path.glob("*.part")
-    assert f"out.raw: cannot be replaced: Is a directory; all frames are in {kept}" in error
+    assert f"out.raw: cannot be replaced: Is a directory; it is in {kept}" in error
     assert kept.read_bytes() == job.completed[: job.partial[0].nbytes]
+    out.rmdir()
+    error = start(job.raw, out).communicate()[1].decode()  # a second run could be writing it
+    assert f"{kept}: exists; remove it" in error
 
 
 @pytest.mark.usefixtures("hearing_interrupts")
@@ -258,7 +202,7 @@ def test_frames_are_kept_if_the_output_cannot_be_replaced(
 def test_an_interrupt_keeps_the_frames_so_far(
     start: Any, job: Job, tmp_path: Path, number: int, code: int
 ) -> None:
-    out = tmp_path / "out.pc2"
+    out = tmp_path / "out.raw"
     with start("-", out, "--report") as process:
         process.stdin.write(job.partial[:3].tobytes())
         process.stdin.flush()
@@ -268,9 +212,7 @@ def test_an_interrupt_keeps_the_frames_so_far(
         error = process.stderr.read().decode()
         assert process.wait() == code
     assert "interrupted; all frames completed so far have been written" in error
-    cache = out.read_bytes()
-    assert struct.unpack(HEADER, cache[:32])[5] == 3
-    assert cache[32:] == job.completed[: 3 * job.partial[0].nbytes]
+    assert out.read_bytes() == job.completed[: 3 * job.partial[0].nbytes]
 
 
 def test_an_interrupt_that_is_ignored_stays_ignored(start: Any, job: Job) -> None:

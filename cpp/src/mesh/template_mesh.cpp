@@ -125,9 +125,9 @@ std::vector<Index> checked_triangles(const PolygonMesh& mesh) {
   return faces;
 }
 
-}  // namespace
-
-TemplateMesh read_template(const std::string& path) {
+/// Returns what `convert` makes of the mesh of a file.
+template <class Convert>
+auto read_mesh(const std::string& path, const Convert& convert) {
   const std::filesystem::path system_path = checked_path(path);
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
@@ -137,18 +137,35 @@ TemplateMesh read_template(const std::string& path) {
   if (!file || std::filesystem::is_directory(system_path)) refuse_file(path, "cannot be opened");
   const std::string data(std::istreambuf_iterator<char>(file), {});
   try {
-    const PolygonMesh mesh = suffix == ".obj"   ? mesh_of_obj(data)
-                             : suffix == ".ply" ? mesh_of_ply(data)
-                                                : parse_off(data);
+    return convert(suffix == ".obj"   ? mesh_of_obj(data)
+                   : suffix == ".ply" ? mesh_of_ply(data)
+                                      : parse_off(data));
+  } catch (const MalformedFile& error) {
+    refuse_file(path, error.what());
+  }
+}
+
+}  // namespace
+
+TemplateMesh read_template(const std::string& path) {
+  return read_mesh(path, [](const PolygonMesh& mesh) {
     TemplateMesh checked{checked_positions(mesh.positions), checked_triangles(mesh)};
     const std::size_t most = std::max(checked.points().count, checked.triangles().count);
     if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
       throw MalformedFile("has more than 2^31 - 1 vertices or triangles");
     }
     return checked;
-  } catch (const MalformedFile& error) {
-    refuse_file(path, error.what());
-  }
+  });
+}
+
+std::vector<float> read_positions(const std::string& path) {
+  return read_mesh(path, [](const PolygonMesh& mesh) {
+    std::vector<float> positions;
+    for (const double coordinate : mesh.positions) {
+      positions.push_back(static_cast<float>(coordinate));
+    }
+    return positions;
+  });
 }
 
 }  // namespace dynmesh
