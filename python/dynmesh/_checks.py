@@ -2,7 +2,6 @@
 
 import math
 import os
-from collections.abc import Mapping
 from numbers import Real
 from typing import Any
 
@@ -10,18 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, KindError
-
-_layouts = ("vertex", "varying", "uniform", "faceVarying", "flat faceVarying")
-normals_may_be = (*_layouts, *(f"reversed {layout}" for layout in _layouts), "blocked")
-"""How normals may follow from positions; see :attr:`Sequence.derived`."""
-
-may_be_derived = {
-    "normals": normals_may_be,
-    "primvars:normals": normals_may_be,
-    "velocities": ("vertex", "blocked"),
-    "accelerations": ("vertex", "blocked"),
-}
-"""What may follow from the positions, and how."""
 
 
 def check_integer(name: str, value: object, least: int) -> None:
@@ -155,19 +142,3 @@ def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
             f"must be finite and ascending, but frame {frame} is at {times[frame]}",
             argument="times",
         )
-
-
-def check_derived(derived: Mapping[str, str] | None) -> None:
-    """Raises an error unless this is a valid value of :attr:`Sequence.derived`."""
-    if derived is None:
-        return
-    if not isinstance(derived, Mapping):
-        raise KindError(f"must be a dict or None, not {derived!r}", argument="derived")
-    for name, how in derived.items():
-        if name not in may_be_derived:
-            raise InputError(
-                f"must name some of {', '.join(may_be_derived)}, not {name!r}", argument="derived"
-            )
-        if how not in may_be_derived[name]:
-            ways = ", ".join(may_be_derived[name])
-            raise InputError(f"{name} must be one of {ways}, not {how!r}", argument="derived")

@@ -1,6 +1,6 @@
 """A dynamic mesh held in memory."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias, get_args, overload
 
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ._checks import (
     as_array,
     check_array,
-    check_derived,
     check_integer,
     check_number,
     check_positive,
@@ -54,12 +53,6 @@ class Description:
         times: (n,) float64, the ascending numbers of the frames in their file, or None if they are
             `start`, `start` + 1 and so on. `fps` of them are a second in either case.
         metres_per_unit: the length of a unit of the positions, or None if unknown.
-        derived: what else a USD file holds that follows from the positions, or None. It is
-            recomputed when the sequence is written to USD. The names are "normals",
-            "primvars:normals", "velocities" and "accelerations". The values are interpolations, as
-            in {"normals": "faceVarying", "velocities": "vertex"}. "flat" before it means that
-            faceVarying normals are those of the faces, and "reversed" before that means that they
-            point against the order of the corners. "blocked" marks what cannot be computed.
         standard_error_of: what the standard errors are of, if there are any: "position", a
             coordinate of the vertex, as in :class:`dynmesh.Completer`, or "surface", its distance
             from the true surface, as in :class:`dynmesh.Tracker`.
@@ -72,7 +65,6 @@ class Description:
     start: float = 0
     times: NDArray[np.float64] | None = None
     metres_per_unit: float | None = None
-    derived: Mapping[str, str] | None = None
     standard_error_of: StandardErrorOf = "position"
 
     def described(self) -> dict[str, Any]:
@@ -106,7 +98,6 @@ class Description:
         if not abs(self.start) <= largest_start:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
-        check_derived(self.derived)
         check_errors_of(self.standard_error_of)
 
 

@@ -206,20 +206,6 @@ def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None
     run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
 
 
-def test_a_scene_is_left_out_if_its_mesh_moves(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    pytest.importorskip("alembic3d")
-    dynmesh.write(tmp_path / "a.abc", bare(truth))
-    kept = dynmesh.convert_file(tmp_path / "a.abc", tmp_path / "b.abc", up="z", unit="m")
-    assert kept.remarks == ()
-    made = dynmesh.read(tmp_path / "b.abc")
-    assert (made.up_axis, made.metres_per_unit) == ("z", 1)
-    turned = dynmesh.convert_file(tmp_path / "b.abc", tmp_path / "c.abc", to_up="y")
-    assert turned.remarks[0].startswith("the other objects of the scene are left out")
-    again = dynmesh.read(tmp_path / "c.abc")
-    assert again.up_axis == "y"
-    np.testing.assert_array_equal(again.vertices[..., 1], made.vertices[..., 2])
-
-
 def test_an_interrupted_conversion_is_continued(
     partial: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

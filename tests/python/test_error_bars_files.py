@@ -197,7 +197,7 @@ def test_an_overlay_hides_what_the_errors_below_are_of(
 ) -> None:
     source, target = tmp_path / "tracked.usdc", tmp_path / "over.usda"
     dynmesh.write(source, surface_errors(completed))
-    run("complete", source, target, "--overlay", "--uncertainty", "--provenance")
+    run("complete", source, target, "--uncertainty", "--provenance")
     assert dynmesh.read(target).standard_error_of == "position"
 
 

@@ -32,7 +32,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def over(scene: Path, output: Path, mesh: str = BODY, **options: Any) -> dynmesh.FileReport:
-    return dynmesh.complete_file(scene, output, source={"prim": mesh}, overlay=True, **options)
+    return dynmesh.complete_file(scene, output, source={"prim": mesh}, **options)
 
 
 def stage_of(path: Path) -> Any:
@@ -66,7 +66,7 @@ def values_of(stage: Any) -> dict[str, Any]:
     return found
 
 
-def test_nothing_changes_but_the_points_and_what_follows_from_them(shot: Path) -> None:
+def test_nothing_changes_but_the_points_and_what_no_longer_fits_them(shot: Path) -> None:
     before, after = (values_of(stage_of(shot / name)) for name in ("scene.usda", "done/over.usda"))
     changed = {path for path in before | after if before.get(path) != after.get(path)}
     attributes = {path.partition(".")[2] for path in changed}
@@ -74,6 +74,33 @@ def test_nothing_changes_but_the_points_and_what_follows_from_them(shot: Path) -
     meshes = {path.partition(".")[0] for path in changed}
     assert meshes == {BODY, "/World"}
     assert {path for path in changed if path.startswith("/World.")} == {"/World.extentsHint"}
+
+
+def test_what_no_longer_fits_the_points_is_blocked_which_is_said(shot: Path) -> None:
+    stage = stage_of(shot / "done" / "over.usda")
+    body = UsdGeom.Mesh(stage.GetPrimAtPath(BODY))
+    for attribute in (body.GetNormalsAttr(), body.GetVelocitiesAttr(), body.GetExtentAttr()):
+        assert not attribute.HasAuthoredValue()
+    report = over(shot / "scene.usda", shot / "again.usda")
+    assert any("extent, normals, velocities of scene.usda" in remark for remark in report.remarks)
+    (shot / "again.usda").unlink()
+
+
+def test_the_mesh_alone_is_written_if_asked_for_or_from_other_formats(tmp_path: Path) -> None:
+    scene = production(tmp_path / "scene.usda")
+    said = dynmesh_command(
+        "complete", scene, tmp_path / "alone.usda", "--prim", BODY, "--no-overlay"
+    ).stderr
+    stage = stage_of(tmp_path / "alone.usda")
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
+    (line,) = (line for line in said.splitlines() if "of scene.usda are not written" in line)
+    lost = {"transforms", "materials", "primvars:st", "normals", "velocities", "other prims"}
+    assert {what for what in lost if what in line} == lost
+    dynmesh.complete_file(scene, tmp_path / "one.npz", source={"prim": BODY})
+    dynmesh.complete_file(tmp_path / "one.npz", tmp_path / "one.usda")
+    assert not Sdf.Layer.FindOrOpen(str(tmp_path / "one.usda")).subLayerPaths
+    report = dynmesh.complete_file(tmp_path / "one.usda", tmp_path / "two.usda", overlay=False)
+    assert not any("not written" in remark for remark in report.remarks)
 
 
 def test_the_layer_only_has_opinions_on_what_changed(shot: Path) -> None:
@@ -152,7 +179,7 @@ def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
 def test_one_mesh_is_enough(tmp_path: Path, suffix: str) -> None:
     scene = production(tmp_path / "scene.usdc")
     output = tmp_path / f"over.{suffix}"
-    dynmesh_command("complete", scene, output, "--overlay", "--prim", HAT)
+    dynmesh_command("complete", scene, output, "--prim", HAT)
     assert np.isnan(points_of(output, BODY)[TIMES[1]]).any()  # shows through
     layer = Sdf.Layer.FindOrOpen(str(output))
     (spec,) = layer.GetPrimAtPath("/World").nameChildren

@@ -31,7 +31,7 @@ def complete(
     dynmesh complete partial.npz completed.npz
     dynmesh complete 'scans/*.ply' completed.h5 --start best --provenance
     dynmesh complete scans 'completed/frame_%04d.obj' --template body.obj --missing zero
-    dynmesh complete shot.usd completed.usd --prim /World/Body --overlay
+    dynmesh complete shot.usd completed.usd --prim /World/Body
     dynmesh complete partial.npz completed.npz --training range_of_motion.npz
     ```
     """

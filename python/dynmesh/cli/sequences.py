@@ -146,10 +146,9 @@ def degrade(
         header = replace(
             reader.header, has_known=True, has_provenance=False, has_standard_error=False
         )
-        origin = target.kept_of(reader)
         with (
             numbering(reader.path, header),
-            target.create(header, origin=origin, overwrite=overwrite) as writer,
+            target.create(header, overwrite=overwrite) as writer,
         ):
             frames_known = (frame.known for frame in reader)
             rows = zip(

@@ -63,7 +63,7 @@ def pictures(
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     scale = heatmap.scale(heatmap.colour)
     up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
-    heading = title or reader.title
+    heading = title or reader.path.name
     captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]
     if turn is None:
         view = View.of(seen, up, azimuth, size)

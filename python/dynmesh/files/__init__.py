@@ -136,7 +136,7 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
     """
     with naming(Path(path)):
         chosen = format_of(path, format)
-        return {} if chosen.scene is None else chosen.scene(Path(path)).moves
+        return {} if chosen.meshes is None else chosen.meshes(Path(path))
 
 
 def open_with(path: PathLike, template: PathLike | None, **source: Unpack[Source]) -> Reader:
@@ -208,10 +208,7 @@ def create_like(
     with_standard_error: bool = False,
     format: str | None = None,
 ) -> Writer:
-    """Creates a file for the sequence of `reader` with changes; see :func:`create`.
-
-    If both files are Alembic, the new one has the scene around the mesh, too.
-    """
+    """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
     check_path("path", path)
     header = replace(
         reader.header,
@@ -219,8 +216,7 @@ def create_like(
         has_provenance=with_provenance,
         has_standard_error=with_standard_error,
     )
-    target = target_of(path, format)
-    return target.create(header, origin=target.kept_of(reader))
+    return target_of(path, format).create(header)
 
 
 @takes_source

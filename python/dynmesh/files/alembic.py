@@ -1,10 +1,10 @@
 """Alembic: the positions of one mesh in an Ogawa archive, with a sample for each frame.
 
-Of the scene, only the mesh itself is read: its positions, in its own space, and its faces. A file
-that is made from the scene of another archive keeps everything else of it. Alembic's faces wind
-clockwise; they are reversed when read and written. The known mask is the geometry parameter `known`
-(uint8, 0 and 1), and `generation` and `age` (int32) are parameters as well, each with one value per
-vertex. The description of the archive states the up axis and the length of a unit.
+Of the scene, only the mesh itself is read and written: its positions, in its own space, and its
+faces. Alembic's faces wind clockwise; they are reversed when read and written. The known mask is
+the geometry parameter `known` (uint8, 0 and 1), and `generation` and `age` (int32) are parameters
+as well, each with one value per vertex. The description of the archive states the up axis and the
+length of a unit.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .._errors import InputError, locating
 from ..frames.attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
 from ..frames.frame import Frame
-from ..frames.header import Header, errors_of
+from ..frames.header import Header, MeshFile, errors_of
 from ..frames.reader import Reader
 from ..polygons import split_polygons
 from .alembic_archive import (
@@ -50,14 +50,10 @@ class AlembicReader(Reader):
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self._mesh = self._scene.mesh(prim)
             self._positions = self._mesh.getSchema().getPositionsProperty()
-            super().__init__(path, self._header(self._scene.archive))
+            super().__init__(path, self._header(path, self._scene))
 
-    @property
-    def scene(self) -> AlembicScene | None:
-        """The archive."""
-        return self._scene
-
-    def _header(self, archive: Any) -> Header:
+    def _header(self, path: Path, scene: AlembicScene) -> Header:
+        archive, around = scene.archive, scene.around(self._mesh)
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
             raise ValueError("the mesh has no positions")
@@ -79,6 +75,7 @@ class AlembicReader(Reader):
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
             standard_error_of=errors_of(errors or None),
+            mesh_file=MeshFile(path, around) if around else None,
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -139,5 +136,5 @@ alembic = Format(
     AlembicWriter,
     frozenset({"prim"}),
     library=("alembic3d", "alembic"),
-    scene=AlembicScene,
+    meshes=lambda path: AlembicScene(path).moves,
 )

@@ -2,6 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..frames.attributes import ATTRIBUTES
-from ..frames.scenes import Scene, check_same_faces, choose_mesh
+from ..frames.scenes import check_same_faces, choose_mesh
 from ..frames.times import Timing, broadcast, frame_number, spacing, uneven
 from ..polygons import Polygons, check_polygons
 
@@ -23,10 +24,13 @@ errors_of_key = "standard_error_of"
 """Of the metadata of the parameter `standard_error`."""
 
 
-class AlembicScene(Scene):
-    """An archive and its meshes. Copies by reference (instances) of a mesh change with it."""
+class AlembicScene:
+    """An archive and its meshes. Copies by reference (instances) of a mesh are not among them.
 
-    format = "alembic"
+    Attributes:
+        archive: the archive.
+        moves: the paths of the meshes, and whether the positions of each change.
+    """
 
     def __init__(self, path: Path) -> None:
         """Opens the archive."""
@@ -39,20 +43,43 @@ class AlembicScene(Scene):
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self.archive = library("Abc").IArchive(str(path))
             self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
-            moves = {
+            self.moves = {
                 name: not mesh.getSchema().getPositionsProperty().isConstant()
                 for name, mesh in self._meshes.items()
             }
-        super().__init__(path, moves)
-
-    @property
-    def files(self) -> list[Path]:
-        """The file of the archive."""
-        return [self.path]
 
     def mesh(self, prim: str | None) -> Any:
         """Returns the mesh at this path, or see :func:`choose_mesh`."""
         return self._meshes[choose_mesh(self.moves, prim)]
+
+    def around(self, mesh: Any) -> tuple[str, ...]:
+        """What surrounds a mesh: all that an archive with its positions and faces does not hold."""
+        geometry, schema = library("AbcGeom"), mesh.getSchema()
+        above, path = [self.archive.getTop()], mesh.getFullName().split("/")[1:]
+        for name in path[:-1]:
+            above.append(above[-1].getChild(name))
+        transforms = [
+            geometry.IXform(parent, child.getName())
+            for parent, child in pairwise(above)
+            if geometry.IXform.matches(child.getHeader())
+        ]
+        values = {
+            "normals": getattr(schema, "getNormalsParam", None),  # a subdivided mesh has none
+            "texture coordinates": schema.getUVsParam,
+            "velocities": schema.getVelocitiesProperty,
+        }
+        more = schema.getArbGeomParams()
+        names = {h.getName() for h in more.propertyheaders} if more.valid() else set()
+        held = {
+            "transforms": any(one.getSchema().getNumOps() for one in transforms),
+            "other objects": any(parent.getNumChildren() > 1 for parent in above),
+            "other properties": bool(names - parameters.keys()),
+            **{
+                name: get is not None and (one := get()).valid() and one.getNumSamples() > 0
+                for name, get in values.items()
+            },
+        }
+        return tuple(name for name, there in held.items() if there)
 
 
 def _meshes(parent: Any) -> Iterator[Any]:

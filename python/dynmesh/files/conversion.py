@@ -10,13 +10,10 @@ from .._checks import check_positive
 from .._errors import InputError
 from ..frames.attributes import ATTRIBUTES
 from ..frames.header import Header
-from ..frames.reader import Reader
-from ..frames.scenes import Origin
 from ..frames.times import frame_numbers
 from ..sequence import Positions
 from .scans import given_unit
 from .stated import Axis, Unit
-from .target import Target
 
 _SAME_TIME = 1e-6
 """Frames that are nearer to one another are one."""
@@ -96,23 +93,16 @@ class Conversion:
         """Whether frames change, so that they no longer fit into a scene."""
         return self.places is not None or self.factor != 1 or not np.array_equal(self.turn, _SAME)
 
-    def origin(self, target: Target, reader: Reader) -> Origin | None:
-        """The scene that the result keeps around it: none if its frames no longer fit there."""
-        return None if self.moves else target.kept_of(reader)
-
-    def remarks(self, target: Target, reader: Reader | None) -> list[str]:
+    def remarks(self) -> list[str]:
         """What the user should know of the result."""
-        told = []
-        if self.moves and reader is not None and target.kept_of(reader) is not None:
-            told.append("the other objects of the scene are left out, as only the mesh is changed")
-        if self.places is not None:
-            between = np.count_nonzero(self.places % 1)
-            told.append(
-                f"resampled from {self.before.fps:g} to {self.header.fps:g} frames per second: "
-                f"{self.header.n_frames} frames from {self.before.n_frames}, {between} of them by "
-                "linear interpolation"
-            )
-        return told
+        if self.places is None:
+            return []
+        between = np.count_nonzero(self.places % 1)
+        return [
+            f"resampled from {self.before.fps:g} to {self.header.fps:g} frames per second: "
+            f"{self.header.n_frames} frames from {self.before.n_frames}, {between} of them by "
+            "linear interpolation"
+        ]
 
     def output(self, output: Output) -> Output:
         """Returns what takes the frames of the sequence and passes those of the result on."""

@@ -1,6 +1,6 @@
 """File formats: their names, readers and writers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..frames.reader import Reader
-from ..frames.scenes import Scene
 from ..polygons import Polygons
 from .comments import Metadata
 from .writer import Writer
@@ -57,9 +56,10 @@ class Format:
         library: the module that the reader and the writer need, and the extra that installs it;
             None if they need none.
         per_frame: whether each frame has a file; the reader then accepts `template` and `gaps`.
-        scene: opens a file with all its meshes; None if a file holds a single mesh.
-        overlay: creates a layer that changes nothing but the meshes of a scene; None if the format
-            has no layers.
+        meshes: the paths of all meshes of a file, and whether each moves; None if a file holds a
+            single mesh.
+        overlay: creates a layer that changes one mesh of a scene and nothing else; None if the
+            format has no layers.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Format:
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
     per_frame: bool = False
-    scene: Callable[[Path], Scene] | None = None
+    meshes: Callable[[Path], Mapping[str, bool]] | None = None
     overlay: type[Writer] | None = None
 
     def open(self, path: Path, template: Template | None, prim: str | None, gaps: Gaps) -> Reader:

@@ -14,7 +14,6 @@ from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.frame import Frame
 from ..frames.naming import naming
 from ..frames.reader import Reader
-from ..frames.scenes import Scene
 from ..sequence import Mask
 from .rows import read_header
 
@@ -52,11 +51,6 @@ class MaskedReader(Reader):
     def lost(self) -> Container[int]:
         """The numbers of the frames whose files are missing."""
         return self._reader.lost
-
-    @property
-    def scene(self) -> Scene | None:
-        """The scene that the mesh is part of."""
-        return self._reader.scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)

@@ -17,7 +17,7 @@ from ..polygons import Polygons
 from ..sequence import check_faces, check_vertices
 
 per_frame = ("vertices", *ATTRIBUTES)
-single = ("fps", "up_axis", "name", "start", "metres_per_unit", "derived", "standard_error_of")
+single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")
 once = ("faces", "polygon_sizes", "polygon_corners", "times", *single)
 
 
@@ -75,17 +75,8 @@ def header_of(
         times=_numbers("times", array_of("times")) if "times" in names else None,
         metres_per_unit=number("metres_per_unit"),
         **flags_of(names),
-        derived=_derived(text("derived")),
         standard_error_of=errors_of(text("standard_error_of")),
     )
-
-
-def _derived(text: str | None) -> dict[str, str] | None:
-    """Parses "normals: vertex, velocities: vertex"; names may contain colons."""
-    if text is None:
-        return None
-    entries = (entry.strip().rpartition(": ") for entry in text.split(","))
-    return {name: how for name, _, how in entries}
 
 
 def _number(name: str, array: NDArray[Any]) -> float:
@@ -122,8 +113,6 @@ def arrays_once(header: Header) -> dict[str, Any]:
     """Returns the arrays that exist once."""
     arrays: dict[str, Any] = {"faces": header.faces, **header.described()}
     arrays["start"] = header.start or None
-    derived = (header.derived or {}).items()
-    arrays["derived"] = ", ".join(f"{name}: {how}" for name, how in derived) or None
     if not header.has_standard_error:
         del arrays["standard_error_of"]
     if polygons := arrays.pop("polygons"):

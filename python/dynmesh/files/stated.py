@@ -11,7 +11,6 @@ from .._errors import InputError
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.reader import Reader
-from ..frames.scenes import Scene
 from ..frames.times import frame_numbers, indices_of
 from .scans import given_unit
 
@@ -56,11 +55,6 @@ class StatedReader(Reader):
     def lost(self) -> frozenset[int]:
         """The frames whose files are missing."""
         return frozenset(n for n, index in enumerate(self._indices) if index in self._reader.lost)
-
-    @property
-    def scene(self) -> Scene | None:
-        """The scene that the mesh is part of."""
-        return self._reader.scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         kept = self._indices[numbers.start : numbers.stop : numbers.step]

@@ -9,7 +9,6 @@ from ..frames.frame import frame_of
 from ..frames.header import Header, header_of
 from ..frames.naming import naming
 from ..frames.reader import Reader
-from ..frames.scenes import Origin, Scene
 from ..sequence import Sequence
 from .choice import PathLike, choose
 from .frame_names import FrameNames
@@ -41,7 +40,6 @@ class Target:
         folder: Path | None = None,
         resume_at: int = 0,
         kept: Pieces | None = None,
-        origin: Origin | None = None,
         overwrite: bool = True,
     ) -> Writer:
         """Begins the file, or continues an unfinished one.
@@ -50,29 +48,14 @@ class Target:
 
         Raises:
             BlockingIOError: another process is writing the file.
-            OSError, TypeError, ValueError: the file cannot be written, or not with this scene.
+            OSError, TypeError, ValueError: the file cannot be written.
         """
         check_folder(self.path)
         check_space(self.path, bytes_of(header))
         with naming(self.path):
-            if origin is not None and not self.keeps(origin.scene):
-                raise ValueError(f"this format cannot keep the scene of {origin.scene.path}")
-            writer = self.writer(
-                self.path, header, folder=folder, resume_at=resume_at, kept=kept, origin=origin
-            )
+            writer = self.writer(self.path, header, folder=folder, resume_at=resume_at, kept=kept)
             writer.overwrite = overwrite
             return writer
-
-    def keeps(self, scene: Scene | None) -> bool:
-        """Whether the file can have this scene around its meshes."""
-        return scene is not None and scene.format == self.writer.keeps_scene_of
-
-    def kept_of(self, reader: Reader) -> Origin | None:
-        """The scene of this mesh, if the file keeps it."""
-        scene, name = reader.scene, reader.header.name
-        if scene is None or name is None or not self.keeps(scene):
-            return None
-        return Origin(scene, name)
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""
@@ -146,7 +129,8 @@ class Target:
 def target_of(path: PathLike, format: str | None = None, *, overlay: bool = False) -> Target:
     """Where to write, in the format of that name or else in the one that the suffix says.
 
-    With `overlay`, it is a layer over a scene instead of a file that stands alone.
+    With `overlay`, it is a layer over the mesh file of its header instead of a file that stands
+    alone.
 
     Raises:
         ImportError: the library for this format is not installed; the message names its extra.

@@ -1,29 +1,25 @@
 """USD: the points of one mesh in a stage, with a time sample for each frame.
 
 Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
-Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh at
-the same path and times. It has points, extent and faces, and also normals, velocities and
-accelerations, which are recomputed if the original has them. An overlay changes them in the
-original stage and leaves everything else as it is.
+Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh, its
+points and faces alone, at the same path and times. An overlay changes the points in the original
+stage, blocks what followed from the former ones, and leaves everything else as it is.
 
 The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
 each with one value per vertex.
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..frames.attributes import flags_of
 from ..frames.frame import Frame
-from ..frames.header import Header, errors_of
+from ..frames.header import Header, MeshFile, errors_of
 from ..frames.reader import Reader
-from ..polygons import as_polygons, split_polygons
+from ..polygons import split_polygons
 from .format import Format
-from .usd_derived import derived_of
 from .usd_overlay import UsdOverlayWriter
 from .usd_scene import UsdScene
 from .usd_stage import (
@@ -52,9 +48,10 @@ class UsdReader(Reader):
         self._scene: UsdScene | None = UsdScene(path)
         with translating(ValueError, "is damaged: "):
             self._mesh = self._scene.mesh(prim)
-            super().__init__(path, self._header(self._scene.stage))
+            super().__init__(path, self._header(path, self._scene))
 
-    def _header(self, stage: Any) -> Header:
+    def _header(self, path: Path, scene: UsdScene) -> Header:
+        stage = scene.stage
         self._points = self._mesh.GetPointsAttr()
         self._times = frame_times(self._points)
         first = self._points.Get(self._times[0])
@@ -68,7 +65,8 @@ class UsdReader(Reader):
         self._primvars = primvars_of(self._mesh)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
-        header = Header(
+        around = scene.around(self._mesh)
+        return Header(
             faces=faces,
             n_frames=len(self._times),
             n_vertices=len(first),
@@ -80,21 +78,13 @@ class UsdReader(Reader):
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
             standard_error_of=errors_of(errors),
+            mesh_file=MeshFile(path, around) if around else None,
         )
-        derived = derived_of(
-            self._mesh, as_polygons(faces, polygons), np.array(first), self._times[0]
-        )
-        return replace(header, derived=derived)
 
     @property
     def files(self) -> list[Path]:
         """The files that are read: those of all layers that the stage is composed of."""
         return [self.path] if self._scene is None else self._scene.files
-
-    @property
-    def scene(self) -> UsdScene | None:
-        """The stage."""
-        return self._scene
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -121,7 +111,7 @@ usd = Format(
     UsdWriter,
     frozenset({"prim"}),
     library=("pxr.Usd", "usd"),
-    scene=UsdScene,
+    meshes=lambda path: UsdScene(path).moves,
     overlay=UsdOverlayWriter,
 )
 usdz = Format(
@@ -131,5 +121,5 @@ usdz = Format(
     UsdReader,
     None,
     frozenset({"prim"}),
-    scene=UsdScene,
+    meshes=lambda path: UsdScene(path).moves,
 )

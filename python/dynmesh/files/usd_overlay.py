@@ -1,4 +1,4 @@
-"""Writes a USD layer over a scene: it changes the meshes that were completed and nothing else."""
+"""Writes a USD layer over a stage: it changes the points of one mesh and nothing else."""
 
 import os
 from pathlib import Path
@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError
-from ..frames.scenes import Origin, listed
-from .usd_scene import UsdScene
-from .usd_stage import frame_times, primvars, pxr, timing
+from ..frames.scenes import listed
+from .usd_scene import UsdScene, derived_of
+from .usd_stage import primvars, pxr
 from .usd_writer import UsdWriter
 
 _of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
@@ -18,35 +17,27 @@ _of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "docume
 
 
 class UsdOverlayWriter(UsdWriter):
-    """A layer that is being written, with the scene as its sublayer.
+    """A layer that is being written, with the mesh file of its header, a stage, as its sublayer.
 
-    It only has opinions on the meshes that are written: their points and what follows from them.
-    Everything else is that of the scene, whose time codes, units and default prim are repeated, as
+    It only has opinions on one mesh: its points, and what no longer fits them, which it blocks.
+    Everything else is that of the stage, whose time codes, units and default prim are repeated, as
     USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
     both files can be moved together.
     """
 
-    keeps_scene_of = "usd"
-
     def _describe_stage(self) -> None:
-        self._instances: dict[str, None] = {}
-        original = _scene_of(self.origin).stage.GetRootLayer().pseudoRoot
+        assert self.header.mesh_file is not None
+        self._scene = UsdScene(self.header.mesh_file.path)
+        self._original = self._scene.mesh(self.header.name)
+        original = self._scene.stage.GetRootLayer().pseudoRoot
         for name in original.ListInfoKeys():
             if name not in _of_layers:
                 self._layer.pseudoRoot.SetInfo(name, original.GetInfo(name))
 
     def _time_codes(self, rate: float) -> NDArray[np.float64]:
         """Returns the times of the samples themselves, which the conversion may round."""
-        points = self._original_mesh().GetPointsAttr()
-        fps = timing(_scene_of(self.origin).stage, frame_times(points)).fps
-        if self.header.fps != fps:
-            raise InputError(
-                f"an overlay has the times of its stage ({fps} frames per second), so they cannot "
-                f"be {self.header.fps}; leave out fps",
-                argument="fps",
-            )
         codes = super()._time_codes(rate)
-        samples = np.array(points.GetTimeSamples())
+        samples = np.array(self._original.GetPointsAttr().GetTimeSamples())
         if len(samples) == 0:
             return codes
         after = np.searchsorted(samples, codes).clip(1, max(1, len(samples) - 1)) % len(samples)
@@ -56,43 +47,45 @@ class UsdOverlayWriter(UsdWriter):
 
     def _make_mesh(self) -> Any:
         geometry, stage = pxr("UsdGeom"), self._stage
-        original = self._original_mesh()
-        path = original.GetPath()
-        above = [original.GetPrim().GetStage().GetPrimAtPath(p) for p in path.GetPrefixes()]
-        for prim in above:
+        path = self._original.GetPath()
+        instances = []
+        for prim in map(self._scene.stage.GetPrimAtPath, path.GetPrefixes()):
             if prim.IsInstanceable():  # otherwise nothing below it can be changed
                 stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
-                self._instances[str(prim.GetPath())] = None
+                instances.append(str(prim.GetPath()))
             hint = prim.GetAttribute("extentsHint")
             if hint and hint.HasAuthoredValue():
-                over = stage.OverridePrim(prim.GetPath())
-                over.CreateAttribute(hint.GetName(), hint.GetTypeName(), custom=False).Block()
+                self._block(hint)
+        if instances:
+            self.remarks.append(f"no longer instances: {listed(instances)}")
         mesh = geometry.Mesh(stage.OverridePrim(path))
+        derived = derived_of(self._original)
+        for attribute in derived.values():
+            self._block(attribute)
+        if derived:
+            self.remarks.append(
+                f"{listed(list(derived))} of {self._scene.path.name} are blocked, since they no "
+                "longer fit the points, and are not computed anew"
+            )
         for name in primvars:
-            stale = geometry.PrimvarsAPI(original).GetPrimvar(name)
+            stale = geometry.PrimvarsAPI(self._original).GetPrimvar(name)
             if stale.HasAuthoredValue() and name not in self.header.attributes:
-                api = geometry.PrimvarsAPI(mesh)
-                api.CreatePrimvar(name, stale.GetTypeName()).GetAttr().Block()
+                self._block(stale.GetAttr())
         return mesh
 
-    def _original_mesh(self) -> Any:
-        return _scene_of(self.origin).mesh(self.header.name)
+    def _block(self, original: Any) -> None:
+        """Hides the value of an attribute of the stage."""
+        over = self._stage.OverridePrim(original.GetPrim().GetPath())
+        over.CreateAttribute(original.GetName(), original.GetTypeName(), custom=False).Block()
 
     def _complete_layer(self) -> None:
-        if self._instances:
-            self.remarks.append(f"no longer instances: {listed(list(self._instances))}")
-        scene = _scene_of(self.origin).path
+        scene = self._scene.path
         try:  # without following links, as USD does
             relative = f"./{Path(os.path.relpath(scene, self.path.parent)).as_posix()}"
         except ValueError:  # on another drive of Windows
             relative = scene.absolute().as_posix()
         self._layer.subLayerPaths.append(relative)
 
-
-def _scene_of(origin: Origin | None) -> UsdScene:
-    if origin is None or not isinstance(origin.scene, UsdScene):
-        raise ValueError(
-            "an overlay changes a mesh in a USD stage, so the input must be USD (.usd, .usda, "
-            ".usdc or .usdz)"
-        )
-    return origin.scene
+    def _close(self) -> None:
+        super()._close()
+        self._scene = self._original = None  # type: ignore[assignment]

@@ -1,22 +1,25 @@
-"""A USD stage as a scene: its meshes, its files, and what a layer over it has to repeat."""
+"""A USD stage: its meshes, its files, and what surrounds a mesh."""
 
 import itertools
 from pathlib import Path
 from typing import Any
 
-from ..frames.scenes import Scene, choose_mesh
-from .usd_stage import one_line, pxr, translating
+from ..frames.scenes import choose_mesh
+from .usd_stage import one_line, primvars, pxr, translating
 
 _numbers = itertools.count()
 
 
-class UsdScene(Scene):
+class UsdScene:
     """A stage with everything that it refers to.
 
     The copies that USD makes of a mesh by reference (instances) count as meshes.
-    """
 
-    format = "usd"
+    Attributes:
+        path: of the file.
+        stage: the composed stage.
+        moves: the paths of the meshes, and whether the points of each change.
+    """
 
     def __init__(self, path: Path) -> None:
         """Composes the stage."""
@@ -36,11 +39,11 @@ class UsdScene(Scene):
             self._meshes = {
                 str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)
             }
-            moves = {
+            self.moves = {
                 name: mesh.GetPointsAttr().ValueMightBeTimeVarying()
                 for name, mesh in self._meshes.items()
             }
-        super().__init__(path, moves)
+        self.path = path
 
     @property
     def files(self) -> list[Path]:
@@ -59,3 +62,33 @@ class UsdScene(Scene):
         if errors:
             raise ValueError(f"is incomplete: {one_line(str(errors[0]))}")
         return mesh
+
+    def around(self, mesh: Any) -> tuple[str, ...]:
+        """What surrounds a mesh: all that a file with its points and faces alone does not hold."""
+        geometry, shade = pxr("UsdGeom"), pxr("UsdShade")
+        stage = mesh.GetPrim().GetStage()
+        above = [stage.GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
+        orders = [geometry.Xformable(prim).GetXformOpOrderAttr() for prim in above]
+        others = {p.GetPath() for p in stage.Traverse()} - {prim.GetPath() for prim in above}
+        material, _ = shade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
+        own = geometry.PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
+        held = {
+            "transforms": any(order and order.HasAuthoredValue() for order in orders),
+            "materials": bool(material),
+            "other prims": bool(others),
+            **{name: True for name in derived_of(mesh) if name != "extent"},
+            **{str(one.GetName()): one.GetPrimvarName() not in primvars for one in own},
+        }
+        return tuple(name for name, there in held.items() if there)
+
+
+def derived_of(mesh: Any) -> dict[str, Any]:
+    """The attributes of a mesh that follow from its points, by name, of those that it has."""
+    attributes = {
+        "extent": mesh.GetExtentAttr(),
+        "normals": mesh.GetNormalsAttr(),
+        "primvars:normals": pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvar("normals").GetAttr(),
+        "velocities": mesh.GetVelocitiesAttr(),
+        "accelerations": mesh.GetAccelerationsAttr(),
+    }
+    return {name: one for name, one in attributes.items() if one and one.HasAuthoredValue()}

@@ -7,7 +7,6 @@ import numpy as np
 from ..frames.frame import Frame
 from ..frames.times import frame_numbers
 from ..polygons import as_polygons
-from .usd_derived import DerivedAttributes
 from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
 from .writer import Writer
 
@@ -67,13 +66,10 @@ class UsdWriter(Writer):
 
     def _begin_mesh(self) -> None:
         sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
-        faces = as_polygons(header.faces, header.polygons)
         with translating(OSError):
-            rate = self._stage.GetTimeCodesPerSecond()
-            times = self._time_codes(rate)
-            self._times = times.tolist()
+            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
             mesh = self._make_mesh()
-            self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
+            self._points = mesh.CreatePointsAttr()
             api = geometry.PrimvarsAPI(mesh)
             self._primvars = {
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
@@ -82,11 +78,6 @@ class UsdWriter(Writer):
             if header.has_standard_error:  # always, since those of layers below would be visible
                 attribute = self._primvars["standard_error"].GetAttr()
                 attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
-            self._derived: Any = DerivedAttributes(mesh, header, faces, times / rate)
-        for name, why in self._derived.blocked.items():
-            self.remarks.append(
-                f"{name} are blocked, so that those of another layer are hidden: {why}"
-            )
 
     def _time_codes(self, rate: float) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Returns (n,) the time of each frame, in a stage with that many codes per second."""
@@ -112,16 +103,12 @@ class UsdWriter(Writer):
 
     def _append(self, frame: Frame) -> None:
         points, time = frame.points, self._times[self._frame]
-        finite = points[np.isfinite(points).all(axis=1)]
         with translating(OSError):
             self._points.Set(library_array("Vec3fArray", points), time)
-            if len(finite):
-                extent = np.stack([finite.min(axis=0), finite.max(axis=0)])
-                self._extent.Set(library_array("Vec3fArray", extent), time)
             for name, primvar in self._primvars.items():
                 values = library_array(primvars[name], getattr(frame, name))
                 primvar.Set(values, time)
-            self._unsaved += points.nbytes + self._derived.append(frame, self._times, self._frame)
+            self._unsaved += points.nbytes
             if self._unsaved > self.unsaved_bytes:
                 self._save()
 
@@ -149,7 +136,7 @@ class UsdWriter(Writer):
         """Changes the layer after everything else was written to it."""
 
     def _release_stage(self) -> None:
-        self._stage = self._points = self._extent = self._derived = None
+        self._stage = self._points = None
         self._primvars = {}
 
     def _close(self) -> None:

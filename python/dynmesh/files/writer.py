@@ -19,7 +19,6 @@ from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
-from ..frames.scenes import Origin
 from ..sequence import Mask, Positions
 from .frame_names import FrameNames, single
 from .kept import Pieces, Sums
@@ -47,10 +46,8 @@ class Writer(ABC):
         keeps_provenance: whether the format stores generation and age; if not, they are refused.
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
-        keeps_scene_of: the format whose scenes the writer keeps around the meshes; None if none.
     """
 
-    keeps_scene_of: ClassVar[str | None] = None
     resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
@@ -64,7 +61,6 @@ class Writer(ABC):
         folder: Path | None = None,
         resume_at: int = 0,
         kept: Pieces | None = None,
-        origin: Origin | None = None,
     ) -> None:
         """Creates the file, or continues an unfinished one.
 
@@ -77,14 +73,12 @@ class Writer(ABC):
             resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
                 least as many, and further ones are removed. 0 creates the file.
             kept: what :meth:`pieces` of the writer of these frames returned.
-            origin: the scene to keep around the mesh; it must be of `keeps_scene_of`.
 
         Raises:
             BlockingIOError: another process is writing the file.
         """
         self.path = path
         self.header = header
-        self.origin = origin
         self.overwrite = True
         self._keep = folder is not None
         self._frame = resume_at

@@ -22,7 +22,7 @@ from .attributes import ATTRIBUTES, Flags, flags_of
 
 @dataclass(frozen=True)
 class MeshFile:
-    """The file of one mesh which holds more than dynmesh reads.
+    """A file which holds more around a mesh than dynmesh reads.
 
     Attributes:
         path: of the file.
@@ -42,7 +42,8 @@ class Header(Description, Flags):
         n_frames: n.
         n_vertices: k.
         dtype: of the positions, float32 or float64.
-        mesh_file: from which files of the same format keep what it holds, or None.
+        mesh_file: from which files of the same format, or layers over it, keep what it holds, or
+            None.
 
     `has_known`, `has_provenance` and `has_standard_error` say which attributes each frame has. They
     and the attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are

@@ -15,7 +15,6 @@ from .attributes import as_mask
 from .frame import Frame
 from .header import Header
 from .naming import naming
-from .scenes import Scene
 from .unchanged import Unchanged
 
 
@@ -86,19 +85,6 @@ class Reader(ABC):
     def lost(self) -> Container[int]:
         """The numbers of the frames whose files are missing; nothing was observed in them."""
         return ()
-
-    @property
-    def scene(self) -> Scene | None:
-        """The scene that the mesh is part of, or None if the file holds nothing else."""
-        return None
-
-    @property
-    def title(self) -> str:
-        """The name of the file and, if it holds several meshes, the path of this one."""
-        scene, mesh = self.scene, self.header.name
-        if scene is None or mesh is None or len(scene.moves) < 2:
-            return self.path.name
-        return f"{self.path.name} {mesh}"
 
     def __repr__(self) -> str:
         """Describes the file without its numbers."""

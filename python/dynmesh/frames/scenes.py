@@ -1,48 +1,10 @@
-"""Scenes: files that hold several meshes, each with constant faces."""
+"""Files that hold several meshes, each with constant faces."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 
 from ..polygons import Polygons
-
-
-class Scene(ABC):
-    """A file that can hold several meshes.
-
-    Attributes:
-        format: the name of its format.
-        path: of the file.
-        moves: the paths of the meshes, and whether the points of each change. Copies of a mesh by
-            reference (instances) are not among them if the format cannot change a copy alone.
-    """
-
-    format: ClassVar[str]
-
-    def __init__(self, path: Path, moves: Mapping[str, bool]) -> None:
-        """Called by subclasses when the file is open."""
-        self.path = path
-        self.moves = moves
-
-    @property
-    @abstractmethod
-    def files(self) -> list[Path]:
-        """The files that are read."""
-
-
-@dataclass(frozen=True)
-class Origin:
-    """The scene that a file is made from, and the path of the mesh that the file replaces.
-
-    It must stay open until the file is complete.
-    """
-
-    scene: Scene
-    mesh: str
 
 
 def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:

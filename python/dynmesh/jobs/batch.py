@@ -171,8 +171,7 @@ def _continued(job: AnyJob, overwrite: bool) -> FileReport | TrackFileReport | R
     """Runs a job from where it was interrupted, if that can be done."""
     if isinstance(job, RegisterJob):
         return job.register(overwrite=overwrite)
-    overlay = isinstance(job, Job) and job.overlay
-    target = files.target_of(job.output, job.output_format, overlay=overlay)
+    target = files.target_of(job.output, job.output_format)
     resume = target.writer.resumable and job.retime is None
     anew = overwrite or not target.existing()  # also if frames of another run are kept
     try:

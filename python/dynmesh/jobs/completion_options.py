@@ -12,7 +12,8 @@ import numpy as np
 
 from .._checks import check_path, check_positive
 from .._errors import InputError, KindError, SettingError
-from ..files import PathLike, Source
+from ..files import PathLike, Source, format_of
+from ..files.choice import choose
 from ..frames.header import Header
 from ..settings import SETTINGS, Settings, all_settings
 from .conversion_options import ConversionKeywords, ConversionOptions
@@ -80,11 +81,13 @@ class CompletionOptions(ConversionOptions):
         metavar="DISTANCE",
     )
     output_format: str | None = offered(OUTPUT_FORMAT)
-    overlay: bool = given(
-        False,
-        "Write OUT as a USD layer over IN, which changes the completed meshes alone.",
+    overlay: bool | None = given(
+        None,
+        "Write OUT as a USD layer over IN, which keeps transforms, materials and all else, or the "
+        "mesh alone. [a layer if both are USD]",
         OUTPUT,
         bool,
+        flags=("--overlay/--no-overlay",),
     )
 
     def checked(self) -> Self:
@@ -95,10 +98,11 @@ class CompletionOptions(ConversionOptions):
         """
         check_start(self.start, self.template)
         self.check_conversion()
-        if self.overlay and self.changed:
+        changed = [*self.changed, *(["fps"] if self.fps is not None else [])]
+        if self.overlay and changed:
             raise InputError(
                 "cannot be combined with overlay, which changes missing points alone",
-                argument=self.changed[0],
+                argument=changed[0],
             )
         settings = all_settings(self.settings)
         if self.bidirectional:
@@ -116,6 +120,27 @@ class CompletionOptions(ConversionOptions):
         return replace(
             self, settings=settings, training=check_training(self.training, settings) or None
         )
+
+    def is_overlay(self, path: Path, output: PathLike) -> bool:
+        """Whether the completed sequence is a layer over its input.
+
+        Raises:
+            ValueError: it is to be, but the input is no USD stage; or the input has another format
+                than its name says.
+        """
+        if self.overlay is False or self.fps is not None or self.changed:
+            return False
+        layered = format_of(path, self.source.get("format")).name in ("usd", "usdz")
+        if self.overlay is None:
+            return layered and choose(Path(output), self.output_format, "").overlay is not None
+        if not layered:
+            raise InputError(
+                "an overlay changes a mesh in a USD stage, so the input must be USD (.usd, .usda, "
+                ".usdc or .usdz)",
+                argument="overlay",
+                file=path,
+            )
+        return True
 
     def header(self, read: Header) -> Header:
         """The header of the completed sequence."""
@@ -153,7 +178,7 @@ class CompletionKeywords(Settings, ConversionKeywords, total=False):
     training: TrainingFiles | None
     source: Source | None
     output_format: str | None
-    overlay: bool
+    overlay: bool | None
     bidirectional: bool
     provenance: bool
     drop_above: float | None

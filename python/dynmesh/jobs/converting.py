@@ -45,8 +45,7 @@ def convert_file(
 ) -> ConversionReport:
     """Writes a sequence in another format, with other frames, axes, units or rates, if asked for.
 
-    Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. A file that is turned,
-    scaled or resampled holds nothing of the scene that the mesh was in.
+    Points are turned and scaled by `to_up`, `to_unit` and `scale` alone.
 
     Args:
         path: the sequence, in any format.
@@ -90,13 +89,12 @@ def convert_file(
             has_standard_error=reader.header.has_standard_error and not dropped,
         )
         conversion = asked.conversion(header, Path(path))
-        origin = conversion.origin(target, reader)
-        with target.create(conversion.header, origin=origin, overwrite=overwrite) as writer:
+        with target.create(conversion.header, overwrite=overwrite) as writer:
             made = conversion.output(writer)
             for frame in watch(reader, reader.n_frames):
                 values = frame.attributes()
                 made.append(frame.points, **{name: values[name] for name in header.attributes})
-        remarks = [*writer.remarks, *conversion.remarks(target, reader)]
+        remarks = [*writer.remarks, *conversion.remarks()]
     if dropped:
         remarks.append("generation and age are not written; this format cannot hold them")
     return ConversionReport(conversion.header.n_frames, header.n_vertices, tuple(remarks))

@@ -8,6 +8,7 @@ from typing import Unpack
 from .. import files
 from .._checks import check_callable, check_path
 from ..files import PathLike
+from ..frames.header import MeshFile
 from .checkpoint import Progress, describe_job
 from .completion_options import CompletionKeywords, CompletionOptions, completion_options
 from .directions import Directions, Watch
@@ -91,8 +92,10 @@ def complete_file(
             only its faces, its `fps` if both state it, and whether it has provenance, standard
             errors and dropped vertices are compared with this job, as far as its format has them.
             These formats can be resumed: npz, hdf5, npy, pc2, ply and obj.
-        overlay: whether to write a USD layer that holds the completed points and what follows from
-            them, with the input, a USD stage, as its sublayer.
+        overlay: whether to write a USD layer that holds the completed points, with the input, a USD
+            stage, as its sublayer, by a relative path: transforms, materials and all else are those
+            of the input, and normals, velocities and extents, which no longer fit, are blocked.
+            Without it, USD holds the mesh alone. None means yes if both files are USD.
         watch: called with the frames in the order in which they are completed, their number and the
             number of frames already completed; it must pass the frames on.
         watch_training: called with the training frames and their number; it must pass the frames
@@ -140,12 +143,16 @@ def complete_into(
     options = options.checked()
     check_callable("watch", watch)
     check_callable("watch_training", watch_training)
-    target = files.target_of(output, options.output_format, overlay=options.overlay)
+    overlay = options.is_overlay(Path(path), output)
+    target = files.target_of(output, options.output_format, overlay=overlay)
     if resume:
         check_resumable(target, options.retime)
     source = Path(path)
     with open_with_template(source, options) as (reader, template):
-        conversion = options.conversion(options.header(reader.header), reader.path)
+        wanted = options.header(reader.header)
+        if overlay:  # which keeps all that its input holds
+            wanted = replace(wanted, mesh_file=MeshFile(source, ()))
+        conversion = options.conversion(wanted, reader.path)
         header = conversion.header
         training = Training(paths_of(options.training), reader, watch_training)
         passes: list[Directions] = []

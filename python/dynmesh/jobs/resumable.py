@@ -152,7 +152,7 @@ class ResumableOutput:
                     if resumable:
                         _save(checkpoint, work, writer)
                 remember(self.target, work.progress().judged)
-        remarks += self.conversion.remarks(self.target, self.reader)
+        remarks += self.conversion.remarks()
         return Outcome(progress.done, remarks=(*remarks, *writer.remarks))
 
     def _is_complete(self) -> bool:
@@ -198,11 +198,7 @@ class ResumableOutput:
             except ValueError as error:
                 raise CannotResumeError(str(error), file=folder) from error
         (folder.parent / "checkpoint.npz").unlink(missing_ok=True)
-        reader, conversion = self.reader, self.conversion
-        origin = None if reader is None else conversion.origin(self.target, reader)
-        return self.target.create(
-            conversion.header, folder=folder, origin=origin, overwrite=self.overwrite
-        )
+        return self.target.create(self.conversion.header, folder=folder, overwrite=self.overwrite)
 
 
 def _begun(begin: Callable[[Progress], Work], progress: Progress, checkpoint: Checkpoint) -> Work:

@@ -94,9 +94,6 @@ sequences = [
     _sequence("`times` that do not ascend", ValueError, "times:", "frame 2", "1.0", times=np.array([0.0, 1, 1])),
     _sequence("`up_axis`: w", ValueError, "up_axis:", "'w'", up_axis="w"),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
-    _sequence("`derived`: colours", ValueError, "derived:", "'colours'", "normals", derived={"colours": "vertex"}),
-    _sequence("`derived`: velocities per face", ValueError, "derived:", "velocities", "'uniform'", derived={"velocities": "uniform"}),
-    _sequence("`derived`: text", TypeError, "derived:", "'normals'", derived="normals"),
     _sequence("`standard_error_of`: volume", ValueError, "standard_error_of:", "'volume'", "surface", standard_error_of="volume"),
     _sequence("`generation` without `age`", ValueError, "generation, age:", generation=np.zeros((3, 49), int)),
 ]  # fmt: skip

@@ -173,7 +173,7 @@ def page(
     if reference is not None:
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     playback = Playback(
-        title or reader.title,
+        title or reader.path.name,
         f"shown: {shown}" if str(shown) else "",
         captions,
         [reader.header.number(index) for index in indices],
