@@ -108,14 +108,3 @@ def test_times_in_names_are_no_gaps(tmp_path: Path, partial: dynmesh.Sequence) -
     assert len(dynmesh.read(tmp_path / "in").vertices) == 3
     with pytest.raises(ValueError, match="do not end in evenly spaced numbers"):
         dynmesh.open(tmp_path / "in", gaps="lost")
-
-
-def test_dates_in_names_do_not_make_millions_of_frames(
-    tmp_path: Path, partial: dynmesh.Sequence
-) -> None:
-    (tmp_path / "in").mkdir()
-    for number in (1, 2, 20201120):
-        one = replace(partial, vertices=partial.vertices[:1], known=None)
-        dynmesh.write(tmp_path / "in" / f"f_{number}.ply", one)
-    with pytest.raises(ValueError, match=r"3 files, but .* 1 to 20201120, would make 20201120"):
-        dynmesh.open(tmp_path / "in", gaps="lost")

@@ -245,7 +245,7 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
 
 def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    with pytest.raises(ValueError, match="has only points, but the first frame needs faces"):
+    with pytest.raises(ValueError, match="holds only positions; give its faces"):
         dynmesh.open(tmp_path / "f%d.obj")
     (tmp_path / "f0.obj").rename(tmp_path / "f1.obj")
     (tmp_path / "f0.obj").write_text(TRIANGLE)

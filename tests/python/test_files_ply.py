@@ -49,7 +49,7 @@ def triangle(face: bytes) -> bytes:
         ),
         (
             triangle(b"3 0 1 3\n"),
-            "face 0: refers to vertex 3",
+            "face 0 refers to vertex 3",
         ),
         (triangle(b"3 0 1 -1\n"), "refers to vertex -1"),
         (triangle(b"2 0 1\n"), "face 0: has 2 corners"),

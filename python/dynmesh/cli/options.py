@@ -168,17 +168,17 @@ def quietly(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def share_out(source: Source, path: Path, reference: Path) -> tuple[Source, Source]:
-    """Assigns --faces and --prim to the sequence, its reference or both, by their formats.
+    """Assigns --faces, --prim and --gaps to the sequence, its reference or both, by their formats.
 
     An option that neither format supports is passed to the sequence, whose reader refuses it.
     """
     ours, theirs = files.format_of(path, source.get("format")), files.format_of(reference)
-    kept = {
-        name: value
-        for name, value in source.items()
-        if name in ours.takes or name not in theirs.takes
-    }
-    lent = {name: source.get(name) for name in theirs.takes}
+    # Of formats with one file per frame, most files hold their faces.
+    own, lendable = (
+        one.takes - {"faces"} if "gaps" in one.takes else one.takes for one in (ours, theirs)
+    )
+    kept = {n: value for n, value in source.items() if n in own or n not in lendable}
+    lent = {n: value for n, value in source.items() if n in lendable}
     return (
         cast(Source, {**kept, "format": ours.name}),
         cast(Source, {**lent, "format": theirs.name}),

@@ -119,7 +119,7 @@ def open(
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
         chosen = format_of(path, format)
-        reader = chosen.open(path, _template(faces), prim, gaps)
+        reader = chosen.open(path, faces=_template(faces), prim=prim, gaps=gaps)
     if known is None and missing is None:
         return reader
     try:

@@ -20,6 +20,12 @@ Gaps: TypeAlias = Literal["refuse", "lost"]
 OTHER_MESHES = "dynmesh track follows one mesh through frames that are not of the same vertices"
 HOLDS_FACES = "holds its faces; faces can be given only for files that hold none"
 
+_NOT_TAKEN = {
+    "faces": HOLDS_FACES,
+    "prim": "holds a single mesh; prim is only for USD and Alembic",
+    "gaps": "gaps is only for one file per frame; mark vertices that were not observed as missing",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class Template:
@@ -51,11 +57,10 @@ class Format:
         what: a description in one line.
         reader: creates a reader from a path and what it takes.
         writer: creates a writer; None if the format can only be read.
-        takes: what the reader accepts besides the path: "faces", a `template` for them; "prim", the
-            path of one mesh among several.
+        takes: which keywords the reader takes: "faces", a `Template`; "prim", the path of one mesh
+            among several; "gaps", what becomes of missing frames.
         library: the module that the reader and the writer need, and the extra that installs it;
             None if they need none.
-        per_frame: whether each frame has a file; the reader then accepts `template` and `gaps`.
         meshes: the paths of all meshes of a file, and whether each moves; None if a file holds a
             single mesh.
         overlay: creates a layer that changes one mesh of a scene and nothing else; None if the
@@ -69,26 +74,12 @@ class Format:
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()
     library: tuple[str, str] | None = None
-    per_frame: bool = False
     meshes: Callable[[Path], Mapping[str, bool]] | None = None
     overlay: type[Writer] | None = None
 
-    def open(self, path: Path, template: Template | None, prim: str | None, gaps: Gaps) -> Reader:
-        """Opens a sequence, and refuses what its reader does not take."""
-        options: dict[str, Any] = {}
-        if self.per_frame:
-            options["gaps"] = gaps
-        elif gaps != "refuse":
-            raise ValueError(
-                f"gaps is for sequences with one file per frame, not for {self.name}; mark "
-                "vertices that were not observed as missing"
-            )
-        if self.per_frame or "faces" in self.takes:
-            options["template"] = template
-        elif template is not None:
-            raise ValueError(HOLDS_FACES)
-        if "prim" in self.takes:
-            options["prim"] = prim
-        elif prim is not None:
-            raise ValueError("holds a single mesh; prim is only for USD and Alembic")
-        return self.reader(path, **options)
+    def open(self, path: Path, **given: Any) -> Reader:
+        """Opens a sequence with these keywords, and refuses what its reader does not take."""
+        for name, value in given.items():
+            if name not in self.takes and value not in (None, "refuse"):
+                raise ValueError(_NOT_TAKEN[name])
+        return self.reader(path, **{name: given[name] for name in self.takes})

@@ -13,13 +13,13 @@ from ..frames.frame import Frame
 from ..frames.header import Header, MeshFile
 from ..frames.naming import naming
 from ..frames.reader import Reader
-from ..frames.times import Timing, numbers_of_files
-from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
+from ..frames.times import numbers_of_files
+from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
 from .frame_names import FrameNames
 from .numbered import find_files, names_to_write
-from .template import NoFacesError, find_template
+from .template import find_template
 from .writer import Writer
 
 
@@ -31,40 +31,38 @@ class FramesReader(Reader):
     subclass reads one file.
     """
 
-    def __init__(
-        self, path: Path, files: list[Path | None], timing: Timing, template: Template | None
-    ) -> None:
-        """Reads the first of the files, which are None where one is missing.
+    suffix: ClassVar[str]
 
-        The template provides the faces if that file has none.
-        """
-        self._files = files
-        self._lost = frozenset(number for number, file in enumerate(files) if file is None)
-        present = [file for file in files if file is not None]
-        if not present:
-            raise ValueError("does not name a file")
-        self._first = present[0]
+    def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
+        """Finds the files and reads the first, for which `faces` are if it holds none."""
+        self._files, start, step = find_files(path, self.suffix, gaps)
+        n_frames = len(self._files)
+        self._first = self.files[0]
         with naming(self._first):
             frame, polygons, metadata = self._load(self._first)
-            if len(polygons.sizes) == 0 and len(frame.points):
-                polygons = _given(template, len(frame.points))
-            elif template is not None:
+            k = len(frame.points)
+            if k == 0:
+                raise ValueError("has no vertices")
+            if len(polygons.sizes) == 0:
+                template = find_template(faces, k, {})
+                polygons = as_polygons(template.faces, template.polygons)
+            elif faces is not None:
                 raise ValueError(HOLDS_FACES)
-            holds = tuple(sorted(self._held_beside(self._first)))
             self._polygons = polygons
-            _check_first(len(frame.points), self._polygons)
-        faces, polygons_or_none = split_polygons(self._polygons)
-        header = Header(
-            faces=faces,
-            n_frames=len(files),
-            n_vertices=len(frame.points),
-            dtype=frame.points.dtype,
-            polygons=polygons_or_none,
-            mesh_file=MeshFile(self._first, holds) if holds else None,
-            **metadata._asdict(),
-            **timing._asdict(),
-            **flags_of(frame.attributes()),
-        )
+            triangles, polygons_or_none = split_polygons(polygons)
+            holds = tuple(sorted(self._held_beside(self._first)))
+            header = Header(
+                faces=triangles,
+                n_frames=n_frames,
+                n_vertices=k,
+                dtype=frame.points.dtype,
+                polygons=polygons_or_none,
+                mesh_file=MeshFile(self._first, holds) if holds else None,
+                start=start,
+                times=None if step == 1 else np.arange(n_frames, dtype=np.float64) * step + start,
+                **metadata._asdict(),
+                **flags_of(frame.attributes()),
+            )
         super().__init__(path, header)
 
     @property
@@ -75,15 +73,15 @@ class FramesReader(Reader):
     @property
     def lost(self) -> frozenset[int]:
         """The numbers of the frames whose files are missing."""
-        return self._lost
+        return frozenset(number for number, file in enumerate(self._files) if file is None)
 
     @abstractmethod
     def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
         """Reads one file; without polygons if the file holds only points."""
 
-    def _held_beside(self, _: Path) -> set[str]:
+    @abstractmethod
+    def _held_beside(self, file: Path) -> set[str]:
         """Returns what a file holds beside positions, polygons and attributes, in words."""
-        return set()
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
@@ -130,42 +128,6 @@ class FramesReader(Reader):
         ours, theirs = metadata.standard_error_of, self.header.standard_error_of
         if self.header.has_standard_error and ours != theirs:
             raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
-
-
-class NumberedReader(FramesReader):
-    """A sequence in numbered files, each of which holds one mesh with its faces."""
-
-    suffix: ClassVar[str]
-
-    def __init__(self, path: Path, template: Template | None = None, gaps: Gaps = "refuse") -> None:
-        """Finds the files and reads the first."""
-        files, start, step = find_files(path, self.suffix, gaps)
-        times = None if step == 1 else np.arange(len(files), dtype=np.float64) * step + start
-        super().__init__(path, files, Timing(None, start, times), template)
-
-
-def _given(template: Template | None, n_vertices: int) -> Polygons:
-    """The faces for files that hold none."""
-    if template is None:
-        raise NoFacesError(
-            "has only points, but the first frame needs faces (faces= in Python, --faces FILE in "
-            "the shell)"
-        )
-    found = find_template(template, n_vertices, {})
-    return as_polygons(found.faces, found.polygons)
-
-
-def _check_first(n_vertices: int, polygons: Polygons) -> None:
-    if n_vertices == 0:
-        raise ValueError("has no vertices")
-    check_polygons(polygons)
-    outside = np.flatnonzero((polygons.corners < 0) | (polygons.corners >= n_vertices))
-    if len(outside):
-        face = np.searchsorted(np.cumsum(polygons.sizes), outside[0], side="right")
-        raise ValueError(
-            f"face {face}: refers to vertex {polygons.corners[outside[0]]}, counted from 0, "
-            f"but there are {n_vertices}"
-        )
 
 
 class FramesWriter(Writer):

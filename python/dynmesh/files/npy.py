@@ -30,7 +30,7 @@ def _path_of(name: str, path: Path) -> Path:
 class NpyReader(RowsReader):
     """A sequence in an array of positions, with other arrays beside it."""
 
-    def __init__(self, path: Path, template: Template | None) -> None:
+    def __init__(self, path: Path, faces: Template | None) -> None:
         """Reads everything except the frames."""
         self._positions = path
         with self._open_rows("vertices") as vertices:
@@ -41,7 +41,7 @@ class NpyReader(RowsReader):
                 ATTRIBUTES[name].check(rows.dtype, rows.shape, vertices.shape[:2])
         check_needed(self._arrays)
         n_frames, n_vertices, _ = vertices.shape
-        template = find_template(template, n_vertices, {_path_of("faces", path): _load_faces})
+        template = find_template(faces, n_vertices, {_path_of("faces", path): _load_faces})
         self._files = [*(_path_of(name, path) for name in self._arrays), *template.files]
         errors = None
         if (beside := _path_of("standard_error_of", path)).exists():

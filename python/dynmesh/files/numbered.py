@@ -15,7 +15,6 @@ from ..sequence import largest_start
 from .format import Gaps
 from .frame_names import FrameNames
 
-_MOST_LOST = 100  # frames for each file; larger numbers are times or dates
 _last_number = re.compile("[0-9]+(?=[^0-9]*$)")
 
 
@@ -148,11 +147,6 @@ def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[i
                 f"{name(missing)} is missing: add it; or complete the frame without observations "
                 "by --gaps lost (in Python, gaps='lost'); or, if no frame is missing, number the "
                 "files without gaps"
-            )
-        if len(numbers) > _MOST_LOST * len(by_number):
-            raise ValueError(
-                f"has {len(by_number)} files, but their numbers, {numbers[0]} to {numbers[-1]}, "
-                f"would make {len(numbers)} frames; number the files by frames"
             )
     files = [by_number.get(number) for number in numbers]
     return Found(files, _countable(numbers[0]), step)

@@ -16,7 +16,7 @@ from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
-from .frame_files import FramesWriter, NumberedReader
+from .frame_files import FramesReader, FramesWriter
 
 _KINDS = {
     b"vt": "texture coordinates",
@@ -27,7 +27,7 @@ _KINDS = {
 }
 
 
-class ObjReader(NumberedReader):
+class ObjReader(FramesReader):
     """A sequence in OBJ files."""
 
     suffix = ".obj"
@@ -119,5 +119,5 @@ obj = Format(
     "Wavefront's text files, one per frame",
     ObjReader,
     ObjWriter,
-    per_frame=True,
+    frozenset({"faces", "gaps"}),
 )

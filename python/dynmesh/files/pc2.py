@@ -41,7 +41,7 @@ class Pc2Reader(RowsReader):
 
     _arrays = ("vertices",)
 
-    def __init__(self, path: Path, template: Template | None) -> None:
+    def __init__(self, path: Path, faces: Template | None) -> None:
         """Opens the file and finds its faces."""
         with path.open("rb") as file:
             begin = file.read(layout.size)
@@ -56,7 +56,7 @@ class Pc2Reader(RowsReader):
         with open_rows(path, self._positions, layout.size):
             pass  # the sizes are right
         beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
-        template = find_template(template, n_vertices, beside)
+        template = find_template(faces, n_vertices, beside)
         self._files = [path, *template.files]
         header = Header(
             faces=template.faces,

@@ -19,7 +19,7 @@ from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
-from .frame_files import FramesWriter, NumberedReader
+from .frame_files import FramesReader, FramesWriter
 
 Integers = NDArray[np.integer[Any]]
 
@@ -44,7 +44,7 @@ Columns = dict[str, NDArray[Any] | tuple[NDArray[np.int64], NDArray[Any]]]
 lengths, and the numbers of one list after another."""
 
 
-class PlyReader(NumberedReader):
+class PlyReader(FramesReader):
     """A sequence in PLY files."""
 
     suffix = ".ply"
@@ -194,5 +194,5 @@ ply = Format(
     "Stanford's polygon files, one per frame",
     PlyReader,
     PlyWriter,
-    per_frame=True,
+    frozenset({"faces", "gaps"}),
 )

@@ -39,6 +39,6 @@ def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
                 return replace(load(path), files=(path,))
     names = " or ".join(path.name for path in beside)
     raise NoFacesError(
-        f"holds only positions, and there is no {names} beside it; "
+        f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
         "give its faces (faces= in Python, --faces FILE in the shell)"
     )
