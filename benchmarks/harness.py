@@ -11,10 +11,11 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from dynmesh.study.subjects import Subject, built_in, from_file
-from dynmesh.study.tables import Line, markdown
+from .cells import Line
+from .subjects import Subject, built_in, from_file
 
 DOCS = Path(__file__).parents[1] / "docs"
+QUICK_FRAMES = 30
 
 T = TypeVar("T")
 
@@ -23,40 +24,31 @@ class Table(NamedTuple):
     """A table that is printed and stored.
 
     Attributes:
-        name: the name of its CSV file, also in docs/tables if a page shows it, or of the comment
-            on a page that its note belongs below.
-        lines: the head and the rows; without any, there is only the note.
-        note: sentences below it.
+        name: the name of its CSV file, also in docs/tables if a page shows it.
+        lines: the head and the rows.
     """
 
     name: str
     lines: list[Line]
-    note: str = ""
 
     def text(self) -> str:
         """Return it in Markdown."""
-        table = markdown(self.lines) if self.lines else ""
-        return "\n\n".join(part for part in (table, self.note) if part)
+        rows = [f"| {' | '.join(row)} |" for row in self.lines]
+        rows.insert(1, f"|{'---|' * len(self.lines[0])}")
+        return "\n".join(rows)
 
 
 def parser(
-    words: str | None,
-    *,
-    folder: bool = True,
-    of: Iterable[str] = (),
-    known: Sequence[float] = (),
+    words: str | None, *, folder: bool = True, known: Sequence[float] = ()
 ) -> argparse.ArgumentParser:
     """Return a parser of the arguments that all benchmarks have.
 
     Args:
         words: the docstring of the benchmark, whose first line describes it.
         folder: whether it measures sequences, of a folder or the built-in ones.
-        of: the parts of the benchmark, of which the first argument names one.
         known: the shares of known vertices, if an option can name others.
     """
     made = argparse.ArgumentParser(description=(words or "").partition("\n")[0])
-    if of:
-        made.add_argument("of", choices=list(of), help="what is measured")
     if folder:
         made.add_argument(
             "folder",
@@ -70,9 +62,12 @@ def parser(
             metavar="NAME[:FRAMES]",
             help="sequences of the folder, or only their first frames; the default is every one",
         )
+        made.add_argument(
+            "--quick", action="store_true", help=f"at most {QUICK_FRAMES} frames of each sequence"
+        )
     if known:
         made.add_argument("--known", type=float, nargs="+", metavar="SHARE", default=known)
-    made.add_argument("--csv", type=Path, metavar="FOLDER", help="also write tables to NAME.csv")
+    made.add_argument("--out", type=Path, metavar="FOLDER", help="also write tables to NAME.csv")
     made.add_argument("--docs", action="store_true", help="also replace the tables in docs/tables")
     return made
 
@@ -83,6 +78,8 @@ def sequences(arguments: argparse.Namespace, frames: int | None = None) -> list[
     Raises:
         ValueError, OSError: a sequence cannot be read or is not complete, or there is none.
     """
+    if arguments.quick:
+        frames = min(frames or QUICK_FRAMES, QUICK_FRAMES)
     if arguments.folder is None:
         return built_in(frames)
     files = sorted(arguments.folder.glob("*.npz"))
@@ -110,44 +107,18 @@ def progress(work: Iterable[T], words: str, total: float | None = None) -> Itera
 def show(arguments: argparse.Namespace, *tables: Table) -> None:
     """Print tables in Markdown, and write them where the arguments say."""
     print("\n\n".join(table.text() for table in tables))
-    if arguments.csv is not None:
-        arguments.csv.mkdir(parents=True, exist_ok=True)
-        for table in tables:
-            if table.lines:
-                write_csv(table, arguments.csv / f"{table.name}.csv")
-    if arguments.docs:
-        for table in tables:
-            replace_in(DOCS, table)
+    for table in tables:
+        if arguments.out is not None:
+            arguments.out.mkdir(parents=True, exist_ok=True)
+            _write_csv(table, arguments.out / f"{table.name}.csv")
+        shown = DOCS / "tables" / f"{table.name}.csv"
+        if arguments.docs and shown.exists():
+            _write_csv(table, shown)
 
 
-def write_csv(table: Table, path: Path) -> None:
+def _write_csv(table: Table, path: Path) -> None:
     """Write a table, without what marks bold text and code."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(
             [re.sub(r"\*\*|`", "", cell) for cell in line] for line in table.lines
         )
-
-
-def replace_in(docs: Path, table: Table) -> None:
-    """Replace a table, or else a note, in the documentation, if it is there.
-
-    A table is there if the folder has tables/NAME.csv, and a note if a page has the comments NAME
-    and end.
-
-    Raises:
-        ValueError: there is more than one place of that name; the pages are unchanged.
-    """
-    if table.lines:
-        path = docs / "tables" / f"{table.name}.csv"
-        if path.exists():
-            write_csv(table, path)
-        return
-    name = table.name
-    pattern = re.compile(rf"<!-- {re.escape(name)} -->\n.*?<!-- end -->", re.DOTALL)
-    pages = {page: page.read_text(encoding="utf-8") for page in sorted(docs.rglob("*.md"))}
-    places = [(page, old) for page, whole in pages.items() for old in pattern.findall(whole)]
-    if len(places) > 1:
-        raise ValueError(f"{docs}: has {len(places)} places for {name}; at most one is possible")
-    for page, old in places:
-        new = f"<!-- {name} -->\n{table.note}\n<!-- end -->"
-        page.write_text(pages[page].replace(old, new), encoding="utf-8")

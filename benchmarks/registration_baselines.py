@@ -11,8 +11,8 @@ from scipy.spatial.distance import cdist
 
 from dynmesh.files.scans import Scan
 from dynmesh.sequence import Positions
-from dynmesh.study.subjects import Subject
 
+from .subjects import Subject
 from .tracking_table import Register
 from .tracking_table import baselines as of_trimesh
 

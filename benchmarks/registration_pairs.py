@@ -13,8 +13,8 @@ from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.files.scans import PointScan
 from dynmesh.jobs.single_scans import open_single
 from dynmesh.sequence import Positions
-from dynmesh.study.subjects import Subject
 
+from .subjects import Subject
 from .tracking import around
 
 POINTS = 20_000

@@ -34,12 +34,12 @@ import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.registration import Landmarks
 from dynmesh.sequence import Positions
-from dynmesh.study.subjects import Subject
-from dynmesh.study.tables import ABSENT, Line, number
 
+from .cells import ABSENT, Line, number
 from .harness import Table, parser, progress, sequences, show
 from .registration_baselines import baselines
 from .registration_pairs import SCANS, Pair, near_and_far, of_folder, of_sequence
+from .subjects import Subject
 
 LANDMARKS = 6
 _NEAR = 2.0

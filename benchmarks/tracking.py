@@ -11,7 +11,8 @@ from dynmesh.degrade import Camera
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.files.scans import DepthScan, PointScan, Scan
 from dynmesh.sequence import Positions
-from dynmesh.study.subjects import Subject
+
+from .subjects import Subject
 
 POINTS = 20_000
 NOISE = 0.02

@@ -34,13 +34,12 @@ from dynmesh import Tracker
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.files.scans import Scan
 from dynmesh.sequence import Positions
-from dynmesh.study.losses import random_masks
-from dynmesh.study.measure import run
-from dynmesh.study.methods import DETAIL
-from dynmesh.study.subjects import Subject
-from dynmesh.study.tables import ABSENT, Line, by_row_and_column, milliseconds, number, ratio
 
+from .cells import ABSENT, Line, by_row_and_column, milliseconds, number, ratio
 from .harness import Table, parser, progress, sequences, show
+from .methods import DETAIL
+from .runner import run
+from .subjects import Subject, random_masks
 from .tracking import around, depth_scans, errors, point_scans, push, taken
 
 registration: Any = trimesh.registration  # has no types

@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import dynmesh
-from dynmesh.study.subjects import Subject, from_file
 
 from ..harness import DOCS
+from ..subjects import Subject, from_file
 from . import cloth, error_bars, gallery, method, scans, whole_frame
 
 PAGES = ("method", "gallery", "training", "track")
@@ -46,10 +46,7 @@ def main() -> None:
     }
     for page in [arguments.page] if arguments.page else PAGES:
         if page == "method":
-            folder = arguments.out / page
-            folder.mkdir(parents=True, exist_ok=True)
-            method.draw_generations(folder)
-            method.draw_drift([*subjects.values()], folder)
+            method.draw_generations(arguments.out)
             whole_frame.draw(whole_frame.PICTURE, subjects["walker"], arguments.out)
         for picture in pictures[page]:
             subject = subjects.get(picture.of) or from_file(arguments.data / f"{picture.of}.npz")

@@ -9,15 +9,12 @@ import numpy as np
 
 from dynmesh.draw.figures import View
 from dynmesh.sequence import Mask, Positions
-from dynmesh.study.completion import Method
-from dynmesh.study.losses import random_masks, scenario_masks
-from dynmesh.study.measure import run, vertex_error
-from dynmesh.study.methods import DETAIL, MOTION
-from dynmesh.study.subjects import Subject
-from dynmesh.study.tables import nmsve_cell
 
-from ..baselines import ARAP_FROM_PREVIOUS, BIHARMONIC, trained
+from ..cells import nmsve_cell
 from ..harness import progress
+from ..methods import ARAP_FROM_PREVIOUS, BIHARMONIC, DETAIL, MOTION, Method, trained
+from ..runner import run, vertex_error
+from ..subjects import Subject, random_masks, scenario_masks
 from .strip import Panel, draw_observed, draw_surface, save
 
 Shown = tuple[tuple[str, Method], ...]
@@ -72,7 +69,7 @@ RECORDED = (
 
 def training(training: Positions) -> Picture:
     """The picture of docs/guides/training.md: the same frame without and with training."""
-    methods = (("detail", DETAIL), ("detail, trained", trained("trained", "", training)))
+    methods = (("detail", DETAIL), ("detail, trained", trained(training)))
     return Picture("training/walker.png", "walker", "camera", [95], 200, methods)
 
 
@@ -100,7 +97,7 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
             draw_surface(subject.faces, frame, views[n], vertex_error(subject, n, frame))
             for n, frame in found.frames.items()
         ]
-        panels.append(Panel(title, f"NMSVE x 1e4: {nmsve_cell(found.nmsve.mean())}", images))
+        panels.append(Panel(title, f"NMSVE x 1e4: {nmsve_cell(found.error)}", images))
     save(panels, folder / picture.file)
 
 

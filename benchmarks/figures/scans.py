@@ -7,10 +7,10 @@ import numpy as np
 import dynmesh
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Mark
-from dynmesh.study.measure import vertex_error
-from dynmesh.study.subjects import Subject
 
 from ..harness import progress
+from ..runner import vertex_error
+from ..subjects import Subject
 from ..tracking import push
 from .gallery import Picture, view_of
 from .strip import DOTS, Panel, draw_surface, save

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 import dynmesh
-from dynmesh.study.measure import vertex_error
-from dynmesh.study.subjects import Subject
 
+from ..runner import vertex_error
+from ..subjects import Subject
 from .gallery import Picture, view_of
 from .strip import Panel, draw_observed, draw_surface, save
 

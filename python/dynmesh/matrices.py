@@ -26,7 +26,7 @@ def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
         ValueError, TypeError: see :func:`dynmesh.cells`.
         ImportError: SciPy is not installed.
     """
-    sparse = require("scipy.sparse", extra="reproduce")
+    sparse = require("scipy.sparse", extra="matrices")
     offsets, neighbours = cells(faces, n_vertices)
     shape = (n_vertices, n_vertices)
     matrix: csr_array[np.float64] = sparse.csr_array(
@@ -37,7 +37,7 @@ def adjacency(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
 
 def laplacian(faces: Faces, n_vertices: int) -> "csr_array[np.float64]":
     """Returns L = D - R of eq. (2), the combinatorial Laplacian; see :func:`adjacency`."""
-    sparse = require("scipy.sparse", extra="reproduce")
+    sparse = require("scipy.sparse", extra="matrices")
     r = adjacency(faces, n_vertices)
     degree = np.diff(r.indptr).astype(np.float64)
     matrix: csr_array[np.float64] = sparse.diags_array(degree, format="csr") - r

@@ -20,7 +20,6 @@ from meshes import Mesh, sheet
 
 from dynmesh import _core
 from dynmesh.draw import figures
-from dynmesh.study import style
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -110,6 +109,7 @@ def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
         return whole(replace(view, size=(60, 80)))
 
     monkeypatch.setattr(figures, "_stage", small)
+    style = pytest.importorskip("benchmarks.style")
     monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
     layout = pytest.importorskip("matplotlib.layout_engine").ConstrainedLayoutEngine
     monkeypatch.setattr(layout, "execute", lambda *_: None)

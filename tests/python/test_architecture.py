@@ -21,7 +21,6 @@ LAYERS = (
     ("draw",),
     ("diagnosis",),
     ("jobs",),
-    ("study",),
     ("cli",),
 )
 """The parts of the package from low to high, at its top but for one; above all are `__init__` and

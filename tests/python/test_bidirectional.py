@@ -13,11 +13,10 @@ from sequences import HISTORY, assert_same
 from watches import interrupted_after
 
 import dynmesh
+from benchmarks.subjects import Subject, losses
 from dynmesh.jobs.both_ways import combined
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.waiting_frames import WaitingFrames
-from dynmesh.study.losses import losses
-from dynmesh.study.subjects import Subject
 
 N = 12
 TOLD = (*HISTORY, "standard_error")
@@ -262,7 +261,7 @@ def test_errors_are_smaller_than_forwards(
     tmp_path: Path, data: Path, name: str, most: float
 ) -> None:
     stored = np.load(data / f"{name}.npz")
-    subject = Subject.of(name, dynmesh.Sequence(stored["vertices"], stored["faces"]), "z", 0, 31)
+    subject = Subject(name, stored["vertices"][:31], stored["faces"], "z", 0)
     for loss, known in losses(subject, (0.3,)).items():
         known[0][:] = True
         path = tmp_path / f"{loss}.npz"

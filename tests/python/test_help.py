@@ -15,7 +15,7 @@ from dynmesh import files
 
 COMMANDS = (
     *("info", "synth", "degrade", "complete", "track", "evaluate"),
-    *("view", "picture", "convert", "batch", "reproduce"),
+    *("view", "picture", "convert", "batch"),
 )
 
 

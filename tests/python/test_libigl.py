@@ -1,18 +1,15 @@
-"""The methods of libigl, and the comparison with and without libigl."""
+"""The methods of libigl, and comparisons without it."""
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
 
-from benchmarks import beyond
-from benchmarks.baselines import BASELINES
-from benchmarks.libigl import Arap, Harmonic
-from dynmesh.study.style import save
-from dynmesh.study.subjects import Subject
+from benchmarks.methods import BASELINES, LIA, Arap, Harmonic
+from benchmarks.runner import run_all
+from benchmarks.subjects import Subject, losses
 
 
 def baselines(mesh: meshes.Mesh) -> dict[str, Any]:
@@ -67,45 +64,22 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
     np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)
 
 
-def small_subject(*, degenerate: bool) -> Subject:
+@pytest.mark.parametrize("faulty", ["not installed", "no solution"])
+def test_methods_that_cannot_run_are_left_out(
+    faulty: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     mesh = meshes.sheet(7)
     frames = np.stack([meshes.turned(mesh.vertices, 0.05 * n) for n in range(5)])
-    faces = np.concatenate([mesh.faces, [[0, 0, 1]]]) if degenerate else mesh.faces
-    return Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
-
-
-def test_unsolvable_frames_of_libigl_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("igl", reason="libigl is not installed")
-    assert beyond.measured(beyond.study(small_subject(degenerate=False)), BASELINES)
-    done = beyond.study(small_subject(degenerate=True))
-    assert not beyond.measured(done, BASELINES)
+    faces = mesh.faces
+    if faulty == "not installed":
+        monkeypatch.setitem(sys.modules, "igl", None)
+    else:
+        pytest.importorskip("igl", reason="libigl is not installed")
+        faces = np.concatenate([faces, [[0, 0, 1]]])
+    subject = Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
+    found = run_all(subject, (*BASELINES, LIA), losses(subject, (0.3,), ()))
+    assert [*found] == [(LIA, "30 %")]
     told = capsys.readouterr().err
+    reason = "import of igl halted" if faulty == "not installed" else "its solution is not finite"
     for method in BASELINES:
-        assert f"sheet: {method.label} is left out: its solution is not finite" in told
-
-
-@pytest.mark.usefixtures("coarse_figures")
-def test_the_comparison_works_without_libigl(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """And its figures show NMSVE in the unit of the tables."""
-    drawn: list[Any] = []
-
-    def saved(figure: Any, *rest: Any, **options: Any) -> Any:
-        drawn.append(figure)
-        return save(figure, *rest, **options)
-
-    monkeypatch.setattr(beyond, "save", saved)
-    monkeypatch.setitem(sys.modules, "igl", None)  # as if it were not installed
-    done = beyond.study(small_subject(degenerate=False))
-    claims = beyond.verdicts(done)
-    assert [v for v in claims if "libigl" in v.claim or "biharmonic" in v.claim] == []
-    assert len(claims) == 3
-    beyond.draw([done], tmp_path)
-    assert len(list(tmp_path.glob("*.png"))) == 6
-    labelled = [axis for f in drawn for axis in f.axes if "NMSVE" in axis.get_ylabel()]
-    assert len(labelled) == 2
-    under_patches = done.scenarios["patches", "motion"].nmsve.mean()
-    assert drawn[0].axes[1].patches[0].get_height() == pytest.approx(1e4 * under_patches)
-    errors = done.grid["motion", 0.3].nmsve
-    np.testing.assert_allclose(drawn[1].axes[1].lines[0].get_ydata(), 1e4 * errors)
+        assert f"sheet, 30 %: {method.label} is left out: {reason}" in told

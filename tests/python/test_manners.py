@@ -12,7 +12,6 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh import study
 from dynmesh.files.frame_names import FrameNames
 from dynmesh.jobs.checkpoint import Checkpoint
 
@@ -118,16 +117,6 @@ def test_kept_frames_are_not_thrown_away(
         job(folder, watch=interrupted)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=4000))
     assert job(folder, resume=True).resumed_at == 3  # what is kept needs no more space
-
-
-def test_results_of_a_study_are_not_replaced(folder: Path) -> None:
-    (folder / "results.json").write_text("of another run")
-    told = run("reproduce", folder, "--quick", code=1).stderr
-    assert "results.json: exists already; --overwrite" in told
-    with pytest.raises(FileExistsError):
-        study.reproduce(folder)
-    (folder / "results.json").rename(folder / "report.html")
-    run("reproduce", folder, "--quick", code=1)
 
 
 def test_hashes_are_the_numbers_of_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

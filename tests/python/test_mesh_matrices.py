@@ -33,5 +33,5 @@ def test_matrices_are_the_papers(mesh: Mesh) -> None:
 
 def test_a_missing_scipy_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy.sparse", None)
-    with pytest.raises(ImportError, match=r"needs scipy: pip install 'dynmesh\[reproduce\]'"):
+    with pytest.raises(ImportError, match=r"needs scipy: pip install 'dynmesh\[matrices\]'"):
         dynmesh.adjacency(np.array([[0, 1, 2]]), 3)

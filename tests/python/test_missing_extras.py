@@ -44,8 +44,6 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("pyvista", "view", "picture in.npz -o out.png"),
         ("PIL", "view", "picture in.npz -o out.png"),
         ("pyvista", "view", "info in.npz --picture out.png"),
-        ("pyvista", "reproduce", "reproduce out"),
-        ("matplotlib", "reproduce", "reproduce out --quick"),
         ("distributed", "batch", "batch jobs.csv --scheduler localhost:1 --report in.csv"),
         ("h5py", "hdf5", "synth ocean out.h5"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),

@@ -125,9 +125,7 @@ struct FirstOrderConstants {
   Index largest_gap_without = 64;
 };
 
-/// Another value may be better on a single sequence. `python -m benchmarks.constants detail` prints
-/// how much the error changes if a value is halved or doubled; docs/reference/constants.md shows
-/// the results.
+/// Another value may be better on a single sequence.
 struct DetailConstants {
   /// The number of rounds of fitting Q and solving. The first round determines the blend.
   int rounds = 3;

@@ -10,7 +10,7 @@ from .._core import __version__
 from .batch import batch
 from .completion import complete
 from .description import info
-from .evaluation import evaluate, reproduce
+from .evaluation import evaluate
 from .options import format_names, quietly
 from .pictures import picture, view
 from .registering import register
@@ -92,7 +92,6 @@ for command in (
     picture,
     convert,
     batch,
-    reproduce,
 ):
     app.command(cls=_Command)(quietly(command))
 

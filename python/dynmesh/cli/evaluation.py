@@ -1,4 +1,4 @@
-"""The commands that measure errors."""
+"""The command that measures errors."""
 
 import json
 from contextlib import ExitStack
@@ -9,13 +9,13 @@ from typing import Annotated, Any, Literal
 import typer
 from rich.table import Table
 
-from .. import files, study
+from .. import files
 from ..files import Source
 from ..files.new_output import check_output, new_output
 from ..frames.times import slice_of
 from ..jobs import evaluation
-from .options import Axis, Seed, parser, share_out, with_source
-from .terminal import say, say_remarks, show, track, work_bar
+from .options import parser, share_out, with_source
+from .terminal import say_remarks, show, track
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
@@ -121,61 +121,6 @@ def evaluate(
             found_value = "none" if value is None else f"{value:.3g}"
             shown.add_row(f"rank correlation with {of}", found_value)
     show(shown)
-
-
-def reproduce(
-    output: Annotated[Path, typer.Argument(metavar="OUT", help="A folder for the results.")],
-    data: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="PATH",
-            help="A sequence or a folder of sequences; repeatable. [the built-in sequences]",
-        ),
-    ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Use fewer frames and shares.")] = False,
-    frames: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=2, help="At most this many frames per sequence. [all]"),
-    ] = None,
-    seed: Seed = 0,
-    up: Annotated[
-        Axis | None, typer.Option(help="The up axis in pictures of --data. [y; z if flat]")
-    ] = None,
-    azimuth: Annotated[
-        float | None,
-        typer.Option(metavar="DEGREES", help="View from this angle around the up axis. [60]"),
-    ] = None,
-    method: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MODULE:NAME",
-            help="Also measure your own method: a Python class that is created from the faces and "
-            "the first frame, with a method push(points, known) that returns the next frame. Its "
-            "module is in the current folder or installed. Repeatable.",
-        ),
-    ] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the results of another run.")
-    ] = False,
-) -> None:
-    """Reproduce the paper's evaluation for both methods.
-
-    Writes figures as PNG and SVG, results.json, and report.html, which needs no other file.
-    """
-    with work_bar("beginning") as progress:
-        page = study.reproduce(
-            output,
-            data=data or (),
-            quick=quick,
-            frames=frames,
-            seed=seed,
-            up=None if up is None else up.value,
-            azimuth=azimuth,
-            methods=study.imported(method or ()),
-            overwrite=overwrite,
-            progress=progress,
-        )
-    say(f"{page}: written; open it in a browser")
 
 
 def _as_json(result: evaluation.Evaluation) -> dict[str, Any]:

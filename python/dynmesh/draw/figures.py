@@ -266,12 +266,12 @@ def _check(
         raise InputError(f"must be positive and finite, not {limit}", argument="limit")
 
 
-def load_pyvista(extra: str = "view") -> Any:
+def load_pyvista() -> Any:
     """Imports pyvista, or raises an ImportError that names the extra which installs it."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
         # Otherwise VTK looks for a screen and prints an error if there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    return require("pyvista", extra=extra)
+    return require("pyvista", extra="view")
 
 
 @contextmanager

@@ -1,0 +1,40 @@
+"""Makes the figures and tables of the documentation: ``script/reproduce``."""
+
+import sys
+from collections.abc import Callable
+from functools import partial
+
+from . import (
+    both_sides,
+    calibration,
+    cases,
+    paper,
+    registration_table,
+    tracking_table,
+    whole_frame,
+)
+
+TABLES: dict[str, Callable[[], None]] = {
+    "paper": paper.main,
+    **{name: partial(cases.main, name) for name in cases.CASES},
+    "both-sides": both_sides.main,
+    "calibration": calibration.main,
+    "registration": registration_table.main,
+    "tracking": tracking_table.main,
+    "whole-frame": whole_frame.main,
+}
+"""What makes each table, with arguments of its own."""
+
+
+def main() -> None:
+    """Make what the first argument names, without one the figures and tables of the paper."""
+    rest = sys.argv[1:]
+    name = rest.pop(0) if rest and not rest[0].startswith("-") else "paper"
+    if name not in TABLES:
+        sys.exit(f"{name}: is no table; there are {', '.join(TABLES)}")
+    sys.argv = [f"script/reproduce {name}", *rest]
+    TABLES[name]()
+
+
+if __name__ == "__main__":
+    main()

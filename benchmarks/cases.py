@@ -1,0 +1,149 @@
+"""Compares methods on sequences and losses, as tables.
+
+    script/reproduce two-readings|drift|methods|training|learning [FOLDER NAME[:FRAMES] ...]
+
+Every table shows NMSVE, averaged over the frames after frame 0, times 10 000, in bounding-box
+diagonals of frame 0, or relative to that of another method.
+"""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+import dynmesh
+
+from .cells import ABSENT, Line, by_row_and_column, nmsve_cell
+from .harness import Table, parser, sequences, show
+from .methods import (
+    ARAP_FROM_PREVIOUS,
+    BASELINES,
+    DETAIL,
+    LIA_ON_MOTION,
+    MOTION,
+    ONCE,
+    Method,
+    dynmesh_method,
+    trained,
+)
+from .runner import Runs, run_all
+from .subjects import PAPER_SHARES, Subject, losses
+
+_FRAMES = 100
+_TRAINING_FRAMES = 50
+
+EXTRA = dynmesh_method(
+    "motion, 10 extra iterations", "#0072b2", "--", method="motion", extra_iterations=10
+)
+LEARNING = dynmesh_method("detail, learning", "#882255", "-", method="detail", learn=True)
+
+
+def two_readings(arguments: argparse.Namespace) -> Table:
+    """Both readings of the weights, and detail, in double precision, known at random."""
+    methods = {"re-estimated": MOTION, "once only": ONCE, "detail": DETAIL}
+    lines: list[Line] = [("data", "known", *methods)]
+    for sequence in sequences(arguments, _FRAMES):
+        subject = sequence.scaled()
+        masks = losses(subject, arguments.known or PAPER_SHARES, ())
+        found = run_all(subject, methods.values(), masks)
+        for loss in masks:
+            cells = [nmsve_cell(found[method, loss].error) for method in methods.values()]
+            lines.append((subject.name, loss, *cells))
+    return Table("two-readings", lines)
+
+
+def drift(arguments: argparse.Namespace) -> Table:
+    """A sequence played three times, by cycle; the walker, forwards and backwards, by default."""
+    walker = dynmesh.synth.walker(44)
+    there_and_back = np.concatenate([walker.vertices, walker.vertices[-2:0:-1]])
+    subjects = [Subject("walker", there_and_back, walker.faces, "z", 0)]
+    if arguments.folder is not None:
+        subjects = sequences(arguments)
+    cycles = range(1, 4)
+    lines: list[Line] = [("data", "known", "method", *(f"cycle {cycle}" for cycle in cycles))]
+    for once in subjects:
+        repeated = np.tile(once.scaled().vertices, (len(cycles), 1, 1))
+        subject = replace(once, vertices=repeated)
+        masks = losses(subject, arguments.known or (0.1,), ())
+        methods = {"motion": MOTION, EXTRA.label: EXTRA, "detail": DETAIL}
+        found = run_all(subject, methods.values(), masks)
+        for loss in masks:
+            for name, method in methods.items():
+                # Frame 0 has no error. Without the first frame of each, cycles are of equal length.
+                nmsve = np.concatenate([[0.0], found[method, loss].nmsve])
+                by_cycle = nmsve.reshape(len(cycles), -1)[:, 1:].mean(axis=1)
+                lines.append((subject.name, loss, name, *map(nmsve_cell, by_cycle)))
+    return Table("drift", lines)
+
+
+def relative_to_motion(arguments: argparse.Namespace) -> Table:
+    """Other methods relative to motion."""
+    others = (DETAIL, LIA_ON_MOTION, *BASELINES, ARAP_FROM_PREVIOUS)
+    labels = ["detail", *(method.label for method in others[1:])]
+    lines: list[Line] = [("NMSVE", "known", "motion, x 1e4", *labels)]
+    for subject in sequences(arguments):
+        title = f"{subject.name}, {subject.n_frames} frames"
+        masks = losses(subject, arguments.known or PAPER_SHARES, ("camera",))
+        found = run_all(subject, (MOTION, *others), masks)
+        for loss in masks:
+            cells = [_ratio(found, loss, method, MOTION, 3) for method in others]
+            lines.append((title, loss, nmsve_cell(found[MOTION, loss].error), *cells))
+    return Table("methods", lines)
+
+
+def training(arguments: argparse.Namespace) -> Table:
+    """Detail after training relative to that without, on the second halves of sequences.
+
+    At most 50 frames of the first half are the training frames, evenly, and the first 50 frames of
+    the second half are completed.
+    """
+    halves = []
+    for subject in sequences(arguments):
+        half = subject.n_frames // 2
+        chosen = np.unique(np.linspace(0, half - 1, _TRAINING_FRAMES).astype(int))
+        second = subject.vertices[half : half + _TRAINING_FRAMES]
+        halves.append((replace(subject, vertices=second), trained(subject.vertices[chosen])))
+    return Table("training", _relative_to_detail(arguments, halves))
+
+
+def learning(arguments: argparse.Namespace) -> Table:
+    """Detail that learns from the frames that it completed, relative to that without."""
+    subjects = [(subject, LEARNING) for subject in sequences(arguments, _FRAMES)]
+    return Table("learning", _relative_to_detail(arguments, subjects))
+
+
+def _relative_to_detail(
+    arguments: argparse.Namespace, subjects: list[tuple[Subject, Method]]
+) -> list[Line]:
+    cells = {}
+    for subject, method in subjects:
+        masks = losses(subject, arguments.known or (0.1, 0.3))
+        found = run_all(subject, (DETAIL, method), masks)
+        for loss in masks:
+            cells[subject.name, loss] = _ratio(found, loss, method, DETAIL, 2)
+    return by_row_and_column("sequence", cells)
+
+
+def _ratio(found: Runs, loss: str, method: Method, reference: Method, digits: int) -> str:
+    error = found[reference, loss].error
+    if (method, loss) not in found or error == 0:
+        return ABSENT
+    return f"{found[method, loss].error / error:.{digits}f}"
+
+
+CASES: dict[str, Callable[[argparse.Namespace], Table]] = {
+    "two-readings": two_readings,
+    "drift": drift,
+    "methods": relative_to_motion,
+    "training": training,
+    "learning": learning,
+}
+
+
+def main(case: str) -> None:
+    """Measure, and print the table."""
+    made = parser(CASES[case].__doc__)
+    made.add_argument("--known", type=float, nargs="+", metavar="SHARE", help="known at random")
+    arguments = made.parse_args()
+    show(arguments, CASES[case](arguments))

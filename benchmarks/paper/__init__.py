@@ -1,0 +1,64 @@
+"""The evaluation of the paper, its figures 7 to 11 and its claims, and the same beyond the paper.
+
+    script/reproduce [paper FOLDER NAME[:FRAMES] ...] [--frames N] [--quick] [--out FOLDER]
+
+writes the figures and tables of docs/results.md: figures 7 to 11 as in the paper, 12 where vertices
+are hidden from a camera or by patches, 13 with both readings of the weights, and 14 and 15 with
+detail and libigl; a table of errors and times for each sequence, and the claims of the paper. A
+method of libigl that cannot complete a sequence is left out.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+from ..cells import ABSENT, Line, by_row_and_column, milliseconds, nmsve_cell, percent
+from ..harness import Table, parser, progress, sequences, show
+from ..runner import Run
+from ..subjects import PAPER_SHARES, SCENARIOS
+from . import charts, pictures
+from .claims import verdicts
+from .study import Study, study
+
+_DIVERGES = 1.0  # bounding-box diagonals
+
+
+def errors_and_times(study: Study) -> Table:
+    """Tabulate the mean NMSVE and the median time of methods, as far as they were measured."""
+    shares = [percent(share) for share in PAPER_SHARES]
+    lines: list[Line] = [("method", f"{shares[0]} known", *shares[1:], *SCENARIOS)]
+    for method in study.methods:
+        runs = [study.runs.get((method, loss)) for loss in (*shares, *SCENARIOS)]
+        lines.append((method.label, *map(_error_and_time, runs)))
+    return Table(study.subject.name, lines)
+
+
+def _error_and_time(run: Run | None) -> str:
+    if run is None:
+        return ABSENT
+    shown = "diverges" if run.error > _DIVERGES else nmsve_cell(run.error)
+    return f"{shown}; {milliseconds(run.usual_seconds)} ms"
+
+
+def main() -> None:
+    """Measure, draw, and print the tables."""
+    made = parser(__doc__)
+    made.set_defaults(out=Path("build/reproduce"))
+    made.add_argument("--frames", type=int, help="at most this many of each sequence")
+    made.add_argument("--azimuth", type=float, help="of the pictures, in degrees around up")
+    arguments = made.parse_args()
+    studies = []
+    for subject in sequences(arguments, arguments.frames):
+        azimuth = subject.azimuth if arguments.azimuth is None else arguments.azimuth
+        studies.append(study(replace(subject, azimuth=azimuth), quick=arguments.quick))
+    charts.draw(studies, arguments.out)
+    for done in progress(studies, "drawing"):
+        pictures.draw(done, arguments.out)
+    claims = {
+        (claim, done.subject.name): "holds" if holds else "**does not hold**"
+        for done in studies
+        for claim, holds in verdicts(done).items()
+    }
+    tables = [errors_and_times(done) for done in studies]
+    name = "claims" if arguments.folder is None else "claims-recorded"
+    show(arguments, *tables, Table(name, by_row_and_column("claim", claims)))
+    print(f"\n{arguments.out}: written")

@@ -1,0 +1,142 @@
+"""The figures with curves: 7 and 9 of the paper, 13 and 14 with further methods."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from ..cells import NMSVE_UNIT, percent
+from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, ONCE, Method
+from ..runner import Run
+from ..style import NMSVE_LABEL, new_figure, save
+from ..subjects import PAPER_SHARES
+from .claims import time_of_unknown
+from .study import Study
+
+Floats = NDArray[np.float64]
+
+_LARGEST_SHOWN = 1e5  # in the unit of the figures; larger errors are outside the picture
+
+
+def draw(studies: list[Study], folder: Path) -> None:
+    """Draw all charts."""
+    figure7(studies, folder)
+    compared(studies, COMPARED, folder / "figure9.png", with_bands=True)
+    two_readings(studies, folder)
+    methods = (MOTION, DETAIL, LIA_ON_MOTION, *BASELINES)  # whose bands would overlap
+    compared(studies, methods, folder / "figure14_detail_and_libigl.png", with_bands=False)
+
+
+def figure7(studies: list[Study], folder: Path) -> None:
+    """Draw iterations and time against the share known, and time against the unknown vertices."""
+    with new_figure(13.5, 4.2 * len(studies)) as figure:
+        axes = figure.subplots(len(studies), 3, squeeze=False)
+        for row, study in zip(axes, studies, strict=True):
+            shares, runs = np.array([*study.sweep]), [*study.sweep.values()]
+            iterations, time, line = row
+            for axis, values, percentiles in (
+                (iterations, np.array([r.iterations for r in runs]), (0, 100)),
+                (time, np.array([1e3 * r.seconds for r in runs]), (25, 75)),
+            ):
+                _band(axis, shares, values, MOTION, percentiles, opacity=0.25)
+                medians = np.median(values, axis=1)
+                axis.plot(100 * shares, medians, color=MOTION.colour, marker="o", markersize=4)
+                axis.set(xlabel="known vertices / %", xlim=(0, 100), ylim=(0, None))
+            iterations.set(ylabel="iterations per frame", title=_title(study))
+            time.set(ylabel="time per frame / ms")
+            _fitted_line(line, study)
+        save(figure, folder / "figure7.png", is_chart=True)
+
+
+def _fitted_line(axis: Axes, study: Study) -> None:
+    fit = time_of_unknown(study)
+    axis.plot(fit.x, fit.y, "o", color=MOTION.colour, markersize=5, label="median")
+    ends = np.array([0, fit.x.max()])
+    label = f"line, R² = {fit.r_squared:.3f}"
+    axis.plot(ends, fit.slope * ends + fit.intercept, color="#333333", linewidth=1.2, label=label)
+    axis.set(xlabel="unknown vertices", ylabel="time per frame / ms", ylim=(0, None))
+    axis.legend(loc="upper left")
+
+
+def compared(
+    studies: list[Study], methods: Sequence[Method], path: Path, *, with_bands: bool
+) -> None:
+    """Draw error and time, and the error along the frames, in a row for each sequence."""
+    labels: dict[str, Artist] = {}
+    with new_figure(15, 4.8 * len(studies) + 0.7) as figure:
+        axes = figure.subplots(len(studies), 3, squeeze=False)
+        for row, study in zip(axes, studies, strict=True):
+            for method in methods:
+                if not (shares := study.shares(method)):
+                    continue
+                at = np.array(shares)
+                runs = [study.at(method, share) for share in shares]
+                errors = np.array([shown(run) for run in runs])
+                times = np.array([1e3 * run.seconds for run in runs])
+                if with_bands:
+                    _band(row[0], at, errors, method, (10, 90), opacity=0.12)
+                    _band(row[1], at, times, method, (25, 75), opacity=0.12)
+                style: dict[str, Any] = {"color": method.colour, "label": method.label}
+                row[0].plot(100 * at, errors.mean(axis=1), method.dash, **style)
+                row[1].plot(100 * at, np.median(times, axis=1), method.dash, **style)
+                along_frames(row[2], study.at(method, 0.3), method, method.label)
+            row[0].set(ylabel=NMSVE_LABEL, title=_title(study))
+            row[1].set(ylabel="time per frame / ms")
+            row[2].set(ylabel=NMSVE_LABEL, title=f"{percent(0.3)} known", xlabel="frame")
+            for axis in row[:2]:
+                axis.set(xlabel="known vertices / %")
+            for axis in row:
+                axis.set_yscale("log")
+            handles = row[0].get_legend_handles_labels()
+            labels |= dict(zip(handles[1], handles[0], strict=True))
+        figure.legend(labels.values(), labels.keys(), loc="outside lower center", ncols=4)
+        save(figure, path, is_chart=True)
+
+
+def two_readings(studies: list[Study], folder: Path) -> None:
+    """Draw the error of the two readings of the weights along the frames."""
+    with new_figure(13.5, 4.0 * len(studies) + 0.6) as figure:
+        axes = figure.subplots(len(studies), len(PAPER_SHARES), sharey="row", squeeze=False)
+        for row, study in zip(axes, studies, strict=True):
+            for axis, share in zip(row, PAPER_SHARES, strict=True):
+                for method, label in ((MOTION, "re-estimated"), (ONCE, "once only")):
+                    along_frames(axis, study.at(method, share), method, label)
+                axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
+            row[0].set_ylim(top=min(row[0].get_ylim()[1], _LARGEST_SHOWN))
+            row[0].set(ylabel=f"{study.subject.name}: {NMSVE_LABEL}")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+        save(figure, folder / "figure13_two_readings.png", is_chart=True)
+
+
+def along_frames(axis: Axes, run: Run, method: Method, label: str) -> None:
+    """Draw the error of a run along the frames."""
+    numbers = np.arange(1, len(run.nmsve) + 1)
+    style: dict[str, Any] = {"color": method.colour, "label": label, "linewidth": 1.3}
+    axis.plot(numbers, shown(run), method.dash, **style)
+
+
+def shown(run: Run) -> Floats:
+    """Return NMSVE in the unit of the figures."""
+    return run.nmsve / NMSVE_UNIT
+
+
+def _title(study: Study) -> str:
+    return f"{study.subject.name}, {study.subject.n_vertices} vertices"
+
+
+def _band(
+    axis: Axes,
+    shares: Floats,
+    values: Floats,
+    method: Method,
+    percentiles: tuple[int, int],
+    *,
+    opacity: float,
+) -> None:
+    low, high = np.percentile(values, percentiles, axis=1)
+    axis.fill_between(100 * shares, low, high, color=method.colour, alpha=opacity, linewidth=0)

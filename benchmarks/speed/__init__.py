@@ -1,1 +1,0 @@
-"""The speed of dynmesh, compared with other methods: ``python -m benchmarks.speed``."""

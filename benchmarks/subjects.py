@@ -1,0 +1,129 @@
+"""The sequences that are measured on, built in or read from files, and how vertices are lost."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dynmesh import degrade, files, metrics, synth
+from dynmesh.draw.heatmap import likely_up
+from dynmesh.sequence import Mask, Positions, Sequence
+
+from .cells import percent
+
+PAPER_SHARES = (0.1, 0.3, 0.5, 0.7)
+"""The shares of known vertices in the figures of the paper."""
+
+SCENARIOS = {"camera": "seen by one camera", "patches": "30 % hidden by patches"}
+"""The losses that are not random, which the paper does not have, and their descriptions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A complete sequence to measure on.
+
+    Attributes:
+        name: the name used in file names and titles.
+        vertices: (n, k, 3) complete frames.
+        faces: (m, 3) vertex indices.
+        up: the axis that points up in pictures, "x", "y" or "z".
+        azimuth: the direction from which pictures are taken, in degrees around `up`.
+    """
+
+    name: str
+    vertices: Positions
+    faces: NDArray[np.integer[Any]]
+    up: str
+    azimuth: float
+
+    @classmethod
+    def of(
+        cls, name: str, sequence: Sequence, up: str, azimuth: float, frames: int | None
+    ) -> "Subject":
+        """Take the first `frames` frames of a sequence, or all of them if it is None."""
+        return cls(name, sequence.vertices[:frames], sequence.faces, up, azimuth)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """The diagonal of the bounding box of frame 0, the unit of all errors."""
+        return metrics.bounding_box_diagonal(self.vertices[0])
+
+    @property
+    def up_vector(self) -> tuple[float, float, float]:
+        """The unit vector along the axis that points up."""
+        return float(self.up == "x"), float(self.up == "y"), float(self.up == "z")
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames, frame 0 included."""
+        return int(self.vertices.shape[0])
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices of a frame."""
+        return int(self.vertices.shape[1])
+
+    def frame_at(self, fraction: float) -> int:
+        """Return the number of the frame at a fraction of the sequence; never frame 0."""
+        return max(1, round(fraction * (self.n_frames - 1)))
+
+    def scaled(self) -> "Subject":
+        """Return the sequence in double precision, with a bounding-box diagonal of 1."""
+        return replace(self, vertices=self.vertices.astype(np.float64) / self.diagonal)
+
+
+def built_in(frames: int | None = None) -> list[Subject]:
+    """Return the walker and the ocean, of the sizes of the sequences in the paper."""
+    return [
+        Subject.of("walker", synth.walker(), "z", 20.0, frames),
+        Subject.of("ocean", synth.ocean(), "z", 60.0, frames),
+    ]
+
+
+def from_file(path: Path, frames: int | None = None) -> Subject:
+    """Read a sequence that is complete and has at least two frames.
+
+    Up is the axis that the file names, z for sheets that lie flat, or else y.
+
+    Raises:
+        ValueError, OSError: the file cannot be read, has missing vertices or has no second frame.
+    """
+    sequence = files.read(path)
+    if len(sequence.vertices) < 2:
+        raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
+    is_whole = sequence.known is None or sequence.known.all()
+    if not is_whole or not np.isfinite(sequence.vertices).all():
+        raise ValueError(f"{path}: has missing vertices; the evaluation needs complete sequences")
+    up = likely_up(sequence.vertices[0], sequence.up_axis)
+    return Subject.of(path.stem, sequence, up, 60.0, frames)
+
+
+def random_masks(subject: Subject, share: float, seed: int = 0) -> Iterator[Mask]:
+    """Yield the known mask of every frame; a new random choice of vertices is known in each."""
+    return degrade.random_known(subject.n_frames, subject.n_vertices, share, seed=seed)
+
+
+def scenario_masks(name: str, subject: Subject, seed: int = 0) -> list[Mask]:
+    """Return the known mask of every frame for one of `SCENARIOS`."""
+    if name == "camera":
+        # The camera circles the positions of all frames, so that no vertex leaves the picture.
+        everywhere = subject.vertices.reshape(-1, 3)
+        cameras = degrade.orbit(everywhere, up=subject.up_vector)
+        return list(degrade.camera_known(subject.vertices, subject.faces, cameras))
+    shape = (subject.n_frames, subject.n_vertices)
+    return list(degrade.patch_known(subject.faces, *shape, 0.3, seed=seed))
+
+
+def losses(
+    subject: Subject,
+    shares: Iterable[float] = PAPER_SHARES,
+    scenarios: Iterable[str] = tuple(SCENARIOS),
+    seed: int = 0,
+) -> dict[str, list[Mask]]:
+    """Return the known masks of random losses, named like "10 %", and of scenarios."""
+    masks = {percent(share): list(random_masks(subject, share, seed)) for share in shares}
+    return masks | {name: scenario_masks(name, subject, seed) for name in scenarios}
