@@ -105,32 +105,6 @@ def test_a_resumed_tracking_tells_what_an_uninterrupted_one_does(
     assert (changed.existed, changed.quality, changed.reason) == (True, "good", "")
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".usd"])
-def test_a_table_that_is_done_again_says_so_again(
-    suffix: str, ruined_first: Path, tmp_path: Path
-) -> None:
-    table, output = tmp_path / "jobs.csv", tmp_path / f"out{suffix}"
-    scans = tmp_path / "scans"
-    shutil.copytree(ruined_first / "scans", scans)
-    table.write_text(f"scans,output,template\n{scans},{output},{ruined_first / 'body.obj'}\n")
-    for words in (("batch", table), ("batch", table), ("batch", table, "--overwrite")):
-        told = run(*words, code=3).stderr
-        assert "0 done, 1 doubtful" in told
-        assert "probably ruined: " in told
-    doubts = tmp_path / f".out{suffix}.doubtful"
-    assert doubts.exists()
-    told_of = json.loads((scans / "cameras.json").read_text())
-    told_of["cameras"][3]["camera_to_world"][2][3] -= 0.1
-    (scans / "cameras.json").write_text(json.dumps(told_of))
-    for file in [*scans.glob("depth_00001_*"), *scans.glob("depth_00002_*")]:
-        file.unlink()
-    table.write_text(
-        f"scans,output,template,gaps\n{scans},{output},{ruined_first / 'body.obj'},lost\n"
-    )
-    assert "1 done, 0 already" in run("batch", table, "--overwrite").stderr
-    assert not doubts.exists()
-
-
 def test_points_in_planes_do_not_count() -> None:
     assert Counts().share is None
     assert Counts(100, 100, 100).share is None

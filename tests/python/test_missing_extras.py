@@ -44,7 +44,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("pyvista", "view", "picture in.npz -o out.png"),
         ("PIL", "view", "picture in.npz -o out.png"),
         ("pyvista", "view", "info in.npz --picture out.png"),
-        ("distributed", "batch", "batch jobs.csv --scheduler localhost:1 --report in.csv"),
+        ("distributed", "batch", "batch jobs.csv --report in.csv"),
         ("h5py", "hdf5", "synth ocean out.h5"),
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),

@@ -15,7 +15,7 @@ from test_tracking import bumpy_torus, error
 
 import dynmesh
 from dynmesh.files.scans import PointScan, write_ply
-from dynmesh.jobs.batch import complete_files
+from dynmesh.jobs.batch import run_job
 from dynmesh.jobs.register_job import RegisterJob
 
 APART = 1000.0
@@ -71,7 +71,7 @@ def test_a_function_and_a_table_name_the_scans_that_failed(tmp_path: Path) -> No
     with pytest.raises(ValueError, match=r"2 of 3 scans failed: .*_1.*; .*_10") as refused:
         dynmesh.register_file(template, scans, tmp_path / "made")
     assert (tmp_path / "made" / "scan_2.obj").exists()
-    (result,) = complete_files([RegisterJob(scans, tmp_path / "again", template=template)])
+    result = run_job(RegisterJob(scans, tmp_path / "again", template=template))
     assert result.status == "failed"
     assert result.reason == str(refused.value)
     assert (tmp_path / "again" / "scan_2.obj").exists()

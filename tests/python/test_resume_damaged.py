@@ -21,7 +21,6 @@ from dynmesh import degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
 from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import PointFolder, Rig, ScanCamera
-from dynmesh.jobs.batch import Job, complete_files
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.file_completion import complete_file
 from dynmesh.jobs.tracking import track_file
@@ -310,14 +309,6 @@ def test_damage_does_not_stay_in_the_way(
     whole = complete_file(partial, tmp_path / "whole.npz")
     assert (tmp_path / "whole.npz").read_bytes() == output.read_bytes()
     assert not whole.remarks
-
-
-def test_a_batch_goes_on_after_damage(tmp_path: Path, partial: Path) -> None:
-    output = tmp_path / "out.npz"
-    cut(interrupted(partial, output) / "checkpoint.npz")
-    (result,) = complete_files([Job(partial, output)])
-    assert result.status == "done"
-    assert any("was moved to" in remark for remark in result.remarks)
 
 
 @pytest.mark.parametrize(

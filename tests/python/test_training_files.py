@@ -16,7 +16,7 @@ from watches import interrupted_after
 
 import dynmesh
 from dynmesh import _core
-from dynmesh.jobs.batch import Job, complete_files
+from dynmesh.jobs.batch import Job, run_job
 from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import read_jobs
 
@@ -171,7 +171,7 @@ def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) 
         (recordings[0],),
         None,
     ]
-    assert [result.status for result in complete_files(jobs)] == ["done"] * 3
+    assert [run_job(job).status for job in jobs] == ["done"] * 3
     for name, training in (("a", recordings), ("b", recordings[0]), ("c", None)):
         expected = tmp_path / f"{name}_expected.npz"
         dynmesh.complete_file(tmp_path / "partial.npz", expected, training=training)

@@ -1,8 +1,7 @@
 """Names of files, one of each frame or one of them all."""
 
-import os
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 _conversion = re.compile("%(?:0[0-9]+)?d")
@@ -63,27 +62,6 @@ class FrameNames:
         match = re.fullmatch(f"{begin}([0-9]+){end}", name)
         return int(match[1]) if match and self.name(int(match[1])) == name else None
 
-    def meets(self, other: "FrameNames") -> bool:
-        """Whether a frame of one sequence can have the file name of a frame of the other.
-
-        The folders are not compared. Numbers that begin with zeros are taken to be of any length.
-        """
-        if not self.numbered:
-            return other.has(self.pattern)
-        if not other.numbered:
-            return self.has(other.pattern)
-        begin, end = _conversion.split(self.pattern)
-        beginning, ending = _conversion.split(other.pattern)
-        return _may_be_digits(begin, beginning) and _may_be_digits(end[::-1], ending[::-1])
-
-    def real(self) -> "set[FrameNames]":
-        """The same names in their real folder, and where a link leads that has the one name."""
-        folder = Path(os.path.realpath(self.folder))
-        found = {replace(self, folder=folder)}
-        if not self.numbered:
-            found.add(single(Path(os.path.realpath(folder / self.pattern))))
-        return found
-
 
 def with_conversion(name: str) -> str:
     """Returns the pattern with ``%04d`` for ``####``, as animation programs write it."""
@@ -94,9 +72,3 @@ def with_conversion(name: str) -> str:
 def single(path: Path) -> FrameNames:
     """Returns the name of one file, which may contain anything."""
     return FrameNames(path.parent, path.name, plain=True)
-
-
-def _may_be_digits(one: str, other: str) -> bool:
-    """Whether one text begins with the other, and goes on with digits only."""
-    shorter, longer = sorted((one, other), key=len)
-    return longer.startswith(shorter) and re.fullmatch("[0-9]*", longer[len(shorter) :]) is not None

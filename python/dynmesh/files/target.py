@@ -11,7 +11,6 @@ from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..sequence import Sequence
 from .choice import PathLike, choose
-from .frame_names import FrameNames
 from .kept import Pieces
 from .lock import check_folder
 from .replacement import finish_placing
@@ -64,11 +63,6 @@ class Target:
                 frame = frame_of(sequence, number)
                 writer.append(frame.points, **frame.attributes())
         return writer.remarks
-
-    def names(self) -> list[FrameNames]:
-        """The names of all files that writing may make, replace or remove."""
-        with naming(self.path):
-            return self.writer.names(self.path)
 
     def existing(self) -> list[Path]:
         """The files that writing would replace."""

@@ -1,25 +1,22 @@
-"""Completion, tracking and registration of many files, in any number of processes or machines."""
+"""Completion, tracking and registration of many files by Dask, on one machine or on many."""
 
+import logging
 import time
-from collections import defaultdict
-from collections.abc import Callable, Iterable
-from concurrent.futures import Executor, Future, as_completed
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TypeAlias
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, TypeAlias
 
-from .. import files
-from .._errors import InputError, KindError, SettingError, in_one_line
-from ..files import CannotResumeError
-from ..files.frame_names import FrameNames, single
-from .checkpoint import OtherJobError
+from .._errors import SettingError, in_one_line
+from .._extras import require
 from .completion_options import CompletionOptions
 from .file_completion import complete_into
 from .register_job import RegisterJob, RegisterReport
 from .report import FileReport
 from .track_report import TrackFileReport
 from .tracking_job import TrackingJob
-from .unfinished import remembered
 
 
 @dataclass(frozen=True)
@@ -48,14 +45,13 @@ class Result:
 
     Attributes:
         job: the job.
-        status: "done", "doubtful" if the output was written, now or before, but is probably wrong,
-            "exists" if it was already complete, or "failed".
+        status: "done", "doubtful" if the output was written but is probably wrong, "exists" if
+            there was one already, which was kept, or "failed".
         reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
             doubtful.
-        frames: number of frames in the output; 0 if it was not written.
-        seconds: the time that the job took; 0 if `kept`.
+        frames: number of frames that were written.
+        seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
-        kept: whether the output is from an earlier run, so that nothing was done.
     """
 
     job: AnyJob
@@ -64,72 +60,61 @@ class Result:
     frames: int = 0
     seconds: float = 0.0
     remarks: tuple[str, ...] = ()
-    kept: bool = False
 
 
 def complete_files(
-    jobs: Iterable[AnyJob],
-    executor: Executor | None = None,
+    jobs: Sequence[AnyJob],
+    scheduler: str | None = None,
     *,
+    workers: int | None = None,
     overwrite: bool = False,
-    watch: Callable[[Result], None] | None = None,
-) -> list[Result]:
+) -> Generator[Result, None, None]:
     """Completes, tracks or registers the files of every job; one that fails stops no other.
 
-    A job whose output exists is skipped. An interrupted job is continued if the format of its
-    output supports that, so repeating a call does what is left to do. Outputs appear under their
-    names when they are complete. Every process must see the files under the same paths.
+    A job whose output exists is skipped, so that repeating a call does what is left to do. A job
+    whose worker dies is given to another one. Every worker must see the files under the same paths.
 
     Args:
         jobs: with different outputs.
-        executor: runs the jobs, for example a :class:`concurrent.futures.ProcessPoolExecutor` or
-            what ``get_executor()`` of a Dask client returns; None runs them one after another in
-            this process.
+        scheduler: the address of a Dask scheduler; None starts a cluster on this machine, which
+            ends with the iteration.
+        workers: the number of processes of that cluster; None stands for one per processor.
         overwrite: whether to replace outputs that exist.
-        watch: called with each result as soon as it is available.
 
-    Returns:
-        The results, in the order of the jobs.
+    Yields:
+        The results, as soon as they are available.
 
     Raises:
-        ValueError: two jobs have the same output, or would write the same file beside it.
+        ImportError: Dask distributed is not installed.
+        OSError: no scheduler answers at the address.
     """
-    if not isinstance(jobs, Iterable):
-        raise KindError(f"must be iterable, not {type(jobs).__name__}", argument="jobs")
-    jobs = list(jobs)
-    for number, job in enumerate(jobs):
-        if not isinstance(job, AnyJob):
-            raise KindError(
-                f"item {number} must be a Job, a TrackingJob or a RegisterJob, not {job!r}",
-                argument="jobs",
-            )
-    _check_outputs(jobs)
-    results: dict[int, Result] = {}
-
-    def take(number: int, result: Result) -> None:
-        results[number] = result
-        if watch is not None:
-            watch(result)
-
-    if executor is None:
-        for number, job in enumerate(jobs):
-            take(number, _run(job, overwrite))
-    else:
-        futures = {executor.submit(_run, job, overwrite): i for i, job in enumerate(jobs)}
-        for future in as_completed(futures):
-            number = futures[future]
-            take(number, _result_of(future, jobs[number]))
-    return [results[number] for number in range(len(jobs))]
+    distributed = require("distributed", extra="batch")
+    processors: int = require("dask.system", extra="batch").CPU_COUNT
+    with _client(scheduler, workers or min(processors, len(jobs))) as client:
+        futures = client.map(run_job, jobs, overwrite=overwrite, pure=False)
+        job_of = dict(zip(futures, jobs, strict=True))
+        for future in distributed.as_completed(futures):
+            try:
+                result = future.result()
+            except Exception as error:  # an error of the worker, not of the job
+                why = f"{job_of[future].input}: the worker was lost: {in_one_line(error)}"
+                result = Result(job_of[future], "failed", why)
+            yield result
 
 
-def _run(job: AnyJob, overwrite: bool) -> Result:
-    """Runs a job in a worker."""
+def run_job(job: AnyJob, *, overwrite: bool = False) -> Result:
+    """Runs a job in this process; whatever goes wrong is in the result."""
     began = time.monotonic()
     try:
-        report = _continued(job, overwrite)
+        report: FileReport | TrackFileReport | RegisterReport
+        if isinstance(job, RegisterJob):
+            report = job.register(overwrite=overwrite)
+        elif isinstance(job, TrackingJob):
+            report = job.track(overwrite=overwrite, resume=False)
+        else:
+            report = complete_into(job.input, job.output, job, overwrite, resume=False)
     except FileExistsError:
-        doubt = _doubt_of(job)
-        return _kept(job, (doubt,) if doubt else ())
+        return Result(job, "exists")
     except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # no error may stop the other jobs
@@ -141,93 +126,28 @@ def _run(job: AnyJob, overwrite: bool) -> Result:
     else:
         doubtful = report.quality != "good"
         remarks = (*remarks, report.reason) if report.reason else remarks
-    if report.existed:
-        return _kept(job, remarks if doubtful else ())
     return Result(job, "doubtful" if doubtful else "done", "", report.frames, seconds, remarks)
 
 
-def _kept(job: AnyJob, doubts: tuple[str, ...]) -> Result:
-    """The result of a job whose output was complete, and is doubtful if there are doubts."""
-    status: Literal["doubtful", "exists"] = "doubtful" if doubts else "exists"
-    return Result(job, status, frames=_frames_in(job), remarks=doubts, kept=True)
-
-
-def _frames_in(job: AnyJob) -> int:
-    """The number of frames in the output; 0 if it cannot be read."""
-    output = Path(job.output)
-    if isinstance(job, RegisterJob):
-        if not output.is_dir():
-            return 1
-        # What is remembered of a doubtful result is a hidden file.
-        return sum(1 for path in output.iterdir() if not path.name.startswith("."))
-    try:
-        with files.open(output, format=job.output_format) as made:
-            return made.n_frames
-    except (OSError, ImportError, ValueError, TypeError):
-        return 0
-
-
-def _continued(job: AnyJob, overwrite: bool) -> FileReport | TrackFileReport | RegisterReport:
-    """Runs a job from where it was interrupted, if that can be done."""
-    if isinstance(job, RegisterJob):
-        return job.register(overwrite=overwrite)
-    target = files.target_of(job.output, job.output_format)
-    resume = target.writer.resumable and job.retime is None
-    anew = overwrite or not target.existing()  # also if frames of another run are kept
-    try:
-        return _make(job, overwrite if resume else anew, resume=resume)
-    except (OtherJobError, CannotResumeError):  # the table has changed, or the files did
-        return _make(job, anew, resume=False)
-
-
-def _make(job: Job | TrackingJob, overwrite: bool, *, resume: bool) -> FileReport | TrackFileReport:
-    if isinstance(job, TrackingJob):
-        return job.track(overwrite=overwrite, resume=resume)
-    return complete_into(job.input, job.output, job, overwrite, resume)
-
-
-def _doubt_of(job: AnyJob) -> str:
-    """Why a result that exists is doubtful; empty if it is not."""
-    if isinstance(job, RegisterJob):
-        return job.doubt()
-    return str(remembered(files.target_of(job.output, job.output_format)).get("doubtful", ""))
-
-
-def _result_of(future: "Future[Result]", job: AnyJob) -> Result:
-    try:
-        return future.result()
-    except Exception as error:  # an error of the worker, not of the job
-        return Result(job, "failed", f"the worker was lost: {in_one_line(error)}")
-
-
-def _check_outputs(jobs: list[AnyJob]) -> None:
-    """Raises an error if two jobs may write the same file, however their outputs name it."""
-    files_in: dict[Path, dict[str, Path]] = defaultdict(dict)
-    patterns_in: dict[Path, list[tuple[FrameNames, Path]]] = defaultdict(list)
-    for job in jobs:
-        output = Path(job.output)
-        wanted = {real for names in _names_of(job) for real in names.real()}
-        for names in wanted:
-            files, patterns = files_in[names.folder], patterns_in[names.folder]
-            others = [other for pattern, other in patterns if names.meets(pattern)]
-            if names.numbered:
-                others += [other for name, other in files.items() if names.has(name)]
-            elif names.pattern in files:
-                others.append(files[names.pattern])
-            for other in others:
-                same = "" if other == output else f", {other}: both would write the same files"
-                raise InputError(f"is the output of more than one job{same}", file=output)
-        for names in wanted:
-            if names.numbered:
-                patterns_in[names.folder].append((names, output))
-            else:
-                files_in[names.folder][names.pattern] = output
-
-
-def _names_of(job: AnyJob) -> list[FrameNames]:
-    """The names of all files that a job writes."""
-    try:
-        format = None if isinstance(job, RegisterJob) else job.output_format
-        return files.target_of(job.output, format).names()
-    except (OSError, ValueError, TypeError, ImportError):  # of this job alone, which will fail
-        return [single(Path(job.output))]
+@contextmanager
+def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
+    """A client of a scheduler, or of a cluster on this machine, which ends with the block."""
+    dask, distributed = (require(name, extra="batch") for name in ("dask", "distributed"))
+    with ExitStack() as stack:
+        address: Any = scheduler
+        if scheduler is None:
+            scratch = stack.enter_context(TemporaryDirectory())
+            stack.enter_context(dask.config.set(temporary_directory=scratch))
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                memory_limit=0,  # or else Dask would kill a job that needs more than its share
+                dashboard_address="127.0.0.1:0",  # any port: two clusters may run at once
+                silence_logs=logging.ERROR,  # of workers that end in the middle of a job
+            )
+            address = stack.enter_context(cluster)
+        try:
+            client = distributed.Client(address)
+        except (OSError, ValueError) as error:
+            raise OSError(f"no Dask scheduler answers at {scheduler}") from error
+        yield stack.enter_context(client)

@@ -1,16 +1,15 @@
 """Tables of jobs and tables of their results."""
 
 import csv
-import re
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..settings import SETTINGS
 from .batch import AnyJob, Job, Result
-from .option import STARTS, Option, grouped, options_of
+from .option import Option, grouped, options_of
 from .register_job import RegisterJob
 from .tracking_job import TrackingJob
 
@@ -40,23 +39,27 @@ def read_jobs(path: Path) -> list[AnyJob]:
             table = csv.DictReader(file, strict=True)
             columns = table.fieldnames or []
             _check_columns(path, columns)
-            return [_job_of(path, table.line_num, row) for row in table]
+            jobs: list[AnyJob] = []
+            lines: dict[str, int] = {}
+            for row in table:
+                jobs.append(_job_of(path, table.line_num, row))
+                first = lines.setdefault(os.path.realpath(jobs[-1].output), table.line_num)
+                if first != table.line_num:
+                    raise ValueError(
+                        f"{path}: line {table.line_num}: output: '{row['output']}' is the output "
+                        f"of line {first} already"
+                    )
+            return jobs
     except (csv.Error, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: is not a table of comma-separated values: {error}") from error
 
 
-_KEPT = "kept from an earlier run"
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
 @contextmanager
 def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
     """Opens a table to which results are added as they arrive; an existing file is replaced.
-
-    Args:
-        path: comma-separated values. The columns are `input`, `output`, `status`, `reason`,
-            `frames` and `seconds`, see :class:`dynmesh.batch.Result`. The seconds of an output that
-            was kept from an earlier run are those in the table that is replaced, if it has them.
 
     Yields:
         A function that adds a result.
@@ -65,50 +68,18 @@ def report_file(path: Path) -> Iterator[Callable[[Result], None]]:
         OSError: the file cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    earlier = _seconds_in(path)
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(["input", "output", "status", "reason", "frames", "seconds"])
 
         def add(result: Result) -> None:
-            job = result.job
-            reasons = [result.reason] if result.reason else []
-            seconds = result.seconds
-            if result.kept:
-                reasons.append(_KEPT)
-                seconds = earlier.get(str(job.output), 0.0)
-            if result.status == "doubtful":
-                reasons += result.remarks
-            outcome = (result.status, "; ".join(reasons), result.frames, f"{seconds:.3f}")
-            table.writerow([job.input, job.output, *outcome])
+            job, status = result.job, result.status
+            reason = "; ".join(result.remarks) if status == "doubtful" else result.reason
+            seconds = f"{result.seconds:.3f}"
+            table.writerow([job.input, job.output, status, reason, result.frames, seconds])
             file.flush()  # so that a killed process leaves its results
 
         yield add
-
-
-def naming_columns(result: Result) -> Result:
-    """Says which columns of a table are meant where messages name options of the shell."""
-
-    def column(match: re.Match[str]) -> str:
-        name, value = match[1].replace("-", "_"), match[2]
-        if name not in optional_columns:
-            return match[0]
-        return f"'{value}' in the column {name}" if value else f"the column {name}"
-
-    def told(message: str) -> str:
-        return _OPTION.sub(column, _PYTHON.sub("", message))
-
-    return replace(result, reason=told(result.reason), remarks=(*map(told, result.remarks),))
-
-
-def _seconds_in(report: Path) -> dict[str, float]:
-    """The seconds of each output in an earlier report; nothing if the file is none."""
-    try:
-        with report.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["status"] != "failed"]
-            return {row["output"]: float(row["seconds"]) for row in rows}
-    except (OSError, ValueError, TypeError, KeyError, csv.Error):
-        return {}
 
 
 def _check_columns(path: Path, columns: Iterable[str]) -> None:
@@ -216,10 +187,3 @@ optional_columns = tuple(
     sorted({name: None for kind in _kinds.values() for name in kind}, key=SETTINGS.__contains__)
 )
 """The columns that a table of jobs may have besides `input`, `scans`, `scan` and `output`."""
-
-_values = {*STARTS, *(v for kind in _kinds.values() for _, o in kind.values() for v in o.choices)}
-_PYTHON = re.compile(r" \(in Python, [^)]*\)")
-_OPTION = re.compile(
-    rf"--([a-z-]+)(?: (?:[A-Z]\w*(?:\.\w+)?|({'|'.join(map(re.escape, _values))})(?![\w:=-])))?"
-)
-"""An option, and what follows it: one of a few values, or what stands for one, such as FILE."""

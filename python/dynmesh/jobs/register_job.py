@@ -1,17 +1,14 @@
 """A scan to register a mesh with, or a folder of them, among many files to process."""
 
-from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 
-from .. import files
 from .._errors import DynmeshError
 from ..files import PathLike
 from .fits import Quality
 from .option import FILES, given
 from .register_options import RegisterOptions
 from .registering import RegisteredFile, refuse_failed, register_each, remarks_on
-from .unfinished import remember, remembered
 
 
 @dataclass(frozen=True)
@@ -28,7 +25,6 @@ class RegisterReport:
     quality: Quality
     reason: str
     remarks: tuple[str, ...] = ()
-    existed: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,26 +53,10 @@ class RegisterJob(RegisterOptions):
         except DynmeshError as error:
             error.file = error.file or Path(self.input)
             raise
-        reasons = {one.output: one.reason for one in made if one.found is not None}
-        for written, reason in reasons.items():
-            remember(files.target_of(written), {"doubtful": reason})
         refuse_failed(made, Path(self.input))
-        remarks = remarks_on(made, self)
-        return RegisterReport(len(made), _worst(made), self._named(reasons), remarks)
-
-    def doubt(self) -> str:
-        """Why results that exist are not good, as far as :meth:`register` has made them."""
-        output = Path(self.output)
-        made = f"*{Path(self.template).suffix}"  # as the outputs in a folder are named
-        existing = sorted(output.glob(made)) if output.is_dir() else [output]
-        kept = {one: remembered(files.target_of(one)).get("doubtful", "") for one in existing}
-        return self._named(kept)
-
-    def _named(self, reasons: Mapping[Path, str]) -> str:
-        """Why outputs are not good, with their names if there may be several."""
-        if not Path(self.output).is_dir():
-            return "".join(reasons.values())
-        return "; ".join(f"{path.name}: {reason}" for path, reason in reasons.items() if reason)
+        told = "{0.output.name}: {0.reason}" if Path(self.output).is_dir() else "{0.reason}"
+        reason = "; ".join(told.format(one) for one in made if one.reason)
+        return RegisterReport(len(made), _worst(made), reason, remarks_on(made, self))
 
 
 def _worst(made: list[RegisteredFile]) -> Quality:

@@ -3,13 +3,11 @@
 import resource
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import dynmesh
-from dynmesh.jobs.batch import Job, complete_files
 
 from .case import Case, Printed, World, without_rights
 from .functions import failed_job, of
@@ -188,7 +186,7 @@ writing = [
 ]  # fmt: skip
 
 _complete = of("complete_file")
-_batch = of("batch.complete_files")
+_batch = of("batch.run_job")
 _convert = of("convert")
 
 
@@ -243,9 +241,6 @@ completing = [
     _complete("`resume` of what cannot be resumed", lambda _: dynmesh.complete_file("body.npz", "new.abc", resume=True), ValueError, "new.abc:", "resumed"),
     _complete("`resume`, where the output exists with other frames", lambda _: dynmesh.complete_file("body.npz", "long.npz", resume=True), FileExistsError, "long.npz:", "overwrite=True"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.pc2", provenance=True), ValueError, "new.pc2:", "generation"),
-    _batch("`jobs`: None", lambda _: complete_files(None), TypeError, "jobs:", "NoneType"),  # type: ignore[arg-type]
-    _batch("names, not jobs", lambda _: complete_files(["body.npz"]), TypeError, "jobs: item 0", "'body.npz'"),  # type: ignore[list-item]
-    _batch("one output twice", lambda _: complete_files([Job(Path("a.npz"), Path("new.npz"))] * 2), ValueError, "new.npz:", "more than one job"),
     _batch("a file that is not there (the job's reason)", lambda _: failed_job("none.npz"), Printed, "none.npz:"),
     _batch("`drop_above=-1` (the job's reason)", lambda _: failed_job("body.npz", drop_above=-1.0), Printed, "body.npz: drop_above:", "not -1"),
 ]  # fmt: skip

@@ -10,7 +10,7 @@ from meshes import join, sheet
 import dynmesh
 from dynmesh import baselines, metrics
 from dynmesh.draw import figures
-from dynmesh.jobs.batch import Job, complete_files
+from dynmesh.jobs.batch import Job, run_job
 
 from .case import Case, Printed, World
 
@@ -29,7 +29,7 @@ def of(call: str) -> Callable[..., Case]:
 
 def failed_job(path: str, output: str = "new.usda", **more: Any) -> None:
     """Raises the error of a failed job of a batch."""
-    (result,) = complete_files([Job(Path(path), Path(output), **more)])
+    result = run_job(Job(Path(path), Path(output), **more))
     assert result.status == "failed"
     raise Printed(result.reason)
 

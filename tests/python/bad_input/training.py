@@ -65,7 +65,7 @@ _track = of("Tracker.restore")
 _completer = of("Completer")
 _complete = of("complete")
 _completed = of("complete_file")
-_batch = of("batch.complete_files")
+_batch = of("batch.run_job")
 _three = "training: frame 1: vertex 4"
 
 cases = [
