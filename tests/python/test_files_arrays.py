@@ -1,10 +1,8 @@
 """Sequences in HDF5 files and in arrays of numpy's own formats."""
 
-import io
 import subprocess
 import sys
-import threading
-import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -90,16 +88,6 @@ def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
     (tmp_path / "a.b.age.npy").unlink()
     with pytest.raises(ValueError, match="generation, age: must be given both or neither"):
         dynmesh.read(path)
-
-
-@pytest.mark.parametrize("suffix", [".h5", ".npy"])
-def test_the_smallest_sequences(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"a{suffix}"
-    for n, k in ((1, 1), (3, 2), (1, 49)):
-        vertices = np.arange(n * k * 3, dtype=np.float32).reshape(n, k, 3)
-        small = dynmesh.Sequence(vertices, np.empty((0, 3), np.int32), np.ones((n, k), bool))
-        dynmesh.write(path, small)
-        assert_same(small, dynmesh.read(path), "known")
 
 
 def test_no_mask_of_an_older_sequence_is_left_beside_a_new_one(tmp_path: Path) -> None:
@@ -301,28 +289,14 @@ def test_files_without_a_sequence_are_refused(
     assert str(caught.value).startswith(f"{path}: ")
 
 
-def test_damaged_hdf5_is_refused_quietly(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_damaged_hdf5_is_refused_quietly_in_any_thread(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "a.h5"
     dynmesh.write(path, sequence())
-    whole = path.read_bytes()
-    refusals: list[str] = []
-
-    def read(data: bytes) -> None:
-        path.write_bytes(data)
-        try:
-            dynmesh.read(path)
-        except ValueError as error:
-            refusals.append(str(error))
-
-    for size in range(0, len(whole), len(whole) // 20):
-        read(whole[:size])
-    assert len(refusals) >= 20
-    thread = threading.Thread(target=read, args=[whole[:1000]])
-    thread.start()
-    thread.join()
-    for message in refusals:
-        assert message.startswith(f"{path}: ")
-        assert "\n" not in message
+    path.write_bytes(path.read_bytes()[:1000])
+    with ThreadPoolExecutor(1) as thread, pytest.raises(ValueError, match="cannot be read as HDF5"):
+        thread.submit(dynmesh.read, path).result()
     assert capfd.readouterr() == ("", "")
 
 
@@ -418,17 +392,3 @@ def test_damaged_npy_is_refused(tmp_path: Path) -> None:
     np.save(tmp_path / "a.known.npy", np.ones((9, 4), bool))
     with pytest.raises(ValueError, match=r"a\.known\.npy: known: must have shape \(10, 4\)"):
         dynmesh.read(path, faces=faces)
-
-
-def test_an_array_with_fewer_frames_than_it_announces_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "damaged.npz"
-    with zipfile.ZipFile(path, "w") as archive:
-        for name, array, size in (
-            ("vertices", np.zeros((100, 4, 3)), 1000),
-            ("faces", GOOD["faces"], None),
-        ):
-            buffer = io.BytesIO()
-            np.save(buffer, array)
-            archive.writestr(f"{name}.npy", buffer.getvalue()[:size])
-    with pytest.raises(ValueError, match=r"damaged\.npz: .*declares 9728 bytes.* has 1000"):
-        dynmesh.read(path)

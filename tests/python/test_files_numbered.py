@@ -165,22 +165,6 @@ def test_the_first_number_is_where_it_starts(
         assert reader.header.start == start
 
 
-def test_files_are_numbered_from_the_start(tmp_path: Path, mesh: Mesh) -> None:
-    sequence = sequence_of(mesh)
-    path, folder = tmp_path / "f_%03d.ply", tmp_path / "frames"
-    for start, first in ((998, 998), (7.0, 7), (0, 0), (-2, 0), (7.5, 0)):
-        dynmesh.write(path, replace(sequence, start=start))
-        assert files.target_of(path).existing() == [
-            tmp_path / f"f_{first + i:03d}.ply" for i in range(3)
-        ]
-        dynmesh.write(folder, replace(sequence, start=start), format="ply")
-        assert names(folder) == [f"frame_{first + i:04d}.ply" for i in range(3)]
-        assert dynmesh.read(folder).start == dynmesh.read(path).start == first
-    one = dynmesh.Sequence(sequence.vertices[:1], sequence.faces, start=1001)
-    dynmesh.write(tmp_path / "one.ply", one)
-    assert dynmesh.read(tmp_path / "one.ply").start == 0
-
-
 def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     for path, message in (

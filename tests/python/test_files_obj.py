@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes import Mesh
 from plain_files import TRIANGLE
 
 import dynmesh
@@ -133,11 +132,3 @@ def test_any_obj_is_read_as_stated_or_refused(text: str) -> None:
         assert re.fullmatch(r"line \d+: [ -~]+", refusal)
     else:
         check_as_stated(data)
-
-
-def test_unknown_vertices_become_nan_in_obj(tmp_path: Path, mesh: Mesh) -> None:
-    vertices = np.stack([mesh.vertices, mesh.vertices + 1]).astype(np.float32)
-    known = np.random.default_rng(0).random((2, 49)) < 0.5
-    dynmesh.write(tmp_path / "f%d.obj", dynmesh.Sequence(vertices, mesh.faces, known))
-    again = dynmesh.read(tmp_path / "f%d.obj").vertices
-    np.testing.assert_array_equal(again, np.where(known[..., None], vertices, np.nan))
