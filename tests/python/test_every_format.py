@@ -15,17 +15,14 @@ import dynmesh
 from dynmesh import files
 from dynmesh.polygons import Polygons, split_polygons
 
-FORMATS = [name for name, format in files.formats.items() if format.writer]
-SINGLE_PRECISION = {"usd", "alembic", "pc2"}
-MASKED = {"npz", "npy", "hdf5", "ply", "usd", "alembic"}
-TRACED = MASKED
+WRITERS = {name: format.writer for name, format in files.formats.items() if format.writer}
+FORMATS = [*WRITERS]
+SINGLE_PRECISION = {name for name, writer in WRITERS.items() if not writer.keeps_float64}
+MASKED = {name for name, writer in WRITERS.items() if writer.keeps_known}
+TRACED = {name for name, writer in WRITERS.items() if writer.keeps_provenance}
+NUMBERED = {name for name in FORMATS if "gaps" in files.formats[name].takes}
+LIBRARY = {name: library for name in FORMATS if (library := files.formats[name].library)}
 TIMED = {"npz", "hdf5", "usd", "alembic"}
-NUMBERED = {"ply", "obj"}
-LIBRARY = {
-    "hdf5": ("h5py", "hdf5"),
-    "usd": ("pxr", "usd"),
-    "alembic": ("alembic3d", "alembic"),
-}
 
 
 def place(folder: Path, format: str, name: str = "body") -> Path:
@@ -385,7 +382,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path, format: str) -> None:
 def test_a_missing_library_is_named(
     tmp_path: Path, partial: dynmesh.Sequence, format: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    module, extra = LIBRARY[format]
+    module, extra = LIBRARY[format][0].partition(".")[0], LIBRARY[format][1]
     path = place(tmp_path, format)
     dynmesh.write(path, partial)
     before = sorted(tmp_path.rglob("*"))

@@ -131,7 +131,6 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
 alembic = Format(
     "alembic",
     (".abc",),
-    "a mesh in an Alembic archive",
     AlembicReader,
     AlembicWriter,
     frozenset({"prim"}),

@@ -64,11 +64,12 @@ def choose(path: Path, name: str | None, otherwise: str) -> Format:
             raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")
         return formats[name]
     if path.is_dir():
-        found = [format for format in (ply, obj) if files_in(path, format.suffixes[0])]
+        numbered = {one.suffixes[0]: one for one in formats.values() if "gaps" in one.takes}
+        found = [suffix for suffix in numbered if files_in(path, suffix)]
         if len(found) == 1:
-            return found[0]
-        what = "both .ply and .obj files" if found else "no .ply or .obj files"
-        raise ValueError(f"is a folder with {what}; {otherwise}")
+            return numbered[found[0]]
+        what = " and ".join(found) or f"no {' or '.join(numbered)}"
+        raise ValueError(f"is a folder with {what} files; {otherwise}")
     if not path.suffix:
         raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()

@@ -54,7 +54,6 @@ class Format:
     Attributes:
         name: by which users choose the format, such as "npz".
         suffixes: of file names, in lower case, such as ".npz".
-        what: a description in one line.
         reader: creates a reader from a path and what it takes.
         writer: creates a writer; None if the format can only be read.
         takes: which keywords the reader takes: "faces", a `Template`; "prim", the path of one mesh
@@ -69,7 +68,6 @@ class Format:
 
     name: str
     suffixes: tuple[str, ...]
-    what: str
     reader: Callable[..., Reader]
     writer: type[Writer] | None
     takes: frozenset[str] = frozenset()

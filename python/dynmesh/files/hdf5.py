@@ -169,7 +169,6 @@ def _one_line(error: Exception) -> str:
 hdf5 = Format(
     "hdf5",
     (".h5", ".hdf5"),
-    "datasets in an HDF5 file",
     Hdf5Reader,
     Hdf5Writer,
     library=("h5py", "hdf5"),

@@ -69,7 +69,6 @@ def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
 model = Format(
     "model",
     (".stl", ".off", *_GLTF),
-    "one mesh in STL, OFF or glTF; only read",
     ModelReader,
     None,
     library=("trimesh", "scans"),

@@ -100,6 +100,4 @@ class NpyWriter(RowFilesWriter):
         return [single(_path_of(name, path)) for name in arrays]
 
 
-npy = Format(
-    "npy", (".npy",), "one numpy array of positions", NpyReader, NpyWriter, frozenset({"faces"})
-)
+npy = Format("npy", (".npy",), NpyReader, NpyWriter, frozenset({"faces"}))

@@ -135,4 +135,4 @@ def explaining() -> Iterator[None]:
         raise ValueError(f"is damaged or not an .npz archive: {error}") from error
 
 
-npz = Format("npz", (".npz",), "numpy's archive of arrays", NpzReader, NpzWriter)
+npz = Format("npz", (".npz",), NpzReader, NpzWriter)

@@ -116,7 +116,6 @@ def _states_metadata(line: bytes) -> bool:
 obj = Format(
     "obj",
     (".obj",),
-    "Wavefront's text files, one per frame",
     ObjReader,
     ObjWriter,
     frozenset({"faces", "gaps"}),

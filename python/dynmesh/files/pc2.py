@@ -142,7 +142,6 @@ class Pc2Writer(FlatWriter):
 pc2 = Format(
     "pc2",
     (".pc2",),
-    "point cache of 3ds Max and Blender",
     Pc2Reader,
     Pc2Writer,
     frozenset({"faces"}),

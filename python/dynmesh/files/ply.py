@@ -191,7 +191,6 @@ def ply_header(
 ply = Format(
     "ply",
     (".ply",),
-    "Stanford's polygon files, one per frame",
     PlyReader,
     PlyWriter,
     frozenset({"faces", "gaps"}),

@@ -106,7 +106,6 @@ class UsdReader(Reader):
 usd = Format(
     "usd",
     (".usd", ".usdc", ".usda"),
-    "a mesh in a USD stage",
     UsdReader,
     UsdWriter,
     frozenset({"prim"}),
@@ -117,7 +116,6 @@ usd = Format(
 usdz = Format(
     "usdz",
     (".usdz",),
-    "a mesh in a packed USD stage",
     UsdReader,
     None,
     frozenset({"prim"}),
