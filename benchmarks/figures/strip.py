@@ -59,9 +59,7 @@ def draw_observed(faces: Faces, points: Positions, known: Mask, view: View) -> f
         dots = points[known & _in_sight(faces, points, view)]
         return figures.render_marked(faces[:1], points, view, [Mark(DOTS, faces[:0], dots, 1.6)])
     inside = vertex_normals(faces, points.astype(np.float64)) @ view.axes[2] < 0
-    return figures.render(
-        faces[whole], points, view, places=inside.astype(float), colours=(OUTSIDE, INSIDE)
-    )
+    return figures.render(faces[whole], points, view, inside.astype(float), (OUTSIDE, INSIDE))
 
 
 def draw_surface(
@@ -69,7 +67,7 @@ def draw_surface(
 ) -> figures.Image:
     """A surface, coloured by the errors of its vertices in bounding-box diagonals."""
     places = np.zeros(len(points)) if error is None else _place(100 * error)
-    return figures.render(faces, points, view, places=places, colours=_COLOURS)
+    return figures.render(faces, points, view, places, _COLOURS)
 
 
 def save(panels: Sequence[Panel], path: Path, label: str = LABEL) -> None:

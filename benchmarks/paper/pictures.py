@@ -6,13 +6,22 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
+from matplotlib.colors import LogNorm, to_hex
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from dynmesh.draw import figures
-from dynmesh.draw.figures import Image, View
+from dynmesh.draw.figures import (
+    HEATMAP,
+    HEATMAP_RANGE,
+    KNOWN_COLOUR,
+    MISSING_COLOUR,
+    SURFACE_COLOUR,
+    Image,
+    View,
+)
 from dynmesh.sequence import Positions
 
 from ..cells import percent
@@ -25,6 +34,7 @@ from .study import Study, pictured_frames
 T = TypeVar("T")
 
 _PANEL_WIDTH = 3.0  # inches
+_HEAT = [to_hex(colour) for colour in colormaps[HEATMAP](np.linspace(0, 1, 256))]
 
 
 def draw(study: Study, folder: Path) -> None:
@@ -44,8 +54,7 @@ def figure8(study: Study, folder: Path) -> None:
     number = pictured_frames(subject)["figure8"]
     runs = [study.at(MOTION, share) for share in PAPER_SHARES]
     view = view_of(subject, [number])
-    truth = subject.vertices[number]
-    dots = [figures.render(subject.faces, truth, view, known=run.masks[number]) for run in runs]
+    dots = [observed(subject, number, run, view) for run in runs]
     heat, limit = heatmaps(subject, number, runs, view)
     images = figures.cropped([*dots, *heat])
     titles = [f"{percent(share)} known" for share in PAPER_SHARES]
@@ -106,8 +115,7 @@ def beside_libigl(study: Study, loss: str, path: Path) -> None:
     found = [study.runs[method, loss] for method in methods]
     view = view_of(subject, [number])
     meshes = surfaces(subject, number, [run.frames[number] for run in found], view)
-    truth = subject.vertices[number]
-    dots = figures.render(subject.faces, truth, view, known=found[0].masks[number])
+    dots = observed(subject, number, found[0], view)
     heat, limit = heatmaps(subject, number, found, view)
     columns = len(found) + 1
     captions = ["known (blue)", *(nmsve_caption(run.nmsve[number - 1]) for run in found)]
@@ -133,7 +141,19 @@ def surfaces(
 ) -> list[Image]:
     """Draw the true surface of a frame, and completed ones."""
     truth = subject.vertices[number]
-    return [figures.render(subject.faces, f, view.around(truth)) for f in (truth, *completed)]
+    return [
+        figures.render(
+            subject.faces, frame, view.around(truth), np.zeros(len(frame)), (SURFACE_COLOUR,)
+        )
+        for frame in (truth, *completed)
+    ]
+
+
+def observed(subject: Subject, number: int, run: Run, view: View) -> Image:
+    """Draw the true surface of a frame, blue around known and red around missing vertices."""
+    known = run.masks[number].astype(float)
+    colours = (MISSING_COLOUR, KNOWN_COLOUR)
+    return figures.render(subject.faces, subject.vertices[number], view, known, colours)
 
 
 def heatmaps(
@@ -144,10 +164,15 @@ def heatmaps(
     errors: list[NDArray[np.float64]] = [vertex_error(subject, number, frame) for frame in frames]
     limit = max(float(np.percentile(error, 99)) for error in errors) or 1.0
     images = [
-        figures.render(subject.faces, frame, view, values=error, limit=limit)
+        figures.render(subject.faces, frame, view, _place(error / limit), _HEAT)
         for frame, error in zip(frames, errors, strict=True)
     ]
     return images, limit
+
+
+def _place(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where shares of the largest error are on its logarithmic scale, from 0 to 1."""
+    return np.asarray(1 - np.log(np.clip(share, HEATMAP_RANGE, 1)) / np.log(HEATMAP_RANGE))
 
 
 def sheet(
@@ -188,8 +213,8 @@ def in_rows(values: Sequence[T], length: int) -> list[list[T]]:
 
 
 def _colour_bar(figure: Figure, axes: NDArray[np.object_], limit: float) -> None:
-    scale = LogNorm(100 * limit * figures.HEATMAP_RANGE, 100 * limit)
-    colours = ScalarMappable(scale, figures.HEATMAP)
+    scale = LogNorm(100 * limit * HEATMAP_RANGE, 100 * limit)
+    colours = ScalarMappable(scale, HEATMAP)
     bar = figure.colorbar(
         colours, ax=axes.tolist(), extend="both", shrink=0.6 if len(axes) > 6 else 0.85, pad=0.01
     )

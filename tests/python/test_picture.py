@@ -217,7 +217,7 @@ def test_a_turning_figure_keeps_its_size(
 ) -> None:
     drawn: list[View] = []
 
-    def note(_: object, __: object, view: View, **___: object) -> Array:
+    def note(_: object, __: object, view: View, *___: object) -> Array:
         drawn.append(view)
         return np.zeros((16, 16, 3), np.uint8)
 

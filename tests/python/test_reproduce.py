@@ -6,7 +6,6 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import meshes
 import numpy as np
@@ -128,10 +127,11 @@ def test_ticks_of_logarithmic_axes_are_plain_numbers() -> None:
 def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     view = figures.View.of(mesh.vertices, "z", 60.0, (320, 240))
 
-    def draw(**settings: Any) -> figures.Image:
-        return figures.render(mesh.faces, mesh.vertices, view, **settings)
+    def draw(place: float, *colours: str) -> NDArray[np.int64]:
+        places = np.full(len(mesh.vertices), place)
+        return figures.render(mesh.faces, mesh.vertices, view, places, colours).astype(int)
 
-    plain = draw()
+    plain = draw(0, figures.SURFACE_COLOUR)
     assert plain.shape == (240, 320, 3)
     inked = np.any(plain < 250, axis=2)
     assert 0.2 < inked.mean() < 0.9
@@ -140,16 +140,11 @@ def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     assert rows[-1] < 239
     assert columns[-1] < 319
 
-    k = len(mesh.vertices)
-    all_known = draw(known=np.ones(k, bool)).astype(int)
-    none_known = draw(known=np.zeros(k, bool)).astype(int)
-    assert (all_known[..., 2] - all_known[..., 0])[inked].mean() > 50  # blue
-    assert (none_known[..., 0] - none_known[..., 2])[inked].mean() > 50  # red
-    low = draw(values=np.zeros(k), limit=1.0).astype(int)
-    high = draw(values=np.ones(k), limit=1.0).astype(int)
-    assert high[inked].sum() > 1.5 * low[inked].sum()
+    red, blue = (draw(place, "#cc3311", "#0072b2") for place in (0, 1))
+    assert (blue[..., 2] - blue[..., 0])[inked].mean() > 50
+    assert (red[..., 0] - red[..., 2])[inked].mean() > 50
 
-    cut = figures.cropped([plain, plain])
+    cut = figures.cropped([plain.astype(np.uint8)] * 2)
     assert cut[0].shape == cut[1].shape
     assert cut[0].shape[0] < 240
     np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)

@@ -100,12 +100,8 @@ def render(
     faces: NDArray[np.integer[Any]],
     points: Positions,
     view: View,
-    *,
-    known: Mask | None = None,
-    values: NDArray[np.floating[Any]] | None = None,
-    limit: float | None = None,
-    places: NDArray[np.floating[Any]] | None = None,
-    colours: Sequence[str] = (),
+    places: NDArray[np.floating[Any]],
+    colours: Sequence[str],
     dots: Mask | None = None,
 ) -> Image:
     """Draws one frame.
@@ -114,44 +110,25 @@ def render(
         faces: (m, 3) integers.
         points: (k, 3) positions.
         view: the view to draw from.
-        known: (k,) bool: colours the surface blue around known and red around missing vertices.
-        values: (k,) not negative: colours the surface on a logarithmic scale up to `limit`.
-        limit: with `values`, the value of the last colour; the first colour is for
-            `HEATMAP_RANGE` times the limit and less.
         places: (k,), from 0 for the first of `colours` to 1 for the last.
-        colours: with `places`, the steps of the colour scale, each as "#rrggbb".
-        dots: (k,) bool, with `places`: vertices to draw as dots; they need not be in a face.
+        colours: the steps of the colour scale, each as "#rrggbb".
+        dots: (k,) bool: vertices to draw as dots; they need not be in a face.
 
     Returns:
         (height, width, 3) uint8, on white.
 
     Raises:
         ImportError: pyvista is not installed.
-        ValueError, TypeError: a face refers to no vertex, a position or value is not finite, an
-            array has the wrong shape, the limit is not positive, or more than one of `known`,
-            `values` and `places` is given.
+        ValueError, TypeError: a face refers to no vertex, a position or place is not finite, or an
+            array has the wrong shape.
     """
-    _check(faces, points, limit, known=known, values=values, places=places)
+    _check(faces, points)
+    if places.shape != (len(points),):
+        raise InputError(f"must have shape ({len(points)},), not {places.shape}", argument="places")
+    _check_finite("places", places)
     surface = surface_of(faces, points)
     with _stage(view) as plotter:
-        if known is not None:
-            rgb = np.where(known[:, None], _rgb(KNOWN_COLOUR), _rgb(MISSING_COLOUR))
-            plotter.add_mesh(surface, scalars=rgb, rgb=True, smooth_shading=True, ambient=0.3)
-        elif values is not None:
-            scale = np.array([HEATMAP_RANGE, 1]) * limit
-            plotter.add_mesh(
-                surface,
-                scalars=np.log10(np.clip(values, *scale)).astype(np.float32),
-                cmap=HEATMAP,
-                clim=np.log10(scale).tolist(),
-                show_scalar_bar=False,
-                smooth_shading=True,
-                ambient=0.35,
-            )
-        elif places is not None:
-            add_places(plotter, surface, places, colours, dots)
-        else:
-            plotter.add_mesh(surface, color=SURFACE_COLOUR, smooth_shading=True, ambient=0.05)
+        add_places(plotter, surface, places, colours, dots)
         return _taken(plotter, view)
 
 
@@ -241,29 +218,18 @@ def cropped(images: list[Image], margin: int = 12) -> list[Image]:
     return [image[top : rows[-1] + margin, left : columns[-1] + margin] for image in images]
 
 
-def _check(
-    faces: NDArray[np.integer[Any]],
-    points: Positions,
-    limit: float | None = None,
-    **colourings: NDArray[Any] | None,
-) -> None:
+def _check(faces: NDArray[np.integer[Any]], points: Positions) -> None:
     """Checks the input, since VTK would end the process for a face out of range."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
     cells(faces, len(points))
-    given = {name: array for name, array in colourings.items() if array is not None}
-    for name, array in given.items():
-        if array.shape != (len(points),):
-            raise InputError(f"must have shape ({len(points)},), not {array.shape}", argument=name)
-    for name, array in {"points": points, **given}.items():
-        if not np.isfinite(array).all():
-            row = int(np.argwhere(~np.isfinite(array))[0][0])
-            raise InputError(f"row {row} is not finite", argument=name)
-    if len(given) > 1:
-        first, second, *_ = given
-        raise ValueError(f"{second}: cannot be combined with {first}")
-    if "values" in given and not (limit is not None and np.isfinite(limit) and limit > 0):
-        raise InputError(f"must be positive and finite, not {limit}", argument="limit")
+    _check_finite("points", points)
+
+
+def _check_finite(name: str, rows: NDArray[np.floating[Any]]) -> None:
+    if not np.isfinite(rows).all():
+        row = int(np.argwhere(~np.isfinite(rows))[0][0])
+        raise InputError(f"row {row} is not finite", argument=name)
 
 
 def load_pyvista() -> Any:

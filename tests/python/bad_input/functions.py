@@ -123,7 +123,9 @@ def _put_together(world: World, frames: Any = None, known: Any = None, **more: A
 
 def _drawn(world: World, **more: Any) -> Any:
     view = figures.View.of(world.vertices, more.pop("up", "z"), 0.0)
-    return figures.render(**{"faces": world.faces, "points": world.vertices, "view": view, **more})
+    plain = {"places": np.zeros(49), "colours": ("#d7dce3",)}
+    drawn = {"faces": world.faces, "points": world.vertices, "view": view, **plain}
+    return figures.render(**{**drawn, **more})
 
 
 _masks = np.ones((3, 49), bool)
@@ -147,12 +149,8 @@ pictures_and_whole_frames = [
     _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
     _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: row 4 is not finite"),
     _render("`points`: two columns", lambda w: _drawn(w, points=w.points[:, :2]), ValueError, "points: must have shape"),
-    _render("`known`: too few", lambda w: _drawn(w, known=_whole[:3]), ValueError, "known: must have shape"),
-    _render("`values`: too few", lambda w: _drawn(w, values=np.ones(3), limit=1.0), ValueError, "values: must have shape"),
-    _render("`values`: NaN", lambda w: _drawn(w, values=np.full(49, _NAN), limit=1.0), ValueError, "values: row 0 is not finite"),
-    _render("`values` and `known`", lambda w: _drawn(w, values=np.ones(49), known=_whole, limit=1.0), ValueError, "values: cannot be combined with known"),
-    _render("`limit`: 0", lambda w: _drawn(w, values=np.ones(49), limit=0.0), ValueError, "limit:", "not 0"),
-    _render("`limit`: None", lambda w: _drawn(w, values=np.ones(49)), ValueError, "limit:", "not None"),
+    _render("`places`: too few", lambda w: _drawn(w, places=np.ones(3)), ValueError, "places: must have shape"),
+    _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, _NAN)), ValueError, "places: row 0 is not finite"),
     _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
 ]  # fmt: skip
 
