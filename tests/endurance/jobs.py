@@ -1,143 +1,152 @@
-"""Jobs that complete or track files and are killed, and checks of what they leave."""
+"""Commands that write outputs and are ended at any moment, and checks of what they leave."""
 
-import contextlib
+import errno
 import os
-import random
 import signal
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 
 import dynmesh
-from dynmesh import degrade
+from dynmesh import cli, degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
 from dynmesh.files.scans import DepthFolder, PointFolder, Rig, ScanCamera
-from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.file_completion import complete_file
-from dynmesh.jobs.report import FileReport
-from dynmesh.jobs.track_report import TrackFileReport
-from dynmesh.jobs.tracking import track_file
 
-OUTPUTS = {
-    "npz": "out.npz",
-    "hdf5": "out.h5",
-    "npy": "out.npy",
-    "pc2": "out.pc2",
-    "ply": "out",
-    "ply, by a pattern": "new/frame_%04d.ply",
-    "points, tracked": "out.npz",
-    "depth, tracked": "new/frame_%04d.ply",
+COMMANDS = {
+    "npz": "complete partial.npz {}/out.npz --provenance",
+    "npz, both ways": "complete partial.npz {}/out.npz --bidirectional --start 8",
+    "hdf5": "complete partial.npz {}/out.h5",
+    "usd": "convert partial.npz {}/out.usdc",
+    "ply": "complete partial.npz {}/out --output-format ply",
+    "obj, by a pattern": "complete partial.npz {}/new/frame_%04d.obj",
+    "ply, among others": "convert partial.npz {}/mixed/frame_%04d.ply",
+    "npy": "complete partial.npz {}/out.npy --provenance",
+    "pc2": "convert partial.npz {}/out.pc2",
+    "synth": "synth ocean {}/out.npz --frames FRAMES",
+    "degrade": "degrade template.npz {}/out.npz --noise 0.1",
+    "scans": "degrade partial.npz {}/out --scan --points 60",
+    "track": "track points {}/out.npz --template template.npz --report {}/fit.csv",
+    "track depth": "track depth {}/out.h5 --template template.npz",
+    "register": "register template.npz points/frame_00002.ply {}/out.ply --report {}/out.json",
+    "evaluate": "evaluate truth.npz truth.npz --csv {}/out.csv",
+    "picture": "picture partial.npz -o {}/out.png --size 60",
 }
-FORMATS = {"ply": "ply"}  # if the name does not determine the format
-SOURCES = {"points, tracked": "points", "depth, tracked": "depth"}  # of others, `partial.npz`
+FOLDERS = {"ply", "obj, by a pattern", "scans"}
+"""Those whose output is a folder that is exchanged as a whole."""
+SEVERAL = {"npy", "pc2", "ply, among others"}
+"""Those with several files that are moved one by one."""
 
 Files = dict[str, bytes]
+How = Literal["killed", "interrupted", "full"]
 
 
 class Job:
-    """One completion or tracking, its output and the expected result.
+    """A command, over an older output of other input, or over none.
 
     Attributes:
-        kind: one of :data:`OUTPUTS`.
-        sources: the folder with what it reads, as :func:`make_sources` writes it.
-        pause: seconds between two frames, during which the job can be killed.
-        whole: the expected content of the output.
-        seconds: the time that the job takes.
+        kind: one of :data:`COMMANDS`.
+        older: what the folder holds before.
+        whole: what it holds after an undisturbed run.
+        changes: the number of changes to the file system of such a run.
+        seconds: the time that it takes.
     """
 
-    def __init__(self, kind: str, sources: Path, pause: float) -> None:
-        """Does not start the job."""
-        self.kind, self.sources, self.pause = kind, sources, pause
-        self.whole: Files = {}
-        self.seconds = 0.0
+    def __init__(self, kind: str, sources: Path, older: Path | None, work: Path) -> None:
+        """Runs the command undisturbed, in the folder `work`.
 
-    def complete_once(self, folder: Path) -> None:
-        """Runs the job without interruption and records the result and the time."""
-        folder.mkdir(exist_ok=True)
-        began = time.monotonic()
-        run_in_fork(lambda: self.run(folder))
+        Args:
+            kind: one of :data:`COMMANDS`.
+            sources: the input, as :func:`make_sources` writes it.
+            older: other input, of which the output is made that the command replaces.
+            work: a folder to work in.
+        """
+        self.kind, self._sources, self._older, self._work = kind, sources, older, work
+        self.begin()
+        self.older = visible(work)
+        counted, began = work.with_name("changes"), time.monotonic()
+        self._must_run(sources, lambda: end_at_change(-1, "killed", counted))
         self.seconds = time.monotonic() - began
-        self.whole = visible(folder)
-        if not self.whole:
-            raise ValueError(f"{self.kind}: there is no output")
+        self.whole, self.changes = visible(work), int(counted.read_text())
+        if self.whole == self.older:
+            raise ValueError(f"{kind}: there is no new output")
 
-    def output(self, folder: Path) -> Path:
-        """Returns the path of the output in that folder."""
-        return folder / OUTPUTS[self.kind]
+    def begin(self) -> None:
+        """Makes the older output, and nothing else."""
+        for path in sorted(self._work.rglob("*"), reverse=True):
+            path.rmdir() if path.is_dir() else path.unlink()
+        (self._work / "mixed").mkdir(parents=True, exist_ok=True)
+        (self._work / "mixed" / "readme.txt").write_text("is no frame")
+        if self._older is not None:
+            self._must_run(self._older)
 
-    def run(
-        self,
-        folder: Path,
-        *,
-        sources: Path | None = None,
-        resume: bool = False,
-        overwrite: bool = False,
-    ) -> int:
-        """Runs the job here; returns the first frame that it made, -1 if the output exists."""
-        Checkpoint.least_seconds_between = 0.0
-        Checkpoint.most_of_the_time = 0.2
+    def end(self, how: How, at: int | None = None, after: float | None = None) -> bool:
+        """Runs the command, which ends at a change or after seconds; returns whether it did."""
+        ending = None if at is None else lambda: end_at_change(at, how)
+        return run_in_fork(lambda: self._run(self._sources, ending), after) != 0
 
-        def slowly(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-            for frame in frames:
-                time.sleep(self.pause)
-                yield frame
-
-        read_from = sources or self.sources
-        options: dict[str, Any] = {
-            "output_format": FORMATS.get(self.kind),
-            "provenance": self.kind != "pc2",
-            "resume": resume,
-            "overwrite": overwrite,
-            "watch": slowly,
-        }
-        report: FileReport | TrackFileReport
-        with contextlib.suppress(FileExistsError):
-            if self.kind in SOURCES:
-                scans, template = read_from / SOURCES[self.kind], read_from / "template.npz"
-                report = track_file(scans, self.output(folder), template=template, **options)
-            else:
-                report = complete_file(read_from / "partial.npz", self.output(folder), **options)
-            return -1 if report.existed else report.resumed_at
-        return -1
-
-    def check(self, folder: Path, older: Files | None = None) -> str:
-        """Classifies the files after a kill: "nothing", "whole", "a part" or "older"."""
-        found = visible(folder)
-        if found == self.whole:
+    def check(self) -> str:
+        """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one."""
+        found, older, whole = visible(self._work), self.older, self.whole
+        if found == whole:
             return "whole"
-        if older and found.items() <= older.items():
-            return "older" if found == older else "a part"
-        if not found:
-            return "nothing"
-        main = OUTPUTS[self.kind]
-        if main not in found and found.items() <= self.whole.items():
-            return "a part"
-        wrong = sorted(name for name in found if found[name] != self.whole.get(name))
-        raise ValueError(f"{self.kind}: of the files {sorted(found)}, {wrong} are wrong")
+        if found == older:
+            return "older"
+        if self.kind in FOLDERS:
+            is_right = set(found.items()) <= older.items() & whole.items()
+        elif self.kind in SEVERAL:
+            is_right = found.items() <= older.items() or found.items() <= whole.items()
+        else:
+            names = found.keys() | older.keys() | whole.keys()
+            is_right = all(found.get(n) in (older.get(n), whole.get(n)) for n in names)
+        if not is_right:
+            raise ValueError(
+                f"{self.kind}: {sorted(found)} are neither the older nor the new files"
+            )
+        return "a part" if found.keys() - {"mixed/readme.txt"} else "nothing"
 
-    def check_end(self, folder: Path) -> None:
-        """Checks that the output is complete and that no other files exist."""
-        if self.check(folder) != "whole":
-            raise ValueError(f"{self.kind}: is not complete after an uninterrupted run")
-        hidden = folder.rglob(".*")
-        # A doubt about a complete output is remembered.
-        files = [str(path.relative_to(folder)) for path in hidden if path.suffix != ".doubtful"]
-        if files:
-            raise ValueError(f"{self.kind}: {files} were left behind")
+    def finish(self) -> None:
+        """Runs the command again, which must make the output and leave nothing else."""
+        self._must_run(self._sources)
+        hidden = [str(path) for path in self._work.rglob(".*")]
+        if self.check() != "whole" or hidden:
+            raise ValueError(f"{self.kind}: the next run left {hidden or 'another output'}")
+
+    def command(self, sources: Path) -> list[str]:
+        """Returns the words of the command."""
+        frames = str(len(dynmesh.read(sources / "partial.npz")))
+        words = COMMANDS[self.kind].replace("FRAMES", frames).split()
+        return [*(word.format(self._work) for word in words), "--overwrite", "--quiet"]
+
+    def _must_run(self, sources: Path, before: Callable[[], None] | None = None) -> None:
+        if run_in_fork(lambda: self._run(sources, before)):
+            raise ValueError(f"{self.kind}: failed: {self._said.read_text()}")
+
+    @property
+    def _said(self) -> Path:
+        return self._work.with_name("said")
+
+    def _run(self, sources: Path, before: Callable[[], None] | None = None) -> None:
+        sys.argv = ["dynmesh", *self.command(sources)]
+        sys.stdout = sys.stderr = self._said.open("w")
+        os.chdir(sources)
+        if before is not None:
+            before()
+        cli.main()
 
 
-def make_sources(folder: Path, frames: int = 40) -> Path:
+def make_sources(folder: Path, frames: int) -> Path:
     """Writes an ocean with missing vertices, and scans of it, into a new folder; returns it."""
-    folder.mkdir()
-    ocean = dynmesh.synth.ocean(frames, grid=20, seed=3)
-    known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.3
+    folder.mkdir(parents=True)
+    ocean = dynmesh.synth.ocean(frames, grid=12, seed=frames)
+    known = np.random.default_rng(1).random(ocean.vertices.shape[:2]) < 0.5
     known[0] = True
-    partial = dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0)
+    partial = dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0, start=frames)
     dynmesh.write(folder / "partial.npz", partial)
+    dynmesh.write(folder / "truth.npz", dynmesh.Sequence(ocean.vertices, ocean.faces))
     dynmesh.write(folder / "template.npz", dynmesh.Sequence(ocean.vertices[:1], ocean.faces))
     cameras = degrade.orbit(ocean.vertices[0], 2)(0)
     size = 32, 24
@@ -147,14 +156,13 @@ def make_sources(folder: Path, frames: int = 40) -> Path:
             for number, camera in enumerate(cameras)
         )
     )
-    clouds = degrade.scan_points(ocean.vertices, ocean.faces, cameras, points=500)
-    with PointFolder(folder / SOURCES["points, tracked"], rig) as points:
-        for cloud in clouds:
+    with PointFolder(folder / "points", rig) as points:
+        for cloud in degrade.scan_points(ocean.vertices, ocean.faces, cameras, points=300):
             points.append(cloud)
     images = degrade.depth_images(
         ocean.vertices, ocean.faces, cameras, width=size[0], height=size[1]
     )
-    with DepthFolder(folder / SOURCES["depth, tracked"], rig) as depth:
+    with DepthFolder(folder / "depth", rig) as depth:
         for pair in images:
             depth.append(pair)
     return folder
@@ -169,51 +177,52 @@ def visible(folder: Path) -> Files:
     }
 
 
-def run_in_fork(job: Any, kill_after: float | None = None) -> bool:
-    """Runs a job in a child process; returns whether it was killed before it ended.
-
-    Raises:
-        ValueError: the job failed.
-    """
+def run_in_fork(job: Callable[[], None], kill_after: float | None = None) -> int:
+    """Runs a job in a child process; returns its exit code, or the signal that killed it."""
     child = os.fork()
     if child == 0:
         _run_and_exit(job)
     if kill_after is not None:
         time.sleep(kill_after)
         os.kill(child, signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL:
-        return True
-    if status != 0:
-        raise ValueError(f"a job ended with status {status}")
-    return False
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def _run_and_exit(job: Any) -> NoReturn:
+def _run_and_exit(job: Callable[[], None]) -> NoReturn:
+    code = 1
     try:
         job()
-    except BaseException as error:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr, flush=True)
-        os._exit(1)
-    os._exit(0)
+    except SystemExit as ended:
+        code = 0 if ended.code in (None, 0, 3) else 1  # 3: the output is doubtful, but written
+    finally:
+        sys.stdout.flush()
+        os._exit(code)
 
 
-def kill_at_change(n: int) -> None:
-    """Kills this process just before its n-th change to a file system, counted from 1."""
-    changes = {"os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.truncate"}
+def end_at_change(n: int, how: How, counted: Path | None = None) -> None:
+    """Ends this process just before its n-th change to a file system, counted from 1.
+
+    "full" lets it fail as if the disk were full, and "interrupted" is Ctrl+C at that moment. The
+    number of all changes is written to the file `counted`.
+    """
+    note = os.open(counted, os.O_CREAT | os.O_WRONLY) if counted else None
+    writing = {"os.rename", "os.mkdir", "os.truncate"}
+    removing = {"os.remove", "os.rmdir"}
     count = 0
 
     def look(event: str, arguments: tuple[Any, ...]) -> None:
         nonlocal count
         writes = event == "open" and isinstance(arguments[1], str) and arguments[1][0] in "wxa"
-        if writes or event in changes:
-            count += 1
-            if count == n:
-                os.kill(os.getpid(), signal.SIGKILL)
+        if not (writes or event in writing or event in removing):
+            return
+        count += 1
+        if note is not None:
+            os.pwrite(note, b"%d" % count, 0)
+        if count == n and how == "killed":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if count == n and how == "interrupted":
+            raise KeyboardInterrupt
+        if count == n and how == "full" and event not in removing:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(arguments[0]))
 
     sys.addaudithook(look)
-
-
-def moment(generator: random.Random, seconds: float) -> float:
-    """Returns a random time within the run, or shortly after its end."""
-    return generator.uniform(0, 1.05 * seconds)

@@ -9,14 +9,11 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from numpy.typing import NDArray
-from sequences import HISTORY, assert_same
-from watches import interrupted_after
+from sequences import HISTORY
 
 import dynmesh
 from benchmarks.subjects import Subject, losses
 from dynmesh.jobs.both_ways import combined
-from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.waiting_frames import WaitingFrames
 
 N = 12
 TOLD = (*HISTORY, "standard_error")
@@ -130,60 +127,12 @@ def test_a_file_is_completed_from_both_sides(
         )
 
 
-@pytest.mark.parametrize("name", ["out.npz", "out.h5"])
-@pytest.mark.parametrize("stops", [(2,), (4, 9), (3, 14)])
-def test_every_part_of_the_way_can_be_resumed(
-    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, name: str, stops: tuple[int, ...]
-) -> None:
-    """Three frames to the nearer end, eleven across, eleven back."""
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    options: Any = {"start": 3, "bidirectional": True, "provenance": True}
-    expected, output = tmp_path / "expected.npz", tmp_path / name
-    dynmesh.complete_file(stored, expected, **options)
-    for stop in stops:
-        watch = interrupted_after(stop, of=25)
-        with pytest.raises(KeyboardInterrupt):
-            dynmesh.complete_file(stored, output, resume=True, watch=watch, **options)
-    report = dynmesh.complete_file(stored, output, resume=True, **options)
-    assert report.resumed_at == stops[-1]
-    assert_same(dynmesh.read(output), dynmesh.read(expected), *TOLD)
-    left = {path.name for path in tmp_path.iterdir()} - {"partial.npz"}
-    assert left == {"expected.npz", name}
-
-
-def test_writing_can_be_resumed(
-    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    options: Any = {"start": 3, "bidirectional": True, "provenance": True}
-    dynmesh.complete_file(stored, tmp_path / "expected.npz", **options)
-    frame = WaitingFrames.frame
-
-    def interrupted(self: Any, number: int) -> Any:
-        if number == 7 and self.numbers[0] == 10:  # of the way back, which is only written
-            raise KeyboardInterrupt
-        return frame(self, number)
-
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    monkeypatch.setattr(WaitingFrames, "frame", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(stored, tmp_path / "out.npz", **options)
-    monkeypatch.setattr(WaitingFrames, "frame", frame)
-    report = dynmesh.complete_file(stored, tmp_path / "out.npz", resume=True, **options)
-    assert report.resumed_at == 25
-    assert_same(
-        dynmesh.read(tmp_path / "out.npz"),
-        dynmesh.read(tmp_path / "expected.npz"),
-        *HISTORY,
-        "standard_error",
-    )
-
-
 @pytest.mark.parametrize("bidirectional", [False, True])
 def test_a_watch_must_pass_all_frames_on(
     tmp_path: Path, truth: dynmesh.Sequence, bidirectional: bool
 ) -> None:
     dynmesh.write(tmp_path / "whole.npz", partial(truth, 0))
-    with pytest.raises(ValueError, match="watch: ends before frame 2"):
+    with pytest.raises(ValueError, match="watch: ends before frame 3"):
         dynmesh.complete_file(
             tmp_path / "whole.npz",
             tmp_path / "out.npz",

@@ -163,7 +163,6 @@ def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) ->
         "if nothing was observed there, use --missing zero"
     )
     commands: list[tuple[str, list[str | Path]]] = [
-        ("complete", [tmp_path / "a.npz", "--overwrite"]),
         ("view", ["-o", tmp_path / "a.html", "--overwrite"]),
         ("picture", ["-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite"]),
     ]

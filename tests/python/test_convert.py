@@ -1,7 +1,6 @@
 """Frames, axes, units and rates are converted alike by convert, complete and track."""
 
 import pickle
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -13,7 +12,6 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh.files.stated import StatedReader
-from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import read_jobs
 
 N = 10
@@ -204,33 +202,6 @@ def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None
     refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
     assert "c.usd: USD has y or z up, not x; --to-up" in refused
     run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
-
-
-def test_an_interrupted_conversion_is_continued(
-    partial: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-    path, output = tmp_path / "partial.npz", tmp_path / "out.npz"
-    dynmesh.write(path, partial)
-    options: dict[str, Any] = {"to_up": "y", "scale": 2.0, "frames": slice(1002, 1009)}
-
-    def stopped(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        for number, frame in enumerate(frames):
-            if number == 4:
-                raise KeyboardInterrupt
-            yield frame
-
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(path, output, watch=stopped, **options)
-    other = {**options, "frames": slice(1002, 1008)}
-    with pytest.raises(ValueError, match="frames changed"):
-        dynmesh.complete_file(path, output, resume=True, **other)
-    assert dynmesh.complete_file(path, output, resume=True, **options).resumed_at == 4
-    dynmesh.complete_file(path, tmp_path / "whole.npz", **options)
-    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "whole.npz"), 0)
-    with pytest.raises(ValueError, match="retime: an output with resampled frames cannot be"):
-        dynmesh.complete_file(path, output, resume=True, retime=30)
 
 
 def test_frames_of_files_of_which_some_are_lost(partial: dynmesh.Sequence, tmp_path: Path) -> None:

@@ -1,11 +1,7 @@
-"""What makes a result doubtful is not forgotten: in a later run, or once the output is complete."""
+"""What makes the result of tracking doubtful."""
 
 import json
-import shutil
-from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,15 +11,8 @@ from PIL import Image
 from test_track import bumpy
 
 import dynmesh
-from dynmesh.files import CannotResumeError
-from dynmesh.files.lock import unfinished_folder
-from dynmesh.files.scans import Scan
-from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.fits import Counts, Fits
 from dynmesh.jobs.tracking import track_file
-
-FIRST = 3
-"""Frames that the run before the interruption tracks."""
 
 
 @pytest.fixture(scope="module")
@@ -55,54 +44,14 @@ def ruined_first(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
-    for number, scan in enumerate(scans):
-        if number == FIRST:
-            raise KeyboardInterrupt
-        yield scan
-
-
-@pytest.fixture
-def every_frame_saved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-
-
-@pytest.mark.usefixtures("every_frame_saved")
-def test_a_resumed_tracking_tells_what_an_uninterrupted_one_does(
-    ruined_first: Path, tmp_path: Path
-) -> None:
+def test_frames_cameras_and_images_are_told(ruined_first: Path, tmp_path: Path) -> None:
     scans, template = ruined_first / "scans", ruined_first / "body.obj"
-    whole = track_file(scans, tmp_path / "whole.npz", template=template)
-    assert whole.quality == "ruined"
-    assert [frame for frame, _ in whole.worst] == [1]
-    assert whole.rig
-    assert whole.empty == 1
-    assert len(whole.lost) == 5
-    output = tmp_path / "out.npz"
-    with pytest.raises(KeyboardInterrupt):
-        track_file(scans, output, template=template, watch=stopping)
-    shutil.copytree(unfinished_folder(output), unfinished_folder(tmp_path / "again.npz"))
-    with np.load(unfinished_folder(output) / "checkpoint.npz") as saved:
-        kept = dict(saved)
-    np.savez(unfinished_folder(output) / "checkpoint.npz", **kept | {"judged": '{"total": 3}'})
-    with pytest.raises(CannotResumeError, match="does not say how well it was tracked"):
-        track_file(scans, output, template=template, resume=True)
-    np.savez(unfinished_folder(output) / "checkpoint.npz", **kept)
-    report = track_file(scans, output, template=template, resume=True)
-    assert report.resumed_at == FIRST
-    same: dict[str, Any] = {"resumed_at": 0, "seconds_per_frame": None}
-    assert replace(report, **same) == replace(whole, **same)
-    words = ("track", scans, tmp_path / "again.npz", "--template", template, "--resume")
-    assert whole.reason in run(*words, code=3).stderr
-    told = run(*words, code=3).stderr  # of an output that is complete
-    assert "already complete" in told
-    assert whole.reason in told
-    again = track_file(scans, output, template=template, resume=True)
-    assert (again.existed, again.quality, again.reason) == (True, "ruined", whole.reason)
-    dynmesh.write(output, dynmesh.read(output))
-    changed = track_file(scans, output, template=template, resume=True)
-    assert (changed.existed, changed.quality, changed.reason) == (True, "good", "")
+    report = track_file(scans, tmp_path / "out.npz", template=template)
+    assert report.quality == "ruined"
+    assert [frame for frame, _ in report.worst] == [1]
+    assert report.rig
+    assert report.empty == 1
+    assert len(report.lost) == 5
 
 
 def test_points_in_planes_do_not_count() -> None:
@@ -112,5 +61,3 @@ def test_points_in_planes_do_not_count() -> None:
     assert Fits(total=Counts(1000, 300, 299)).quality == "good"
     assert Fits(total=Counts(1000, 300, 270)).quality == "doubtful"
     assert Fits(total=Counts(1000, 300, 200)).quality == "ruined"
-    state = json.loads(json.dumps(Fits(total=Counts(9, 3, 2), worst=[(4, 0.2)]).state()))
-    assert Fits.of(state) == Fits(total=Counts(9, 3, 2), worst=[(4, 0.2)])

@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from sequences import HISTORY, assert_same
-from watches import interrupted_after
 
 import dynmesh
 from dynmesh.jobs import directions
-from dynmesh.jobs.checkpoint import Checkpoint
-from dynmesh.jobs.waiting_frames import WaitingFrames
 
 WHOLE = 7
 
@@ -102,59 +99,6 @@ def test_only_a_few_frames_are_in_memory(
     assert sum(held[1:-1]) == WHOLE
 
 
-@pytest.mark.parametrize(
-    ("name", "stops"),
-    [
-        ("out.npz", (3,)),
-        ("out.npz", (WHOLE,)),
-        ("out_%04d.ply", (2, 5, 9)),
-        ("out.h5", (WHOLE + 1, 14)),
-    ],
-)
-def test_both_passes_can_be_resumed(
-    tmp_path: Path,
-    stored: Path,
-    partial: dynmesh.Sequence,
-    monkeypatch: pytest.MonkeyPatch,
-    name: str,
-    stops: tuple[int, ...],
-) -> None:
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    output = tmp_path / "made" / name
-    output.parent.mkdir()
-    for stop in stops:
-        watch = interrupted_after(stop, of=15)
-        with pytest.raises(KeyboardInterrupt):
-            dynmesh.complete_file(
-                stored, output, start=WHOLE, provenance=True, resume=True, watch=watch
-            )
-    report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
-    assert report.resumed_at == stops[-1]
-    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"), *HISTORY)
-
-
-def test_copying_what_waits_can_be_resumed(
-    tmp_path: Path, stored: Path, partial: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    original = WaitingFrames.frame
-
-    def broken(self: Any, number: int) -> Any:
-        if number == 4:
-            raise KeyboardInterrupt
-        return original(self, number)
-
-    monkeypatch.setattr(WaitingFrames, "frame", broken)
-    output = tmp_path / "out.npz"
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(stored, output, start=WHOLE, provenance=True)
-    monkeypatch.setattr(WaitingFrames, "frame", original)
-    report = dynmesh.complete_file(stored, output, start=WHOLE, provenance=True, resume=True)
-    assert report.resumed_at == WHOLE
-    assert_same(dynmesh.read(output), expected_of(partial, WHOLE, method="detail"), *HISTORY)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.npz", "partial.npz"]
-
-
 def test_the_first_whole_frame_is_found(
     tmp_path: Path, stored: Path, partial: dynmesh.Sequence
 ) -> None:
@@ -238,22 +182,6 @@ def test_standard_errors_begin_with_those_of_the_start(
     np.testing.assert_array_equal(made.known, made.standard_error <= 0.2)
 
 
-def test_a_start_put_together_can_be_resumed(
-    tmp_path: Path, holed: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert holed.known is not None
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    stored, output = tmp_path / "holed.npz", tmp_path / "out.h5"
-    dynmesh.complete_file(stored, tmp_path / "expected.npz", provenance=True)
-
-    watch = interrupted_after(WHOLE + 2, of=len(holed))
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(stored, output, provenance=True, watch=watch)
-    report = dynmesh.complete_file(stored, output, provenance=True, resume=True)
-    assert report.resumed_at == WHOLE + 2
-    assert_same(dynmesh.read(output), dynmesh.read(tmp_path / "expected.npz"), *HISTORY)
-
-
 @pytest.mark.usefixtures("holed")
 def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -261,7 +189,6 @@ def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
     stored, output = tmp_path / "holed.npz", tmp_path / "out.npz"
     dynmesh.complete_file(stored, output)
     monkeypatch.setattr(sys.modules["dynmesh.jobs.start"], "whole_frame", None)
-    assert dynmesh.complete_file(stored, output, resume=True).existed
     with pytest.raises(FileExistsError):
         dynmesh.complete_file(stored, output)
 
@@ -284,10 +211,6 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     said = run("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", code=3)
     assert "the frame that was put together is probably wrong" in said.stderr
     assert len(dynmesh.read(tmp_path / "out.npz")) == 15
-    words = ("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", "--resume")
-    again = run(*words, code=3).stderr
-    assert "already complete" in again
-    assert "the frame that was put together is probably wrong" in again
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 

@@ -189,25 +189,6 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path / "old") == []
 
 
-@pytest.mark.parametrize("start", [0, 3, 1001])
-def test_an_interrupted_sequence_can_be_resumed(tmp_path: Path, mesh: Mesh, start: int) -> None:
-    sequence = sequence_of(mesh, 5)
-    path, folder = tmp_path / "f_%04d.ply", tmp_path / "work"
-    (tmp_path / "f_0002.ply").touch()  # of an older sequence
-    header = files.Header(mesh.faces, 5, 49, np.dtype(np.float32), start=start)
-    again = sequence.vertices[[0, 1, 1, 1]]  # the last two frames must be ignored
-    interrupt(files.target_of(path).create(header, folder=folder), again)
-    assert len(names(folder)) == 4
-    with pytest.raises(ValueError, match=rf"the unfinished f_{start + 4:04d}\.ply is missing"):
-        files.target_of(path).create(header, folder=folder, resume_at=5)
-    with files.target_of(path).create(header, folder=folder, resume_at=2) as writer:
-        assert len(names(folder)) == 2
-        for points in sequence.vertices[2:]:
-            writer.append(points)
-    np.testing.assert_array_equal(dynmesh.read(path).vertices, sequence.vertices)
-    assert names(tmp_path) == [f"f_{start + i:04d}.ply" for i in range(5)]
-
-
 # Consistency of frames
 
 

@@ -1,11 +1,9 @@
 """What users may rely on in every command: folders, patterns, space, kept frames and quiet."""
 
 import shutil
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from commands import dynmesh_command as run
 
 import dynmesh
 from dynmesh.files.frame_names import FrameNames
-from dynmesh.jobs.checkpoint import Checkpoint
 
 N = 6
 
@@ -75,48 +72,6 @@ def test_space_is_looked_at_before_a_job(
         assert f"{name}: needs at least 7.2e-06 GB, but its disk has 7e-06 GB left" in told
         assert not (folder / "new").exists()
     run(*line.format("out.npz").split(), "--frames", "0:5")  # 6000 bytes
-    if line.startswith("complete"):  # frames wait on the disk, twice
-        told = run(*line.format("b.npz").split(), "--bidirectional", code=1).stderr
-        assert "b.npz: needs at least 2.2e-05 GB" in told
-
-
-def interrupted(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-    for number, frame in enumerate(frames):
-        if number == 3:
-            raise KeyboardInterrupt
-        yield frame
-
-
-def completion(folder: Path, **options: Any) -> Any:
-    return dynmesh.complete_file(folder / "partial.npz", folder / "out.npz", **options)
-
-
-def tracking(folder: Path, **options: Any) -> Any:
-    if not (folder / "scans").exists():
-        run("degrade", folder / "truth.npz", folder / "scans", "--scan", "--points", "900")
-    given: dict[str, Any] = {"template": folder / "body.obj", **options}
-    return dynmesh.track_file(folder / "scans", folder / "out.npz", **given)
-
-
-@pytest.mark.parametrize("job", [completion, tracking])
-def test_kept_frames_are_not_thrown_away(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, job: Callable[..., Any]
-) -> None:
-    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-    with pytest.raises(KeyboardInterrupt):
-        job(folder, watch=interrupted)
-    before = {path: path.stat() for path in (folder / ".out.npz.unfinished").rglob("*")}
-    told = r"out\.npz: 3 frames of an interrupted run are kept: --resume .*resume=True"
-    with pytest.raises(FileExistsError, match=told):
-        job(folder)
-    assert before == {path: path.stat() for path in (folder / ".out.npz.unfinished").rglob("*")}
-    assert job(folder, overwrite=True).resumed_at == 0
-    (folder / "out.npz").unlink()
-    with pytest.raises(KeyboardInterrupt):
-        job(folder, watch=interrupted)
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=4000))
-    assert job(folder, resume=True).resumed_at == 3  # what is kept needs no more space
 
 
 def test_hashes_are_the_numbers_of_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

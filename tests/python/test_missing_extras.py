@@ -49,7 +49,7 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
         ("alembic3d", "alembic", "complete in.npz out.abc"),
-        ("h5py", "hdf5", "complete in.npz out.h5 --resume"),
+        ("h5py", "hdf5", "complete in.npz out.h5"),
     ],
 )
 def test_missing_libraries_are_reported_first(

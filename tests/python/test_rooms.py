@@ -1,6 +1,5 @@
 """Rooms: floors and walls that scans hold beside the subject, simulated and taken away."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,10 +16,8 @@ from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.diagnosis.planes import planes_of_room
 from dynmesh.diagnosis.surroundings import shares_in_planes
-from dynmesh.files.scans import PointFolder, PointScan, Rig, Scan, ScanCamera, open_scans
-from dynmesh.jobs.checkpoint import Checkpoint
+from dynmesh.files.scans import PointFolder, PointScan, Rig, ScanCamera, open_scans
 from dynmesh.jobs.room import Room, crop_of
-from dynmesh.jobs.tracking import track_file
 
 Array = meshes.Array
 
@@ -198,28 +195,6 @@ def test_a_box_keeps_what_is_inside(rooms: Rooms) -> None:
         inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)
         assert len(left) == inside.sum() > 100
         np.testing.assert_array_equal(left, scan.cloud[inside])
-
-
-def test_an_interrupted_run_with_a_distance_continues_as_if_it_had_not_been(
-    rooms: Rooms, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The box that is left depends on the frame before."""
-    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-    options: dict[str, Any] = {"template": rooms.folder / "body.obj", "crop": 0.02}
-    scans = rooms.folder / "depth"
-    track_file(scans, tmp_path / "whole.npz", **options)
-
-    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
-        for number, scan in enumerate(scans):
-            if number == 3:
-                raise KeyboardInterrupt
-            yield scan
-
-    with pytest.raises(KeyboardInterrupt):
-        track_file(scans, tmp_path / "out.npz", **options, watch=stopping)
-    assert track_file(scans, tmp_path / "out.npz", **options, resume=True).resumed_at == 3
-    assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "whole.npz").read_bytes()
 
 
 def test_an_empty_room_is_refused(rooms: Rooms, tmp_path: Path) -> None:

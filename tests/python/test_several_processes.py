@@ -1,12 +1,7 @@
 """Outputs that several processes write, and inputs that another process writes meanwhile."""
 
-import errno
-import fcntl
 import os
 import shutil
-import signal
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,7 +16,6 @@ import dynmesh
 from dynmesh import files
 from dynmesh._errors import InputError
 from dynmesh.cli import pictures, scans, sequences
-from dynmesh.files.lock import UNLOCKED, unfinished_folder
 
 
 def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
@@ -120,101 +114,8 @@ def test_completion_keeps_an_output_that_appears_meanwhile(tmp_path: Path, mesh:
     with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite"):
         dynmesh.complete_file(source, output, watch=write_another(output))
     assert output.read_bytes() == b"of another process"
-    dynmesh.complete_file(source, output, overwrite=True, resume=True)
+    dynmesh.complete_file(source, output, overwrite=True)
     assert len(dynmesh.read(output).vertices) == 4
-
-
-@pytest.mark.parametrize("error", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
-def test_without_locks_a_sentence_says_so(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, error: int
-) -> None:
-    def refuse(*_: int) -> None:
-        raise OSError(error, os.strerror(error))
-
-    monkeypatch.setattr(fcntl, "flock", refuse)
-    source = tmp_path / "in.npz"
-    dynmesh.write(source, moving(mesh))
-    commands = (
-        ("convert", source, "c.npz"),
-        ("complete", source, "o.npz"),
-        ("synth", "ocean", "s.npz", "--frames", "2"),
-        ("degrade", source, "d.npz", "--known", "0.5"),
-        ("degrade", source, "d", "--scan", "--points", "50"),
-    )
-    monkeypatch.chdir(tmp_path)
-    for command in commands:
-        result = dynmesh_command(*command)
-        assert result.stderr.count(f"{command[2]}: {UNLOCKED}") == 1
-        assert Path(command[2]).exists()
-    assert not list(tmp_path.glob(".*"))
-
-
-def test_locks_that_fail_otherwise_are_errors(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: int) -> None:
-        raise OSError(errno.EIO, os.strerror(errno.EIO))
-
-    monkeypatch.setattr(fcntl, "flock", fail)
-    with pytest.raises(OSError, match="Input/output error") as caught:
-        dynmesh.write(tmp_path / "out.npz", moving(mesh))
-    assert caught.value.filename == str(tmp_path / "out.npz")
-
-
-KILLED = """
-import os, signal, sys
-import dynmesh
-from dynmesh import files
-from dynmesh._errors import InputError
-with files.open(sys.argv[1]) as reader, files.create_like(reader, sys.argv[2]) as writer:
-    for frame in reader:
-        writer.append(frame.points)
-    os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def kill_a_writer(source: Path, output: Path) -> None:
-    """Leaves what a process leaves that is killed when it has written all frames."""
-    command = [sys.executable, "-c", KILLED, str(source), str(output)]
-    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
-
-
-@pytest.mark.parametrize("format", ["npz", "ply"])
-def test_what_a_killed_writer_leaves_goes_with_the_next_run(
-    tmp_path: Path, mesh: Mesh, format: str
-) -> None:
-    source, left = tmp_path / "in.npz", tmp_path / "left"
-    dynmesh.write(source, moving(mesh))
-    left.mkdir()
-    kill_a_writer(source, place(left, format))
-    before = contents(left)
-    assert list(left.rglob(".*"))
-    kill_a_writer(source, place(left, format))
-    assert contents(left).keys() == before.keys()  # it does not grow
-    for command in (("convert",), ("complete",), ("degrade", "--known", "0.5")):
-        folder = tmp_path / command[0]
-        shutil.copytree(left, folder)
-        dynmesh_command(command[0], source, place(folder, format), *command[1:])
-        assert not list(folder.rglob(".*"))
-
-
-@pytest.mark.usefixtures("hearing_interrupts")
-def test_a_conversion_keeps_an_interrupted_completion(tmp_path: Path, mesh: Mesh) -> None:
-    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
-    dynmesh.write(source, moving(mesh))
-
-    def interrupt(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        for number, frame in enumerate(frames):
-            if number == 2:
-                signal.raise_signal(signal.SIGINT)
-            yield frame
-
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(source, output, watch=interrupt)
-    kept = contents(unfinished_folder(output))
-    assert "checkpoint.npz" in kept
-    dynmesh_command("convert", source, output)
-    assert contents(unfinished_folder(output)) == kept
 
 
 def rewrite(folder: Path, path: Path, sequence: dynmesh.Sequence) -> None:

@@ -2,11 +2,8 @@
 
 import csv
 import json
-import shutil
-import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,18 +19,15 @@ from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.draw.page import page
-from dynmesh.files.lock import unfinished_folder
 from dynmesh.files.scans import (
     DepthScan,
     PointScan,
     Rig,
-    Scan,
     ScanReader,
     open_scans,
     read_cameras,
     write_ply,
 )
-from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.tracking import track_file
 
 N_FRAMES = 6
@@ -113,7 +107,7 @@ def test_a_training_and_standard_errors_of_a_file(
         expected = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
         np.testing.assert_array_equal(tracked.vertices[n], expected)
         np.testing.assert_allclose(tracked.standard_error[n], tracker.standard_error, rtol=1e-6)
-    again = run(*words, "--training", training, "--provenance", "--resume", "--overwrite")
+    again = run(*words, "--training", training, "--provenance", "--overwrite")
     assert dynmesh.read(output).standard_error is None, again.stderr
 
 
@@ -198,75 +192,6 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(
     )
     assert "1 doubtful" in run("batch", table, code=3).stderr
     assert len(rows_of(tmp_path / "fit.csv")) == 5 * N_FRAMES
-
-
-@pytest.mark.usefixtures("hearing_interrupts")
-def test_an_early_interrupt_keeps_every_frame(folder: Path, tmp_path: Path) -> None:
-    """Long before the first checkpoint is due; the frame that was being tracked is finished."""
-    template, output = folder / "body.obj", tmp_path / "out.npz"
-    whole, table = tmp_path / "whole.csv", tmp_path / "fit.csv"
-    track_file(folder / "points", tmp_path / "whole.npz", template=template, report=whole)
-
-    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
-        for number, scan in enumerate(scans):
-            if number == 2:
-                signal.raise_signal(signal.SIGINT)
-            yield scan
-
-    with pytest.raises(KeyboardInterrupt):
-        track_file(folder / "points", output, template=template, watch=stopping, report=table)
-    with table.open("a") as file:  # of a frame that the checkpoint does not hold
-        file.write("3,,100,0.5,0,0.1,0.5\n")
-    report = track_file(folder / "points", output, template=template, resume=True, report=table)
-    assert report.resumed_at == 3
-    assert table.read_bytes() == whole.read_bytes()
-    assert output.read_bytes() == (tmp_path / "whole.npz").read_bytes()
-    again = track_file(folder / "points", output, template=template, resume=True)
-    assert again.existed
-    assert [path.name for path in sorted(tmp_path.glob("*.npz"))] == ["out.npz", "whole.npz"]
-
-
-def test_another_template_is_another_job(
-    folder: Path, truth: dynmesh.Sequence, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Checkpoint, "least_seconds_between", 0.0)
-    monkeypatch.setattr(Checkpoint, "most_of_the_time", 1e9)
-    output, other = tmp_path / "out.npz", tmp_path / "other.npz"
-    dynmesh.write(other, truth[1:2])
-
-    def stopping(scans: Iterator[Scan | None], *_: int) -> Iterator[Scan | None]:
-        yield next(scans)
-        yield next(scans)
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        track_file(folder / "points", output, template=folder / "body.obj", watch=stopping)
-    with pytest.raises(
-        ValueError, match=r"of another job: template changed \(it was .*body\.obj, now"
-    ):
-        track_file(folder / "points", output, template=other, resume=True)
-    points, body = folder / "points", folder / "body.obj"
-    words: tuple[str | Path, ...] = ("track", points, output, "--template", body, "--resume")
-    cameras = tmp_path / "rig.json"
-    shutil.copy(points / "cameras.json", cameras)
-    ours = points / "cameras.json"
-    kept = sorted(unfinished_folder(output).rglob("*"))
-    for options, what in (
-        (("--cameras", cameras), f"cameras changed (it was {ours}, now it is {cameras})"),
-        (("--uncertainty",), "uncertainty changed (it was false, now it is true)"),
-        (("--no-align",), "align changed (it was auto, now it is never)"),
-        (("--gaps", "lost"), "gaps changed (it was refuse, now it is lost)"),
-        (("--fps", "25"), "fps changed (it was not given, now it is 25.0)"),
-        (("--training", other), f"training changed (it was not given, now it is {other}"),
-        (("--scan-unit", "mm", "--template-unit", "m"), "scan_unit changed (it was not given"),
-    ):
-        assert what in run(*words, *options, code=1).stderr
-    shutil.copytree(points, tmp_path / "points")
-    words = ("track", tmp_path / "points", *words[2:])
-    assert f"input changed (it was {points / 'frame_00000.ply'}" in run(*words, code=1).stderr
-    assert sorted(unfinished_folder(output).rglob("*")) == kept
-    report = track_file(points, output, template=body, resume=True)
-    assert report.resumed_at > 0
 
 
 def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """Files, scenes and tables of jobs completed with frames from which method detail learns."""
 
 import json
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +11,10 @@ import pytest
 from commands import dynmesh_command as run
 from meshes import Array, sheet
 from test_training import poses
-from watches import interrupted_after
 
 import dynmesh
 from dynmesh import _core
 from dynmesh.jobs.batch import Job, run_job
-from dynmesh.jobs.checkpoint import Checkpoint
 from dynmesh.jobs.job_table import read_jobs
 
 pytestmark = pytest.mark.usefixtures("partial")  # which stores it
@@ -122,40 +119,6 @@ def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, n
 
 def _faces_for(name: str) -> Any:
     return REST.faces if name.endswith(("pc2", "npy")) else None
-
-
-def interrupted(*arguments: Any, **options: Any) -> None:
-    """Starts to complete a file, and interrupts it in the middle."""
-    with pytest.raises(KeyboardInterrupt):
-        dynmesh.complete_file(*arguments, **options, watch=interrupted_after(6))
-
-
-@pytest.mark.parametrize("start", [0, WHOLE])
-def test_an_interrupted_run_continues_with_the_same_training_only(
-    tmp_path: Path, recordings: list[Path], monkeypatch: pytest.MonkeyPatch, start: int
-) -> None:
-    monkeypatch.setattr(Checkpoint, "is_due", lambda _: True)
-    files = tmp_path / "partial.npz", tmp_path / "out.npz"
-    dynmesh.complete_file(files[0], tmp_path / "whole.npz", start=start, training=recordings)
-    interrupted(*files, start=start, training=recordings)
-    for others, what in (
-        (recordings[:1], f"(it was {recordings[1]}, now it is not given; 2 files, now 1)"),
-        (recordings[::-1], f"(it was {recordings[0]}, now it is {recordings[1]})"),
-        (None, f"(it was {recordings[0]}, now it is not given)"),
-    ):
-        told = re.escape(f"is of another job: training changed {what}; run")
-        with pytest.raises(ValueError, match=told):
-            dynmesh.complete_file(*files, start=start, training=others, resume=True)
-    report = dynmesh.complete_file(*files, start=start, training=recordings, resume=True)
-    assert 0 < report.resumed_at < 9
-    made, whole = (dynmesh.read(tmp_path / name).vertices for name in ("out.npz", "whole.npz"))
-    np.testing.assert_array_equal(made, whole)
-    interrupted(files[0], tmp_path / "late.npz", start=start, training=recordings)
-    dynmesh.write(recordings[0], training_of(8, 99))
-    with pytest.raises(ValueError, match="training changed"):
-        dynmesh.complete_file(
-            files[0], tmp_path / "late.npz", start=start, training=recordings, resume=True
-        )
 
 
 def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) -> None:

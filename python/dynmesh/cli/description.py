@@ -26,7 +26,7 @@ from ..jobs.completion_options import check_training
 from ..jobs.training import Training
 from ..settings import default_settings
 from .options import InputPath, with_source
-from .terminal import PATIENCE, say, say_remarks, show, track, watch_training
+from .terminal import PATIENCE, say, show, track, watch_training
 
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
@@ -112,9 +112,8 @@ def info(
         if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
             say(f"{path}: {words}")
     if picture is not None:
-        with new_output(picture, overwrite, ".png") as (made, remarks):
+        with new_output(picture, overwrite, ".png") as made:
             draw(diagnosis, made, heading=path.name)
-        say_remarks(picture, remarks)
         say(f"{picture}: drawn")
     if strict and diagnosis.severity in ("error", "warning"):
         raise typer.Exit(1)

@@ -1,58 +1,11 @@
 """What a completion did, in lines for the terminal."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
 
 from ..jobs.report import LONG, FileReport
-from ..jobs.track_report import TrackFileReport
-from ..jobs.unfinished import frames_kept
-from .terminal import say, track
-
-T = TypeVar("T")
+from .terminal import say
 
 _MANY = 0.01  # of the vertices
-
-
-def watching(output: Path, what: str) -> Callable[[Iterator[T], int, int], Any]:
-    """Returns what shows the progress of a job, which says if it begins an interrupted one anew."""
-    was_unfinished = frames_kept(output) > 0
-
-    def watch(items: Iterator[T], whole: int, done: int) -> Iterator[T]:
-        if was_unfinished and not done:
-            say(f"{output}: starting again")
-        return track(items, whole, what, done)
-
-    return watch
-
-
-@contextmanager
-def saying_what_is_kept(output: Path, made: str) -> Iterator[None]:
-    """Prints what an interruption or a full disk leaves; frames are `made`, such as "completed"."""
-    try:
-        yield
-    except BlockingIOError:  # another process is writing the output
-        raise
-    except (OSError, KeyboardInterrupt) as error:
-        if frames_kept(output):
-            say(f"{output}: {made} frames are kept; --resume continues from there")
-        elif isinstance(error, KeyboardInterrupt):
-            say(f"{output}: interrupted; nothing was kept")
-        raise
-
-
-def say_how_far(output: Path, made: str, report: FileReport | TrackFileReport) -> bool:
-    """Prints what an earlier run had done; returns whether there was anything left to do."""
-    if report.existed:
-        say(f"{output}: already complete; --overwrite makes it anew")
-        return False
-    if report.resumed_at and report.seconds_per_frame is None:
-        say(f"{output}: the interrupted run had already {made} every frame")
-        return False
-    if report.resumed_at:
-        say(f"{output}: continued after {report.resumed_at} frames")
-    return True
 
 
 def say_what_was_done(output: Path | str, report: FileReport, reject_outliers: bool) -> None:

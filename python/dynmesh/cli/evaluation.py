@@ -15,7 +15,7 @@ from ..files.new_output import check_output, new_output
 from ..frames.times import slice_of
 from ..jobs import evaluation
 from .options import parser, share_out, with_source
-from .terminal import say_remarks, show, track
+from .terminal import show, track
 
 _ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
 
@@ -95,9 +95,8 @@ def evaluate(
             watch=lambda given, n: track(given, n, "measuring"),
         )
     if table is not None:
-        with new_output(table, overwrite, ".csv") as (made, remarks):
+        with new_output(table, overwrite, ".csv") as made:
             result.write_csv(made)
-        say_remarks(table, remarks)
     if as_json:
         print(json.dumps(_as_json(result), indent=2))
         return

@@ -78,17 +78,6 @@ Seed = Annotated[int, typer.Option(metavar="N", help="Equal seeds give equal res
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace OUT if it exists.", rich_help_panel=OUTPUT)
 ]
-Resume = Annotated[
-    bool,
-    typer.Option(
-        "--resume",
-        help="Continue an interrupted run with the same input and options. If OUT is already "
-        "complete, do nothing. It is then checked only for the numbers of frames and vertices, the "
-        "faces, fps if both state it, and the presence of provenance, standard errors and dropped "
-        "vertices.",
-        rich_help_panel=OUTPUT,
-    ),
-]
 
 
 class Axis(StrEnum):

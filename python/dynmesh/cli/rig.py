@@ -10,7 +10,7 @@ from ..jobs.option import FILES, OUTPUT
 from ..jobs.rig_options import RigOptions
 from ..jobs.rig_report import report_rig
 from .options import Axis, Overwrite, with_options
-from .terminal import DOUBTFUL, say, say_remarks
+from .terminal import DOUBTFUL, say
 
 
 @with_options(RigOptions, RigOptions)
@@ -55,7 +55,7 @@ def rig(
     dynmesh rig depth --template body.obj --poses world-to-camera -o rig.html
     ```
     """
-    with new_output(output, overwrite, ".html") as (made, remarks):
+    with new_output(output, overwrite, ".html") as made:
         report = report_rig(scans, template, options, None if up is None else up.value)
         made.write_text(report.page, encoding="utf-8")
     widths = [max(map(len, column)) for column in zip(*report.table, strict=True)]
@@ -64,7 +64,6 @@ def rig(
         say("  ".join([name.ljust(widths[0]), *cells]))
     for sentence in (*report.wrong, *report.right):
         say(f"{scans}: {sentence}")
-    say_remarks(output, remarks)
     say(f"{output}: open it in a browser")
     if report.wrong:
         raise typer.Exit(DOUBTFUL)

@@ -21,7 +21,7 @@ from ..frames.times import numbers_of_files
 from ..jobs.option import given
 from ..sequence import Positions
 from .options import Axis, as_usage, share
-from .terminal import say, say_remarks, track
+from .terminal import say, track
 
 _LOSS, _SCANS = "Loss and noise", "Scans without correspondences"
 
@@ -154,7 +154,6 @@ def simulate(
                     measured += len(found.points)
                 else:
                     measured += sum(int(np.count_nonzero(one)) for one in found.depth)
-    say_remarks(output, folder.remarks)
     what = "points" if depth is None else "measured pixels"
     many = "1 camera" if cameras == 1 else f"{cameras} cameras"
     say(f"{output}: {n} frames of {measured / n:.0f} {what} from {many}, on average")

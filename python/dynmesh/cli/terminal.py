@@ -65,16 +65,13 @@ def fail(why: str) -> NoReturn:
     sys.exit(1)
 
 
-def track(
-    items: Iterable[T], total: int, what: str, done: int = 0, patience: float = 0
-) -> Iterator[T]:
+def track(items: Iterable[T], total: int, what: str, patience: float = 0) -> Iterator[T]:
     """Passes items on and shows a progress bar with the number of items and the rate.
 
     Args:
-        items: the last `total - done` of `total` items.
-        total: number of items in all.
+        items: the items.
+        total: their number.
         what: what is being done, as the label of the bar.
-        done: number of items that were done before.
         patience: seconds before the bar appears.
     """
     columns = (
@@ -85,7 +82,7 @@ def track(
         TimeRemainingColumn(),
     )
     progress = _bar(*columns)
-    task = progress.add_task(what, total=total, completed=done)
+    task = progress.add_task(what, total=total)
     show_at = time.monotonic() + patience
     try:
         if patience == 0:

@@ -12,9 +12,9 @@ from ..jobs.option import HOW
 from ..jobs.track_report import TrackFileReport
 from ..jobs.tracking import track_into
 from ..jobs.tracking_options import TrackingOptions
-from .done import say_how_far, saying_what_is_kept, watching
-from .options import OutputPath, Overwrite, Resume, with_options
+from .options import OutputPath, Overwrite, with_options
 from .terminal import DOUBTFUL, say, say_remarks
+from .terminal import track as show_progress
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
@@ -57,7 +57,6 @@ def track(
             rich_help_panel=HOW,
         ),
     ] = True,
-    resume: Resume = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
@@ -71,10 +70,10 @@ def track(
     dynmesh track scans tracked.npz --template body.obj --training range_of_motion.npz
     ```
     """
-    watch = watching(output, "tracking")
-    with saying_what_is_kept(output, "tracked"):
-        asked = replace(options, align="auto" if align else "never", check=check)
-        report = track_into(scans, output, asked, overwrite, resume, watch=watch)
+    asked = replace(options, align="auto" if align else "never", check=check)
+    report = track_into(
+        scans, output, asked, overwrite, watch=lambda one, n: show_progress(one, n, "tracking")
+    )
     _say_what_was_done(output, report)
     if options.uncertainty and not options.provenance:
         say(f"{output}: standard errors are not in the file; --provenance writes them")
@@ -85,9 +84,6 @@ def track(
 
 
 def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
-    if not say_how_far(output, "tracked", report):
-        _say_how_well(output, report)
-        return
     if report.registration is not None:
         say(
             f"{output}: the template was not in the pose of the first scan and was registered "
@@ -111,11 +107,10 @@ def _say_what_was_done(output: Path, report: TrackFileReport) -> None:
                 "is wrong, --scan-unit and --template-unit say the units"
             )
     if report.seconds_per_frame is not None and report.observed is not None:
-        n = report.frames - report.resumed_at
         _say_how_well(output, report)
         say(
-            f"{output}: {n} frames tracked in {1e3 * report.seconds_per_frame:.3g} ms each "
-            f"(median); {100 * report.observed:.3g} % of the vertices were seen"
+            f"{output}: {report.frames} frames tracked in {1e3 * report.seconds_per_frame:.3g} ms "
+            f"each (median); {100 * report.observed:.3g} % of the vertices were seen"
         )
         if report.observed < _FEW:
             say(

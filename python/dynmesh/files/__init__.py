@@ -26,27 +26,23 @@ from ..sequence import Sequence
 from ..settings import Function, with_keywords
 from .choice import PathLike, check_suffix, format_of, formats, listed
 from .format import Gaps, Template, template_of
-from .kept import CannotResumeError, Pieces, check_unchanged
 from .masks import MaskedReader, check_missing
 from .target import Target, target_of
 from .template import NoFacesError
 from .writer import Writer
 
 __all__ = [
-    "CannotResumeError",
     "Frame",
     "Gaps",
     "Header",
     "NoFacesError",
     "OneSequence",
     "PathLike",
-    "Pieces",
     "Reader",
     "Source",
     "Target",
     "Writer",
     "check_suffix",
-    "check_unchanged",
     "create",
     "create_like",
     "format_of",

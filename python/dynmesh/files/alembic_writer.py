@@ -17,14 +17,11 @@ _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
 
 
 class AlembicWriter(Writer):
-    """An archive that is being written; positions are rounded to float32.
-
-    An unfinished archive cannot be continued, since its index is written at its end.
-    """
+    """An archive that is being written; positions are rounded to float32."""
 
     keeps_float64 = False
 
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
+    def _begin(self) -> None:
         self._output: OutputArchive | None = None
         self._schema: Any = None
         self._parameters: dict[str, Any] = {}

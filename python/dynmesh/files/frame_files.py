@@ -1,5 +1,6 @@
 """Code that all formats with one file per frame share."""
 
+import os
 from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,6 +19,7 @@ from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
 from .frame_names import FrameNames
+from .new_output import exchange, unfinished_folder
 from .numbered import find_files, names_to_write
 from .template import find_template
 from .writer import Writer
@@ -136,7 +138,6 @@ class FramesWriter(Writer):
     The files are numbered as :func:`numbers_of_files` says. A subclass writes one file.
     """
 
-    resumable = True
     suffix: ClassVar[str]
 
     def __init__(self, path: Path, header: Header, **options: Any) -> None:
@@ -149,11 +150,6 @@ class FramesWriter(Writer):
     @classmethod
     def _names_of(cls, path: Path) -> FrameNames:
         return names_to_write(path, cls.suffix)
-
-    @classmethod
-    def folders(cls, path: Path) -> list[Path]:
-        """Returns the folders in which writing to `path` puts files."""
-        return [*super().folders(path), cls._names_of(path).folder]
 
     @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
@@ -170,7 +166,7 @@ class FramesWriter(Writer):
     def _save(self, file: Path, frame: Frame) -> None:
         """Writes one file."""
 
-    def _begin(self, kept: int) -> None:
+    def _begin(self) -> None:
         if self.header.n_frames > 1 and not self._names.numbered:
             stem, suffix = self.path.stem, self.path.suffix
             raise ValueError(
@@ -180,21 +176,39 @@ class FramesWriter(Writer):
             raise ValueError(f"{self._names.folder} exists and is not a folder")
         if len(self.header.faces) == 0:
             raise ValueError("the sequence has no faces, which the first file needs")
-        unfinished = FrameNames(self.folder, self._names.pattern).existing()
-        keep = set(self._numbers[:kept])
-        if gone := sorted(keep - unfinished.keys()):
-            raise ValueError(f"the unfinished {self._names.name(gone[0])} is missing")
-        for number, file in unfinished.items():
-            if number not in keep:
-                file.unlink()
 
     def _append(self, frame: Frame) -> None:
-        file = self.folder / self._names.name(self._numbers[self._frame])
-        self._save(file, frame)
-        self._add_written(file)
+        self._save(self.folder / self._names.name(self._numbers[self._frame]), frame)
 
     def _close(self) -> None:
         pass
+
+    def _made(self) -> Path:
+        """The real folder of the frames, if renaming it is possible and moves nobody else's work.
+
+        Nothing that is in the folder matters here, so that all runs look for the same lock.
+        """
+        if not self._names.numbered:
+            return self.path
+        folder = Path(os.path.realpath(self._names.folder))
+        if folder.exists() and (
+            folder.is_mount()
+            or not os.access(folder.parent, os.W_OK)
+            or Path.cwd().is_relative_to(folder)
+        ):
+            return folder / self._names.pattern
+        return folder
+
+    def _place(self) -> None:
+        """Exchanges the folder as a whole, unless it has other files, or else moves the frames."""
+        folder = Path(os.path.realpath(self._names.folder))
+        others = folder.iterdir() if folder.exists() else ()
+        if self.folder.parent == unfinished_folder(folder) and all(
+            self._names.has(file.name) for file in others
+        ):
+            exchange(self.folder, folder)
+        else:
+            super()._place()
 
     def _destinations(self) -> dict[str, Path]:
         names = map(self._names.name, self._numbers)

@@ -89,28 +89,18 @@ class Hdf5Writer(Writer):
     """An HDF5 file that is being written.
 
     h5py allocates every array in the file and closes it. Then the frames are written into the
-    arrays as plain bytes, so the file is valid at any moment, even if the process is killed.
+    arrays as plain bytes.
     """
 
-    resumable = True
-
-    def _begin(self, kept: int) -> None:
+    def _begin(self) -> None:
         h5py = require("h5py", extra="hdf5")
         path = self.folder / self.path.name
-        if kept == 0:
-            self._lay_out(h5py, path)
+        self._lay_out(h5py, path)
         with h5py.File(path) as file:
             datasets = {name: file[name] for name in kinds_per_frame(self.header)}
             # An array without any byte has no offset.
             self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
-            sizes = {name: data.nbytes for name, data in datasets.items()}
         self._file = path.open("r+b")
-        if kept == 0:
-            begin = 0  # of the bytes that are not those of frames
-            for name, place in sorted(self._places.items(), key=lambda item: item[1]):
-                self._add_written(path, begin, max(begin, place))
-                begin = max(begin, place + sizes[name])
-            self._add_written(path, begin, max(begin, path.stat().st_size))
 
     def _lay_out(self, h5py: Any, path: Path) -> None:
         kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
@@ -134,14 +124,9 @@ class Hdf5Writer(Writer):
             raise OSError(_one_line(error)) from error
 
     def _append(self, frame: Frame) -> None:
-        path = self.folder / self.path.name
         for name, row in rows_of(frame).items():
             self._file.seek(self._places[name] + self._frame * row.nbytes)
             self._file.write(np.ascontiguousarray(row).data)
-            self._add_sum(path, np.ascontiguousarray(row).data, self._places[name])
-
-    def _flush(self) -> None:
-        self._file.flush()
 
     def _close(self) -> None:
         self._file.close()

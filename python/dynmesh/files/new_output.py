@@ -1,10 +1,88 @@
-"""A file that is not a sequence, such as a page, and appears under its name when it is complete."""
+"""How an output appears under its name only when it is complete.
 
+It is made in a hidden folder beside it, which one process holds locked. Whatever ends a run, the
+older output is whole until the new one takes its place, and nothing else is left but the hidden
+folder. The next run to the same output removes it.
+"""
+
+import errno
+import os
+import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .lock import check_folder, unfinished_folder, working_folder
+
+def unfinished_folder(output: Path) -> Path:
+    """Returns the folder in which an output is made."""
+    return output.with_name(f".{output.name}.unfinished")
+
+
+@contextmanager
+def making(output: Path) -> Iterator[Path]:
+    """Yields an empty hidden folder, in which this process alone makes an output.
+
+    Folders above it are created, too, and removed at the end if they stay empty.
+
+    Raises:
+        BlockingIOError: another process is making the output.
+        OSError: the folder cannot be created or locked.
+    """
+    from filelock import FileLock, Timeout  # takes a while
+
+    hidden = unfinished_folder(output)
+    missing = [above for above in hidden.parents if not above.exists()]
+    lock = FileLock(hidden / "lock", blocking=False, thread_local=False)
+    while not lock.is_locked:
+        hidden.parent.mkdir(parents=True, exist_ok=True)
+        if os.path.lexists(hidden) and (hidden.is_symlink() or not hidden.is_dir()):
+            raise NotADirectoryError(f"{hidden}: is not a folder; remove it")
+        hidden.mkdir(exist_ok=True)
+        with suppress(FileNotFoundError):  # the process that had it has just removed it
+            try:
+                lock.acquire()
+            except Timeout:
+                raise BlockingIOError(f"{output}: is being written by another process") from None
+    try:
+        _clear(hidden, output)
+        (hidden / "new").mkdir()
+        yield hidden / "new"
+    finally:
+        with suppress(OSError):
+            _clear(hidden, output)
+        with suppress(OSError):  # Windows keeps a file that is open
+            (hidden / "lock").unlink()
+        lock.release()
+        for folder in (hidden, *missing):
+            with suppress(OSError):  # it is not empty
+                folder.rmdir()
+
+
+def _clear(hidden: Path, output: Path) -> None:
+    """Removes what is unfinished, and puts an older output back that nothing has replaced yet."""
+    if (hidden / "old").exists() and not output.exists():
+        (hidden / "old").rename(output)
+    for name in ("new", "old"):
+        shutil.rmtree(hidden / name, ignore_errors=True)
+
+
+def exchange(made: Path, output: Path) -> None:
+    """Puts the folder that :func:`making` has yielded in the place of an output that is a folder.
+
+    A process that is killed in between leaves the older one in the hidden folder, from where the
+    next run puts it back.
+    """
+    if output.exists():
+        shutil.copymode(output, made)
+        output.rename(made.with_name("old"))
+    made.rename(output)
+
+
+def check_folder(path: Path) -> None:
+    """Refuses a path that is to be written below something that is not a folder."""
+    above = next((folder for folder in path.parents if os.path.lexists(folder)), None)
+    if above is not None and not above.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"{above} is not a folder", str(path))
 
 
 def exists_already(path: Path, replaced: str = "it") -> FileExistsError:
@@ -15,13 +93,13 @@ def exists_already(path: Path, replaced: str = "it") -> FileExistsError:
 
 
 def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
-    """Refuses a path that such a file cannot be written to.
+    """Refuses a path that a file that is not a sequence, such as a page, cannot be written to.
 
     Raises:
         OSError: it would be in a file, or the file exists and `overwrite` is not set.
         ValueError: the path has none of these suffixes.
     """
-    if path.suffix.lower() not in suffixes:
+    if suffixes and path.suffix.lower() not in suffixes:
         *others, last = suffixes
         expected = f"{', '.join(others)} or {last}" if others else last
         raise ValueError(f"{path}: must end in {expected}")
@@ -31,20 +109,22 @@ def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
 
 
 @contextmanager
-def new_output(path: Path, overwrite: bool, *suffixes: str) -> Iterator[tuple[Path, list[str]]]:
-    """Checks a path, and yields a hidden one to write to, which becomes it at the end.
+def new_output(path: Path, overwrite: bool, *suffixes: str) -> Iterator[Path]:
+    """Checks the path of such a file, and yields a hidden one, which becomes it at the end.
 
-    Yields:
-        The hidden path, and remarks for the user.
+    Raises:
+        OSError, ValueError: the errors of :func:`check_output` and :func:`making`.
     """
     check_output(path, overwrite, *suffixes)
     try:
-        with working_folder(path) as (folder, remarks):
-            yield folder / path.name, remarks
+        with making(path) as folder:
+            yield folder / path.name
             check_output(path, overwrite, *suffixes)  # another process may have written it
             (folder / path.name).replace(path)
     except OSError as error:
-        file = "" if error.filename is None else str(error.filename)
-        if error.errno is None or not Path(file).is_relative_to(unfinished_folder(path)):
+        of_other = error.filename is not None and not Path(str(error.filename)).is_relative_to(
+            unfinished_folder(path)
+        )
+        if error.errno is None or of_other:
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error

@@ -82,8 +82,8 @@ class NpyWriter(RowFilesWriter):
     def _row_file(self, name: str) -> Path:
         return self.folder / _path_of(name, self.path).name
 
-    def _begin(self, kept: int) -> None:
-        super()._begin(kept)
+    def _begin(self) -> None:
+        super()._begin()
         np.save(self._row_file("faces"), self.header.faces)
         if self.header.has_standard_error:
             np.save(self._row_file("standard_error_of"), self.header.standard_error_of)

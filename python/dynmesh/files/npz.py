@@ -82,8 +82,7 @@ class NpzWriter(RowFilesWriter):
     """An archive of arrays that is being written.
 
     The members of an archive are written one after another. Therefore each array with a row per
-    frame is kept in its own file until the end, which also allows an interrupted writer to be
-    continued.
+    frame is kept in its own file until the end.
     """
 
     def _row_file(self, name: str) -> Path:
@@ -96,10 +95,10 @@ class NpzWriter(RowFilesWriter):
             for name, array in arrays_once(self.header).items():
                 with archive.open(f"{name}.npy", "w") as file:
                     npy.write_array(file, np.asanyarray(array), allow_pickle=False)
-            for name, path in self._paths.items():
+            for name in self._rows:
                 # Unlike archive.write, this stores no time, so equal sequences give equal bytes.
                 member = archive.open(f"{name}.npy", "w", force_zip64=True)
-                with path.open("rb") as source, member:
+                with self._row_file(name).open("rb") as source, member:
                     shutil.copyfileobj(source, member, 1 << 20)
 
     def _destinations(self) -> dict[str, Path]:

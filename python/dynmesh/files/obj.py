@@ -51,8 +51,8 @@ class ObjWriter(FramesWriter):
     keeps_known = False
     keeps_provenance = False
 
-    def _begin(self, kept: int) -> None:
-        super()._begin(kept)
+    def _begin(self) -> None:
+        super()._begin()
         if self.mesh_file is not None:
             self._before, self._after = _around(self.mesh_file, self._names.folder)
             self._lost &= {"normals"}

@@ -96,23 +96,18 @@ class Pc2Writer(FlatWriter):
     keeps_provenance = False
     keeps_float64 = False
 
-    def _begin(self, kept: int) -> None:
-        super()._begin(kept)
+    def _begin(self) -> None:
+        super()._begin()
         header = self.header
         for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
             if count > largest_count:
                 raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
-        self._mesh_writer: ObjWriter | None = None
         mesh = self.path.with_suffix(".obj")
-        if kept == 0 and not (mesh.exists() and self._fits(mesh)):
-            own = self.folder / mesh.name
-            single = replace(
-                header, n_frames=1, times=None, dtype=np.dtype(np.float32), has_known=False
-            )
-            self._mesh_writer = ObjWriter(own, single, folder=self.folder / "mesh")
+        self._needs_mesh = not (mesh.exists() and self._fits(mesh))
+        if self._needs_mesh and len(header.faces) == 0:
+            raise ValueError("the sequence has no faces, which the mesh beside it needs")
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
-        row_size = header.n_vertices * 3 * _DTYPE.itemsize
-        self._open_rows("vertices", self.folder / self.path.name, counts, row_size, kept)
+        self._open_rows("vertices", self.folder / self.path.name, counts)
 
     @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
@@ -132,10 +127,12 @@ class Pc2Writer(FlatWriter):
         )
 
     def _append(self, frame: Frame) -> None:
-        if self._frame == 0 and self._mesh_writer is not None:
-            with self._mesh_writer:
-                self._mesh_writer.append(frame.points)
-            self._add_written(self._mesh_writer.path)
+        if self._frame == 0 and self._needs_mesh:
+            single = replace(
+                self.header, n_frames=1, times=None, dtype=frame.points.dtype, has_known=False
+            )
+            with ObjWriter(self.folder / f"{self.path.stem}.obj", single) as mesh:
+                mesh.append(frame.points)
         self._add_row("vertices", frame.points.astype(_DTYPE, copy=False))
 
 

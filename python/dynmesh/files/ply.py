@@ -127,8 +127,8 @@ class PlyWriter(FramesWriter):
 
     suffix = ".ply"
 
-    def _begin(self, kept: int) -> None:
-        super()._begin(kept)
+    def _begin(self) -> None:
+        super()._begin()
         header = self.header
         kinds = dict.fromkeys("xyz", header.dtype.str[1:])
         kinds |= {name: _STORED[row.dtype.kind] for name, row in header.attributes.items()}

@@ -142,33 +142,16 @@ def native(row: NDArray[Any]) -> NDArray[Any]:
 class FlatWriter(Writer):
     """A sequence that is being written to files that consist of a header and a row per frame."""
 
-    resumable = True
-
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (subclasses use it)
+    def _begin(self) -> None:
         self._rows: dict[str, IO[bytes]] = {}
-        self._paths: dict[str, Path] = {}
 
-    def _open_rows(self, name: str, path: Path, header: bytes, row_size: int, kept: int) -> None:
-        """Creates a file with its header, or opens it and removes all but its first rows."""
-        self._rows[name] = file = path.open("r+b" if kept else "wb")
-        self._paths[name] = path
-        file.write(header)
-        end = len(header) + kept * row_size
-        if kept and os.fstat(file.fileno()).st_size < end:
-            raise ValueError(f"the unfinished {path.name} ends before frame {kept}")
-        file.truncate(end)
-        file.seek(end)
-        if kept == 0:
-            self._add_sum(path, header)
+    def _open_rows(self, name: str, path: Path, header: bytes) -> None:
+        """Creates a file with its header."""
+        self._rows[name] = path.open("wb")
+        self._rows[name].write(header)
 
     def _add_row(self, name: str, row: NDArray[Any]) -> None:
-        data = np.ascontiguousarray(row).data
-        self._rows[name].write(data)
-        self._add_sum(self._paths[name], data)
-
-    def _flush(self) -> None:
-        for rows in self._rows.values():
-            rows.flush()
+        self._rows[name].write(np.ascontiguousarray(row).data)
 
     def _close(self) -> None:
         for rows in self._rows.values():
@@ -182,12 +165,10 @@ class RowFilesWriter(FlatWriter):
     def _row_file(self, name: str) -> Path:
         """Returns the file of the array with that name."""
 
-    def _begin(self, kept: int) -> None:
-        super()._begin(kept)
+    def _begin(self) -> None:
+        super()._begin()
         for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            row_size = dtype.itemsize * math.prod(shape[1:])
-            header = array_header(dtype, shape)
-            self._open_rows(name, self._row_file(name), header, row_size, kept)
+            self._open_rows(name, self._row_file(name), array_header(dtype, shape))
 
     def _append(self, frame: Frame) -> None:
         for name, row in rows_of(frame).items():

@@ -11,10 +11,7 @@ from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..sequence import Sequence
 from .choice import PathLike, choose
-from .kept import Pieces
-from .lock import check_folder
-from .replacement import finish_placing
-from .space import bytes_of, check_space
+from .new_output import check_folder
 from .writer import Writer
 
 
@@ -36,25 +33,19 @@ class Target:
         self,
         header: Header,
         *,
-        folder: Path | None = None,
-        resume_at: int = 0,
-        kept: Pieces | None = None,
         overwrite: bool = True,
     ) -> Writer:
-        """Begins the file, or continues an unfinished one.
+        """Begins the file.
 
-        The arguments are those of :class:`Writer`, and `overwrite` is its attribute.
+        The arguments are those of :class:`Writer`.
 
         Raises:
             BlockingIOError: another process is writing the file.
             OSError, TypeError, ValueError: the file cannot be written.
         """
         check_folder(self.path)
-        check_space(self.path, bytes_of(header))
         with naming(self.path):
-            writer = self.writer(self.path, header, folder=folder, resume_at=resume_at, kept=kept)
-            writer.overwrite = overwrite
-            return writer
+            return self.writer(self.path, header, overwrite=overwrite)
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""
@@ -69,32 +60,20 @@ class Target:
         with naming(self.path):
             return self.writer.existing(self.path)
 
-    def finish_placing(self, folder: Path) -> bool:
-        """Finishes what a writer in this folder was killed at; see :func:`finish_placing`."""
-        with naming(self.path):
-            return finish_placing(folder, self.existing(), self.writer.folders(self.path))
-
     def check(
         self,
         *,
         overwrite: bool,
         reader: Reader | None = None,
         others: Iterable[Path] = (),
-        header: Header | None = None,
-        copies: int = 1,
     ) -> None:
         """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
 
-        With the header of what is to be written, it also looks at the space on its disk, which so
-        many copies of it need at a time.
-
         Raises:
             FileExistsError, ValueError: writing would replace them.
-            OSError: it would be in a file, or its disk has too little space left.
+            OSError: it would be in a file.
         """
         check_folder(self.path)
-        if header is not None:
-            check_space(self.path, copies * bytes_of(header))
         if reader is not None:
             self._check_not_among(reader)
         if existing := self.existing():

@@ -28,7 +28,7 @@ class UsdWriter(Writer):
     unsaved_bytes = 1 << 24
     """Bytes of positions that are held in memory until the next save, plus at most one frame."""
 
-    def _begin(self, kept: int) -> None:  # noqa: ARG002 (always 0, as it is not resumable)
+    def _begin(self) -> None:
         sdf, usd = pxr("Sdf"), pxr("Usd")
         self._path = self.folder / "frames.usdc"
         self._unsaved = 0

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,10 +20,8 @@ from ..frames.header import Header
 from ..frames.naming import naming
 from ..sequence import Mask, Positions
 from .frame_names import FrameNames, single
-from .kept import Pieces, Sums
-from .lock import working_folder
-from .new_output import exists_already
-from .replacement import put_in_place, remove_placed
+from .new_output import exists_already, making
+from .space import bytes_of, check_space
 
 
 class Writer(ABC):
@@ -39,16 +36,12 @@ class Writer(ABC):
         header: the properties of all frames.
         folder: contains the file until it is complete.
         remarks: remarks about the file for the user, one line each.
-        overwrite: whether to replace files that exist when the file is complete. It may be changed;
-            without it, they are looked for again then, as another process may have made them.
-        resumable: whether an interrupted writer can be continued by another one.
         keeps_known: whether the format stores masks; if not, unknown positions are stored as NaN.
         keeps_provenance: whether the format stores generation and age; if not, they are refused.
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
     """
 
-    resumable: ClassVar[bool] = False
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
     keeps_float64: ClassVar[bool] = True
@@ -58,56 +51,53 @@ class Writer(ABC):
         path: Path,
         header: Header,
         *,
-        folder: Path | None = None,
-        resume_at: int = 0,
-        kept: Pieces | None = None,
+        overwrite: bool = True,
     ) -> None:
-        """Creates the file, or continues an unfinished one.
+        """Begins the file.
 
         Args:
             path: path of the file.
             header: the properties of all frames.
-            folder: where to work, instead of a new hidden folder; the caller sees that no other
-                process does. After an exception it is kept, so that the file can be continued, and
-                after the death of the process for :meth:`Target.finish_placing`.
-            resume_at: number of frames of the unfinished file in `folder` to keep; it must have at
-                least as many, and further ones are removed. 0 creates the file.
-            kept: what :meth:`pieces` of the writer of these frames returned.
+            overwrite: whether to replace files that exist. Without it, they are looked for again
+                when the file is complete, as another process may have made them.
 
         Raises:
             BlockingIOError: another process is writing the file.
+            OSError: its disk has too little space left.
         """
         self.path = path
         self.header = header
-        self.overwrite = True
-        self._keep = folder is not None
-        self._frame = resume_at
-        self._sums = Sums(kept if resume_at else None)
+        self._overwrite = overwrite
+        self._frame = 0
         self.remarks: list[str] = []
         self._working = contextlib.ExitStack()
         with self._undoing(), self._blaming():
-            if folder is None:
-                folder, self.remarks = self._working.enter_context(working_folder(path))
-            self.folder = folder
+            self.folder = self._working.enter_context(making(self._made()))
+            check_space(self.folder, bytes_of(header))
+            self._refuse_existing()  # those that a killed process had put aside are back
             others = [row.what for name, row in header.attributes.items() if name != "known"]
             if others and not self.keeps_provenance:
                 raise ValueError(
                     f"this format cannot hold {others[0]}; .npz, .npy, .h5, .ply, .usd and .abc can"
                 )
-            if self._keep and resume_at == 0:
-                if self.folder.exists():
-                    shutil.rmtree(self.folder)
-                self.folder.mkdir()
             self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
-            self._begin(resume_at)
+            self._begin()
             if header.mesh_file is not None and self._lost:
                 *most, last = sorted(self._lost)
                 lost = f"{', '.join(most)} and {last}" if most else last
                 self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
 
+    def _refuse_existing(self) -> None:
+        if not self._overwrite:
+            self.refuse_existing(self.path)
+
+    def _made(self) -> Path:
+        """What is made: the path, or the folder of frames that is exchanged as a whole."""
+        return self.path
+
     @abstractmethod
-    def _begin(self, kept: int) -> None:
-        """Creates the files in `folder`, or opens them and removes all but the first frames.
+    def _begin(self) -> None:
+        """Creates the files in `folder`.
 
         What is kept of the mesh file of the header is removed from `_lost`, of which a remark says
         that it is not written.
@@ -117,33 +107,8 @@ class Writer(ABC):
     def _append(self, frame: Frame) -> None:
         """Adds the next frame, already checked against the header and the format."""
 
-    def flush(self) -> None:
-        """Ensures that the frames so far survive this process."""
-        with self._blaming():
-            self._flush()
-
-    def _flush(self) -> None:  # noqa: B027 (only needed if resumable)
-        pass
-
-    def pieces(self) -> dict[str, list[tuple[int, int, int]]]:
-        """Returns checksums of the frames so far, for :func:`dynmesh.files.check_unchanged`."""
-        return self._sums.pieces()
-
-    def _add_sum(self, file: Path, data: Any, begin: int = 0) -> None:
-        """Notes bytes that were appended to the piece of a file that begins there."""
-        if self._keep:  # nobody else continues it
-            self._sums.add(file.name, data, begin)
-
-    def _add_written(self, file: Path, begin: int = 0, end: int | None = None) -> None:
-        """Notes bytes of a file that another library has written."""
-        if self._keep:
-            self._sums.add_written(file, begin, end)
-
     def _finish(self) -> None:
-        """Completes and closes the files in `folder` after all frames were appended.
-
-        The kept frames stay as they are, since the process may be killed meanwhile.
-        """
+        """Completes and closes the files in `folder` after all frames were appended."""
         self._close()
 
     @abstractmethod
@@ -159,10 +124,21 @@ class Writer(ABC):
         """Returns other files of an older sequence of that name, which are to be removed."""
         return []
 
-    @classmethod
-    def folders(cls, path: Path) -> list[Path]:
-        """Returns the folders in which writing to `path` puts files."""
-        return [path.parent]
+    def _place(self) -> None:
+        """Moves the files to their destinations, and removes outdated ones.
+
+        Of a single file, this is atomic. If there are several, the files that they replace are
+        removed first, starting with the last. So the files that exist before the last one is moved
+        are a beginning of the new or of the older sequence, and never a mixture.
+        """
+        places, remove = self._destinations(), self._outdated()
+        if remove or len(places) > 1:
+            remove = [*reversed(places.values()), *remove]
+        for file in remove:
+            file.unlink(missing_ok=True)
+        for name, place in places.items():
+            place.parent.mkdir(exist_ok=True)
+            (self.folder / name).replace(place)
 
     @classmethod
     def names(cls, path: Path) -> list[FrameNames]:
@@ -273,10 +249,8 @@ class Writer(ABC):
         with self._undoing(), self._blaming():
             self._check_whole()
             self._finish()
-            if not self.overwrite:
-                self.refuse_existing(self.path)
-            put_in_place(self.folder, self._destinations(), self._outdated(), plan=self._keep)
-            remove_placed(self.folder)
+            self._refuse_existing()
+            self._place()
             self._working.close()
 
     @contextlib.contextmanager
@@ -288,7 +262,7 @@ class Writer(ABC):
             raise
 
     def _undo(self) -> None:
-        """Removes everything, unless it is to be kept."""
+        """Removes everything."""
         with contextlib.suppress(Exception):
             self._close()
         self._working.close()

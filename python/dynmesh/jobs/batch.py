@@ -110,9 +110,9 @@ def run_job(job: AnyJob, *, overwrite: bool = False) -> Result:
         if isinstance(job, RegisterJob):
             report = job.register(overwrite=overwrite)
         elif isinstance(job, TrackingJob):
-            report = job.track(overwrite=overwrite, resume=False)
+            report = job.track(overwrite=overwrite)
         else:
-            report = complete_into(job.input, job.output, job, overwrite, resume=False)
+            report = complete_into(job.input, job.output, job, overwrite)
     except FileExistsError:
         return Result(job, "exists")
     except SettingError as error:  # its message does not name the file

@@ -1,10 +1,8 @@
 """Completion of frames in memory: of a stream, one after another, or of a whole sequence."""
 
-import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import repeat, zip_longest
-from pathlib import Path
 from typing import Any, Unpack, overload
 
 import numpy as np
@@ -17,7 +15,7 @@ from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings, all_settings, takes_settings
 from .completion_options import CompletionOptions
-from .directions import Directions
+from .directions import complete_frames
 from .option import Start
 from .start import start_in
 
@@ -127,20 +125,6 @@ def _complete_frames(
         yield completed
 
 
-@dataclass(frozen=True)
-class _InMemory:
-    """Training frames in memory, as those of files."""
-
-    faces: Faces
-    frames: Iterable[Positions] | None
-
-    def __bool__(self) -> bool:
-        return self.frames is not None
-
-    def completer(self, first_frame: Positions, settings: Settings) -> Completer:
-        return Completer(self.faces, first_frame, training=self.frames, **settings)
-
-
 def _complete_sequence(
     sequence: Sequence, options: CompletionOptions, training: Iterable[Positions] | None
 ) -> Sequence:
@@ -149,12 +133,9 @@ def _complete_sequence(
         options = replace(options, settings={**options.settings, "learn": False})
     reader = SequenceReader(sequence)
     made = Collected(options.header(reader.header))
-    ways = Directions(
-        reader, start_in(reader, options), options, _InMemory(sequence.faces, training)
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        for _ in ways.steps(made, Path(folder)):
-            pass
+    start = start_in(reader, options)
+    completer = Completer(sequence.faces, start.points, training=training, **options.settings)
+    complete_frames(reader, start, options, completer, made)
     return made.sequence()
 
 

@@ -1,9 +1,8 @@
 """What can be asked of a completion, said once.
 
-The Python functions, the command, tables of jobs and checkpoints take it from here.
+The Python functions, the command and tables of jobs take it from here.
 """
 
-import zlib
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self, cast
@@ -15,7 +14,7 @@ from .._errors import InputError, KindError, SettingError
 from ..files import PathLike, Source, format_of
 from ..files.choice import choose
 from ..frames.header import Header
-from ..settings import SETTINGS, Settings, all_settings
+from ..settings import Settings, all_settings
 from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import (
     HOW,
@@ -152,23 +151,6 @@ class CompletionOptions(ConversionOptions):
             has_standard_error=self.provenance and self.settings["uncertainty"],
             standard_error_of="position",
         )
-
-    def described(self) -> dict[str, Any]:
-        """What a checkpoint remembers of them, besides files; all settings must be given."""
-        masks = self.source.get("known")
-        return {
-            "known": zlib.crc32(masks.tobytes()) if isinstance(masks, np.ndarray) else None,
-            "missing": self.source.get("missing"),
-            "gaps": self.source.get("gaps", "refuse"),
-            **self.described_conversion(),
-            "drop_above": self.drop_above,
-            "bidirectional": self.bidirectional,
-            **{
-                name: value
-                for name, value in self.settings.items()
-                if SETTINGS[name].changes_results
-            },
-        }
 
 
 class CompletionKeywords(Settings, ConversionKeywords, total=False):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypedDict, get_args
+from typing import TypedDict, get_args
 
 from .._checks import check_positive
 from .._errors import InputError
@@ -10,7 +10,7 @@ from ..files import Reader, naming
 from ..files.conversion import Conversion
 from ..files.stated import Axis, StatedReader, Unit
 from ..frames.header import Header
-from ..frames.times import check_slice, slice_of, slice_text
+from ..frames.times import check_slice, slice_of
 from .option import UNIT_NAMES, given, unit_of
 
 CONVERSION = "Frames, axes, units and rates"
@@ -112,11 +112,6 @@ class ConversionOptions:
                 scale=self.scale,
                 retime=self.retime,
             )
-
-    def described_conversion(self) -> dict[str, Any]:
-        """What a checkpoint remembers of them."""
-        told = {name: getattr(self, name) for name in self.changed}
-        return told if self.frames is None else {**told, "frames": slice_text(self.frames)}
 
 
 class ConversionKeywords(TypedDict, total=False):

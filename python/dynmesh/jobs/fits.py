@@ -1,8 +1,8 @@
-"""How well scans were tracked, of all runs of a job, and whether that makes the result doubtful."""
+"""How well scans were tracked, and whether that makes the result doubtful."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class Counts:
 
 @dataclass
 class Fits:
-    """What is known of the frames that were tracked, by this run and those that it continues.
+    """What is known of the frames that were tracked.
 
     Attributes:
         total: of all cameras.
@@ -87,25 +87,6 @@ class Fits:
     lost: tuple[str, ...] = ()
     rig: tuple[str, ...] = ()
     registered: str = ""
-
-    @classmethod
-    def of(cls, state: Mapping[str, Any]) -> "Fits":
-        """Continues from what :meth:`state` has returned.
-
-        Raises:
-            TypeError, ValueError, LookupError: it has returned something else.
-        """
-        if not state:
-            return cls()
-        kept = {name: value for name, value in state.items() if name != "doubtful"}
-        kept["total"] = Counts(**kept["total"])
-        kept["cameras"] = {name: Counts(**one) for name, one in kept["cameras"].items()}
-        kept["worst"] = [(int(frame), float(far)) for frame, far in kept["worst"]]
-        return cls(**kept | {name: tuple(kept[name]) for name in ("lost", "rig")})
-
-    def state(self) -> dict[str, Any]:
-        """What a later run needs, and :class:`Progress` remembers, for JSON."""
-        return {**asdict(self), "doubtful": self.reason if self.quality != "good" else ""}
 
     def add(
         self, frame: int, tracker: Tracker, cameras: Sequence[str], in_planes: Sequence[float]

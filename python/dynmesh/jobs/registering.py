@@ -162,14 +162,15 @@ def register_each(
                 reason = advised(found, first, measured, marks, options)
                 if options.page is not None:
                     results[frame] = found
-            if options.report is not None:
-                Path(options.report).write_text(json.dumps(told, indent=2) + "\n")
             yield RegisteredFile(scanned, written, found, reason, marks is not None, lost)
+        if options.report is not None:
+            with new_output(Path(options.report), overwrite, ".json") as hidden:
+                hidden.write_text(json.dumps(told, indent=2) + "\n")
         if options.page is not None and results:
             shown = [pairs[frame][0].name for frame in results]
             some = SomeScans(scans, [*results])
             made = page_of(mesh, first, some, [*results.values()], shown, Path(output))
-            with new_output(Path(options.page), overwrite, ".html") as (hidden, _):
+            with new_output(Path(options.page), overwrite, ".html") as hidden:
                 hidden.write_text(made.html, encoding="utf-8")
 
 

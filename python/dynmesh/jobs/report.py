@@ -24,8 +24,6 @@ class FileReport:
 
     Attributes:
         frames: number of frames of the sequence, before they are resampled.
-        resumed_at: number of frames that an interrupted run had completed: 0 unless it was
-            continued, and `frames` if no frame was left to complete.
         seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
             writing; None if there was nothing to complete.
         known: number of known vertices, summed over the frames that this call completed. A whole
@@ -35,13 +33,12 @@ class FileReport:
         rejected: number of vertices that were observed but treated as missing: see
             `reject_outliers`.
         remarks: remarks about the output for the user, one line each.
-        existed: whether `resume` found a complete output, so that nothing was done.
         completed: number of frames that this call completed.
         empty: number of them in which nothing was observed.
         hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
             detail, which keeps their shape.
         start: the number, in its file, of the whole frame from which completion started; None for a
-            template, and if `existed`.
+            template.
         doubtful: whether that frame was put together from others and is probably wrong.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
@@ -53,14 +50,12 @@ class FileReport:
     """
 
     frames: int
-    resumed_at: int
     seconds_per_frame: float | None
     known: int
     filled: int
     disconnected: int
     rejected: int
     remarks: tuple[str, ...] = ()
-    existed: bool = False
     completed: int = 0
     empty: int = 0
     hidden_long: int = 0
@@ -129,7 +124,6 @@ class Tally:
     def report(
         self,
         frames: int,
-        resumed_at: int,
         remarks: tuple[str, ...],
         start: float | None,
         doubtful: bool,
@@ -138,7 +132,6 @@ class Tally:
         counts: dict[str, Any] = dict(self.counts)
         return FileReport(
             frames,
-            resumed_at,
             float(np.median(self.seconds)) if self.seconds else None,
             **counts,
             remarks=remarks,

@@ -191,17 +191,6 @@ class RigOptions:
             raise KindError(told, argument="remove_planes")
         return replace(self, **parsed)
 
-    def described(self) -> dict[str, Any]:
-        """What a checkpoint remembers of them, besides files and units."""
-        names = (
-            "gaps",
-            "turn_template",
-            "crop",
-            "remove_planes",
-            *(one.name for one in fields(Corrections)),
-        )
-        return {name: getattr(self, name) for name in names}
-
     @property
     def corrections(self) -> Corrections:
         """What is said about the cameras."""

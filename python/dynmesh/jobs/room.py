@@ -67,17 +67,6 @@ class Room:
         self.planes: list[Plane] = []
         self.box = np.zeros((2, 3))
 
-    def state(self) -> bytes:
-        """Returns what a later run needs to continue: nothing unless a distance crops."""
-        return self.box.tobytes() if isinstance(self._crop, float) else b""
-
-    def restored(self, state: bytes) -> bytes:
-        """Continues from a state, and returns what follows it."""
-        n = len(self.state())
-        if len(state) >= n > 0:
-            self.box = np.frombuffer(state[:n]).reshape(2, 3)
-        return state[n:]
-
     def follow(self, points: Positions) -> None:
         """Notes where the mesh is."""
         self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)

@@ -94,7 +94,7 @@ def view(
             watch=watch,
         )
     if output is not None:
-        with new_output(output, overwrite, ".html") as (hidden, _):
+        with new_output(output, overwrite, ".html") as hidden:
             hidden.write_text(made.html, encoding="utf-8")
     return made
 
@@ -190,7 +190,7 @@ def picture(
             made = next(drawn)
         else:
             rate = fps or mean_rate(own.header) or _USUAL_RATE
-            with new_output(output, overwrite, *picture_file.PICTURES) as (hidden, _):
+            with new_output(output, overwrite, *picture_file.PICTURES) as hidden:
                 images = watch_drawing(drawn, len(indices) if moving else 1)
                 made = picture_file.write(images, hidden, rate)
     return made

@@ -4,7 +4,6 @@ What a frame of the sequence lacks is put together from the others.
 """
 
 import contextlib
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,7 +23,6 @@ from ..frames.times import index_of
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
-from .checkpoint import identity
 from .completion_options import CompletionOptions
 
 WatchStart: TypeAlias = Callable[[str, int, int], object]
@@ -64,11 +62,6 @@ class StartFrame:
     sought: bool = False
     made: WholeFrame | None = None
 
-    @property
-    def n_before(self) -> int:
-        """The number of frames that are completed backwards."""
-        return max(0, self.number)
-
     def number_in(self, header: Header) -> float | None:
         """The number of the frame in its file; None for a template."""
         return None if self.number < 0 else header.number(self.number)
@@ -101,12 +94,6 @@ class StartFrame:
             of_start = np.where(frame.age >= distance, self.made.standard_error, 0)
             errors = np.hypot(errors, of_start).astype(np.float32)
         return replace(frame, age=np.minimum(frame.age, distance), standard_error=errors)
-
-    def described(self) -> dict[str, Any]:
-        """What a checkpoint remembers of it."""
-        fused = None if self.made is None else zlib.crc32(self.points.tobytes())
-        template = list(map(identity, self.files))
-        return {"start": self.number, "template": template, "fused": fused}
 
     def remarks(self, header: Header, noise: float | None) -> Iterator[str]:
         """Yields what is probably wrong with it, or with the noise that is to be smoothed."""

@@ -14,7 +14,6 @@ class TrackFileReport:
 
     Attributes:
         frames: number of frames in the output.
-        resumed_at: number of frames that an interrupted run had tracked.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -42,14 +41,9 @@ class TrackFileReport:
             over the same frames; 0 without them.
         rig: what is wrong with cameras, in sentences; the mesh is probably wrong, too.
         remarks: remarks about the output for the user, one line each.
-        existed: whether `resume` found a complete output, so that nothing was done. Of its frames,
-            the report then tells only why they are doubtful.
-
-    What an interrupted run has found counts, too.
     """
 
     frames: int
-    resumed_at: int
     seconds_per_frame: float | None = None
     observed: float | None = None
     far: float | None = None
@@ -67,4 +61,3 @@ class TrackFileReport:
     prior_weight: float | None = None
     rig: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    existed: bool = False

@@ -1,4 +1,4 @@
-"""Tracking from files of scans to the file of a mesh, with support for interruptions."""
+"""Tracking from files of scans to the file of a mesh."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -13,18 +13,15 @@ from .._core import Alignment, Tracker, find_alignment
 from .._errors import InputError, locating
 from ..diagnosis.rig_reading import turned
 from ..diagnosis.surroundings import shares_in_planes
-from ..files import CannotResumeError, Header, PathLike, Reader
+from ..files import Header, PathLike, Reader
 from ..files.conversion import Output
-from ..files.new_output import exists_already
 from ..files.scans import PointScan, Scan, ScanReader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..sequence import Positions
-from .checkpoint import Progress, describe_job, identity
-from .fit_table import FitTable
+from .fit_table import FitTable, fit_table
 from .fits import Fits
 from .landmarks import read_landmarks
 from .option import paths_of, takes
-from .resumable import ResumableOutput, check_resumable
 from .rig_check import Checked
 from .room import Room
 from .start import template_of
@@ -35,8 +32,8 @@ from .training import Training
 _MANY_FAR = 0.01
 """A frame of which fewer points are far is good, whatever these are."""
 
-WatchScans = Callable[[Iterator[Scan | None], int, int], Iterator[Scan | None]]
-"""Is called with the scans, their number and that of those already tracked; must pass them on."""
+WatchScans = Callable[[Iterator[Scan | None], int], Iterator[Scan | None]]
+"""Is called with the scans and their number; must pass them on."""
 
 
 @takes(TrackingOptions)
@@ -45,7 +42,6 @@ def track_file(
     output: PathLike,
     *,
     overwrite: bool = False,
-    resume: bool = False,
     watch: WatchScans | None = None,
     **options: Unpack[TrackingKeywords],
 ) -> TrackFileReport:
@@ -55,8 +51,7 @@ def track_file(
     is if it lies there, or else is moved rigidly, or else, in another pose, is registered. Each
     frame of the output is the mesh as it lies in the scan with the same number. Where a scan is
     missing or empty, the mesh is carried on; a damaged depth image counts as missing. The output
-    appears under its name when it is complete, and can be continued after an interruption, as that
-    of :func:`complete_file`.
+    appears under its name when it is complete; after an interruption, run it again.
 
     Args:
         scans: a folder, pattern or glob of point clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG
@@ -93,35 +88,30 @@ def track_file(
         frames: the numbers of the scans to use; for this and the next, see
             :func:`dynmesh.convert_file`.
         up, unit: those of template and scans, where neither their files nor other options say it.
-        to_up, to_unit, scale, retime: how tracked frames are turned, scaled and resampled. A run
-            with `retime` cannot be resumed.
-        report: a CSV file to which the agreement of each frame is written as soon as it is tracked,
-            and in further rows that of each camera: frame, camera, the number of points that were
-            compared, the shares that are far from the mesh, that are so in planes of the
-            surroundings, and that disagree with the normals of the mesh, the root mean square
-            distance of the others, and the share of the vertices that were seen.
+        to_up, to_unit, scale, retime: how tracked frames are turned, scaled and resampled.
+        report: a CSV file to which the agreement of each frame is written, and in further rows that
+            of each camera: frame, camera, the number of points that were compared, the shares that
+            are far from the mesh, that are so in planes of the surroundings, and that disagree with
+            the normals of the mesh, the root mean square distance of the others, and the share of
+            the vertices that were seen.
         provenance: whether to write the generation and the age of every vertex; generation 0 means
             that the vertex had a correspondence in the scan; with `uncertainty`, also its standard
             error.
         overwrite: whether to replace an existing output.
-        resume: whether to continue an interrupted run of the same job; see :func:`complete_file`,
-            also for what is compared if the output is complete.
         training: files with complete frames of the template's mesh, from which the tracker learns
             how it varies.
         uncertainty: whether to estimate how far each vertex may be from the true surface.
         threads: of the tracker, at least 1.
-        watch: called with the scans, their number and the number of those already tracked; it must
-            pass the scans on.
+        watch: called with the scans and their number; it must pass the scans on.
         **options: those above.
 
     Raises:
-        FileExistsError, BlockingIOError, OtherJobError, CannotResumeError: as :func:`complete_file`
-            raises them.
+        FileExistsError, BlockingIOError: as :func:`complete_file` raises them.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the template
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
     """
-    return track_into(scans, output, TrackingOptions(**options), overwrite, resume, watch=watch)
+    return track_into(scans, output, TrackingOptions(**options), overwrite, watch=watch)
 
 
 def track_into(
@@ -129,7 +119,6 @@ def track_into(
     output: PathLike,
     options: TrackingOptions,
     overwrite: bool,
-    resume: bool,
     *,
     watch: WatchScans | None = None,
 ) -> TrackFileReport:
@@ -139,9 +128,7 @@ def track_into(
     options = options.checked()
     check_callable("watch", watch)
     target = files.target_of(output, options.output_format)
-    if resume:
-        check_resumable(target, options.retime)
-    table = FitTable(None if options.report is None else Path(options.report))
+    table_path = None if options.report is None else Path(options.report)
     files.check_suffix(options.template)
     with options.stated_template(files.open(options.template)) as mesh:
         reader = options.open(scans)
@@ -164,18 +151,9 @@ def track_into(
         landmark_files = [] if options.landmarks is None else [Path(options.landmarks)]
         landmarks = next((read_landmarks(file) for file in landmark_files), None)
         trained = Training(paths_of(options.training), mesh)
-        start = {
-            "template": list(map(identity, mesh.files)),
-            "landmarks": list(map(identity, landmark_files)),
-            "cameras": list(map(identity, reader.camera_files)),
-            "scan_unit": units.scans,
-            "template_unit": units.template,
-            **options.described(),
-            **trained.described(),
-        }
         others = [*mesh.files, *reader.files, *trained.files, *landmark_files]
-        _check_report(table.path, target, others, replaces=overwrite or resume)
-        inputs = [file for file in reader.files if file not in reader.camera_files]
+        target.check(overwrite=overwrite, others=others)
+        _check_report(table_path, target, others)
 
         def tracker_at(placed: Positions) -> Tracker:
             return trained.tracker(
@@ -186,23 +164,18 @@ def track_into(
             )
 
         checked = Checked(reader, mesh, reading, units, options.check)
-        tracking = _Tracking(
-            reader, mesh, checked, options.room, options.align, landmarks, tracker_at, table, watch
-        )
-        outcome = ResumableOutput(
-            target,
-            conversion,
-            lambda: describe_job(inputs, conversion.header, target.format, start),
-            Path(scans),
-            overwrite=overwrite,
-            resume=resume,
-            others=others,
-        ).write(tracking.begin)
-    if outcome.was_complete:
-        tracking.fits = Fits.of(outcome.judged)
-    report = tracking.report(header, outcome.resumed_at)
-    remarks = (*outcome.remarks, *report.remarks)
-    return replace(report, remarks=remarks, existed=outcome.existed)
+        with (
+            fit_table(table_path, overwrite) as table,
+            target.create(conversion.header, overwrite=overwrite) as writer,
+            files.naming(Path(scans)),
+        ):
+            tracking = _Tracking(
+                reader, mesh, checked, options.room, options.align, landmarks, tracker_at, table
+            )
+            tracking.track(conversion.output(writer), watch)
+    report = tracking.report(header)
+    remarks = (*conversion.remarks(), *writer.remarks, *report.remarks)
+    return replace(report, remarks=remarks)
 
 
 class _Tracking:
@@ -221,9 +194,9 @@ class _Tracking:
         align: Align,
         landmarks: Landmarks | None,
         tracker_at: Callable[[Positions], Tracker],
-        table: FitTable,
-        watch: WatchScans | None,
+        table: FitTable | None,
     ) -> None:
+        """Places the template in the first scan with points."""
         self._scans = scans
         self._mesh = mesh
         self._checked = checked
@@ -231,64 +204,33 @@ class _Tracking:
         self._room = room
         self._align = align
         self._landmarks = landmarks
-        self._tracker_at = tracker_at
         self._table = table
         self.fits = Fits()
-        self._watch = watch
         self._seconds: list[float] = []
         self._alignment: Alignment | None = None
         self._distance: float | None = None
         self._registration: Registration | None = None
-
-    def begin(self, progress: Progress) -> "_Tracking":
-        """Places the template in the first scan with points, and continues an earlier run."""
-        progress.check(self._scans.n_frames, (progress.done,))
-        template = template_of(self._mesh)
-        if not progress.done:
-            self.fits.rig = self._checked.refuse_mistakes(template)
-        turned_as_asked = turned(template, self._checked.reading.turns)
-        self._tracker = self._tracker_at(self._placed(turned_as_asked))
-        self._done = progress.done
-        progress = progress._replace(state=self._room.restored(progress.state))
-        progress.restore(self._tracker, (self._done,))
-        if progress.done:
-            try:
-                self.fits = Fits.of(progress.judged)
-            except (TypeError, ValueError, LookupError) as error:
-                raise CannotResumeError("does not say how well it was tracked") from error
+        template = template_of(mesh)
+        self.fits.rig = checked.refuse_mistakes(template)
+        self._tracker = tracker_at(self._placed(turned(template, checked.reading.turns)))
         if self._registration is not None and self._registration.quality == "doubtful":
             self.fits.registered = self._registration.reason
-        self._table.begin([self._scans.number(frame) for frame in range(self._done)])
-        return self
 
-    def steps(self, writer: Output, folder: Path) -> Iterator[None]:  # noqa: ARG002
-        """Tracks and writes the frames that are left."""
-        scans = self._scans.frames(self._done)
-        if self._watch is not None:
-            scans = self._watch(scans, self._scans.n_frames, self._done)
-        for scan in scans:
-            number = self._scans.number(self._done)
-            with locating(frame=number):
-                points = self._push(scan)
-            tracker = self._tracker
-            names = writer.header.attributes
-            writer.append(points, **{name: getattr(tracker, name) for name in names})
-            self._done += 1
-            yield
+    def track(self, output: Output, watch: WatchScans | None) -> None:
+        """Tracks and writes all frames."""
+        scans = self._scans.frames()
+        for at, scan in enumerate(scans if watch is None else watch(scans, self._scans.n_frames)):
+            with locating(frame=self._scans.number(at)):
+                points = self._push(at, scan)
+            names = output.header.attributes
+            output.append(points, **{name: getattr(self._tracker, name) for name in names})
+        self.fits.lost = tuple(self._scans.lost)
 
-    def progress(self) -> Progress:
-        """Returns what a later run needs to continue."""
-        # Images of frames that an earlier run has read are not read again.
-        self.fits.lost = tuple(sorted({*self.fits.lost, *self._scans.lost}))
-        state = self._room.state() + self._tracker.state()
-        return Progress(self._done, self._done, state, judged=self.fits.state())
-
-    def report(self, header: Header, resumed_at: int) -> TrackFileReport:
+    def report(self, header: Header) -> TrackFileReport:
         """Returns what was done."""
         fits, n = self.fits, self.fits.frames
         return TrackFileReport(
             header.n_frames,
-            resumed_at,
             float(np.median(self._seconds)) if self._seconds else None,
             fits.observed / n if n else None,
             empty=fits.empty,
@@ -308,14 +250,14 @@ class _Tracking:
             remarks=fits.remarks,
         )
 
-    def _push(self, scan: Scan | None) -> Positions:
+    def _push(self, at: int, scan: Scan | None) -> Positions:
         """Returns the mesh as it lies in a scan."""
         tracker = self._tracker
         if scan is not None:
             scan = self._room.without(scan.scaled(self._factor))
         if scan is None or not _has_points(scan):
             points = tracker.skip()
-            self._judge(None, points)
+            self._judge(at, None, points)
             return points
         if isinstance(scan, PointScan):
             points = tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
@@ -323,14 +265,14 @@ class _Tracking:
             points = tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
         self._room.follow(points)
         self._seconds.append(tracker.report.seconds)
-        self._judge(scan, points)
+        self._judge(at, scan, points)
         return points
 
-    def _judge(self, scan: Scan | None, points: Positions) -> None:
+    def _judge(self, at: int, scan: Scan | None, points: Positions) -> None:
         """Notes how well the last frame fits."""
         tracker, sensors = self._tracker, self._tracker.agreement_of_sensors
-        number = self._scans.number(self._done)
-        cameras = self._scans.cameras_of(self._done)
+        number = self._scans.number(at)
+        cameras = self._scans.cameras_of(at)
         if len(cameras) != len(sensors):
             cameras = [str(number) for number in range(len(sensors))]
         in_planes = [0.0] * (1 + len(sensors))
@@ -338,7 +280,8 @@ class _Tracking:
             clouds = [scan.cloud] if isinstance(scan, PointScan) else scan.clouds
             whole, *each = shares_in_planes(self._mesh.faces, points, clouds)
             in_planes = [whole, *(each if len(each) == len(sensors) else len(sensors) * [whole])]
-        self._table.add(number, tracker, cameras, in_planes)
+        if self._table is not None:
+            self._table.add(number, tracker, cameras, in_planes)
         if scan is None:
             self.fits.add_empty(number)
         else:
@@ -419,17 +362,11 @@ class _Tracking:
         return register_depth(self._mesh.faces, points, *scan, landmarks=landmarks)
 
 
-def _check_report(
-    path: Path | None, target: files.Target, others: list[Path], *, replaces: bool
-) -> None:
-    """Refuses a report that would replace an input, the output, or an older file unasked."""
-    if path is None:
-        return
+def _check_report(path: Path | None, target: files.Target, others: list[Path]) -> None:
+    """Refuses a report that would replace an input or the output."""
     taken = {file.resolve() for file in (*others, target.path)}
-    if path.resolve() in taken:
+    if path is not None and path.resolve() in taken:
         raise InputError("is also an input or the output; name another file", file=path)
-    if path.exists() and not replaces:
-        raise exists_already(path)
 
 
 def _has_points(scan: Scan) -> bool:

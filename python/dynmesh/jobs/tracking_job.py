@@ -24,10 +24,10 @@ class TrackingJob(TrackingOptions):
     input: Path
     output: Path
 
-    def track(self, *, overwrite: bool, resume: bool) -> TrackFileReport:
+    def track(self, *, overwrite: bool) -> TrackFileReport:
         """Tracks the mesh; errors name the scans if they name no other file."""
         try:
-            return track_into(self.input, self.output, self, overwrite, resume)
+            return track_into(self.input, self.output, self, overwrite)
         except DynmeshError as error:
             error.file = error.file or Path(self.input)
             raise

@@ -2,7 +2,7 @@
 
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Required, Self
+from typing import Literal, Required, Self
 
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
@@ -120,16 +120,6 @@ class TrackingOptions(RigOptions, ConversionOptions):
         if self.unit is None or self.scan_unit is not None or scans.metres_per_unit is not None:
             return super().units(scans, stated)
         return replace(self, scan_unit=self.unit).units(scans, stated)
-
-    def described(self) -> dict[str, Any]:
-        """What a checkpoint remembers of them, besides files and units."""
-        return {
-            **super().described(),
-            **self.described_conversion(),
-            "align": self.align,
-            "recover": self.recover,
-            "uncertainty": self.uncertainty,
-        }
 
 
 class TrackingKeywords(ConversionKeywords, total=False):

@@ -12,7 +12,6 @@ from ..files import Reader
 from ..frames.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
-from .checkpoint import identity
 from .start import check_same_mesh, check_whole, find_whole_frame, frame_at
 
 WatchTraining: TypeAlias = Callable[[Iterator[Positions], int], Iterator[Positions]]
@@ -53,10 +52,6 @@ class Training:
     def __bool__(self) -> bool:
         """Whether there is a training file."""
         return bool(self._training_files)
-
-    def described(self) -> dict[str, object]:
-        """What a checkpoint remembers of it."""
-        return {"training": list(map(identity, self.files))}
 
     def completer(self, first_frame: Positions, settings: Settings) -> Completer:
         """Creates the completer of the sequence, which reads the training files."""

@@ -294,7 +294,6 @@ cases = [
     _file("the template has a missing vertex", _track("cloud", "template_holed.npz"), ValueError, "template_holed.npz:", "vertex 4"),
     _file("no template", _track("cloud", "none.npz"), FileNotFoundError, "none.npz"),
     _file("the output is the template", _track("cloud", output="template.npz", overwrite=True), ValueError, "template.npz:", "input"),
-    _file("`resume` of a format that cannot", _track("cloud", output="new.usda", resume=True), ValueError, "new.usda:", "resumed"),
     misused("track cloud new.npz", "--template"),
     refused("track cloud new.npz --template template.npz --scan-unit furlong", "scan_unit", "'furlong'"),
     misused("degrade body.npz new --scan --depth 64x48", "--scan", "--depth"),

@@ -1,7 +1,7 @@
 """Writing scans into a folder, which appears when it is complete."""
 
 import contextlib
-import shutil
+import os
 from collections.abc import Iterable
 from itertools import count
 from pathlib import Path
@@ -11,8 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from ...frames.scan import DepthScan, PointScan
-from ..lock import check_folder, working_folder
-from ..new_output import exists_already
+from ..new_output import check_folder, exchange, exists_already, making
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, require_png, write_depth
 from .point_files import write_ply
@@ -26,9 +25,6 @@ class ScanFolder:
 
     Until all frames are written, they are in a hidden folder beside their destination, in which no
     other process writes and which an error removes.
-
-    Attributes:
-        remarks: remarks about the folder for the user, one line each.
     """
 
     def __init__(
@@ -49,7 +45,7 @@ class ScanFolder:
         """
         self.path = path
         self.rig = rig
-        self.remarks: list[str] = []
+        self._real = Path(os.path.realpath(path))
         self._overwrite = overwrite
         self._numbers = count() if numbers is None else iter(numbers)
         self._working = contextlib.ExitStack()
@@ -74,7 +70,8 @@ class ScanFolder:
             OSError: it cannot be written.
         """
         with contextlib.ExitStack() as stack:
-            self._hidden, self.remarks = stack.enter_context(working_folder(self.path))
+            self._hidden = stack.enter_context(making(self._real))
+            self._refuse_existing()  # those that a killed process had put aside are back
             write_cameras(self._hidden / CAMERAS, self.rig)
             self._working = stack.pop_all()
         return self
@@ -86,9 +83,7 @@ class ScanFolder:
         with self._working:
             if kind is None:
                 self._refuse_existing()  # another process may have written it
-                if self.path.exists():
-                    shutil.rmtree(self.path)
-                self._hidden.rename(self.path)
+                exchange(self._hidden, self._real)
 
 
 class PointFolder(ScanFolder):
