@@ -8,7 +8,7 @@ virtual datasets and raw storage, are refused.
 """
 
 import contextlib
-import math
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,7 +30,6 @@ from .writer import Writer
 chunk_cache = {"rdcc_nbytes": 48 << 20, "rdcc_nslots": 10007}
 most_packed = 100_000
 """Largest ratio of data to file size, as compression and unwritten data take little space."""
-room_for_hdf5 = 1 << 20  # the descriptions of the arrays take a few kilobytes
 
 
 class Hdf5Reader(Reader):
@@ -86,50 +85,61 @@ class Hdf5Reader(Reader):
 
 
 class Hdf5Writer(Writer):
-    """An HDF5 file that is being written.
-
-    h5py allocates every array in the file and closes it. Then the frames are written into the
-    arrays as plain bytes.
-    """
+    """An HDF5 file that is being written."""
 
     def _begin(self) -> None:
         h5py = require("h5py", extra="hdf5")
-        path = self.folder / self.path.name
-        self._lay_out(h5py, path)
-        with h5py.File(path) as file:
-            datasets = {name: file[name] for name in kinds_per_frame(self.header)}
-            # An array without any byte has no offset.
-            self._places = {name: data.id.get_offset() or 0 for name, data in datasets.items()}
-        self._file = path.open("r+b")
-
-    def _lay_out(self, h5py: Any, path: Path) -> None:
-        kinds, arrays = kinds_per_frame(self.header), arrays_once(self.header)
-        size = sum(math.prod(shape) * dtype.itemsize for shape, dtype in kinds.values())
-        size += sum(np.asarray(array).nbytes for array in arrays.values()) + room_for_hdf5
-        with path.open("wb") as file:  # HDF5 may crash if the system forbids the size
-            file.truncate(size)
-        placed = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        placed.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-        placed.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-        placed.set_obj_track_times(False)  # the same sequence gives the same bytes
-        try:
-            with h5py.File(path, "w") as file:
-                for name, (shape, dtype) in kinds.items():
-                    kind = h5py.h5t.py_create(dtype, logical=True)
-                    space = h5py.h5s.create_simple(shape)
-                    h5py.h5d.create(file.id, name.encode(), kind, space, placed)
-                for name, array in arrays.items():
-                    file[name] = array
-        except RuntimeError as error:  # raised by h5py for errors while it closes the file
-            raise OSError(_one_line(error)) from error
+        self._disk = _Disk(self.folder / self.path.name, "w+")
+        self._file = h5py.File(self._disk, "w")
+        self._rows = {
+            name: self._file.create_dataset(name, shape, dtype)
+            for name, (shape, dtype) in kinds_per_frame(self.header).items()
+        }
+        for name, array in arrays_once(self.header).items():
+            self._file[name] = array
 
     def _append(self, frame: Frame) -> None:
         for name, row in rows_of(frame).items():
-            self._file.seek(self._places[name] + self._frame * row.nbytes)
-            self._file.write(np.ascontiguousarray(row).data)
+            self._rows[name][self._frame] = row
+        self._disk.check()
+
+    def _finish(self) -> None:
+        self._close()
+        self._disk.check()
 
     def _close(self) -> None:
         self._file.close()
+        self._disk.close()
+
+
+class _Disk(io.FileIO):
+    """A file that HDF5 writes, whose first error is kept for `check`.
+
+    HDF5 may crash on closing a file of which a part could not be written.
+    """
+
+    _error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        rest = memoryview(data).cast("B")
+        while rest and self._error is None:
+            try:
+                rest = rest[super().write(rest) :]
+            except OSError as error:
+                self._error = error
+        return memoryview(data).nbytes
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self._error = error
+            return self.tell()
+
+    def check(self) -> None:
+        """Raises the error that was kept."""
+        if self._error is not None:
+            raise self._error
 
 
 @contextlib.contextmanager
