@@ -10,7 +10,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.files.frame_names import FrameNames
+from dynmesh.files.numbered import FrameNames
 
 N = 6
 

@@ -18,9 +18,8 @@ from ..frames.times import numbers_of_files
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
-from .frame_names import FrameNames
 from .new_output import exchange, unfinished_folder
-from .numbered import find_files, names_to_write
+from .numbered import FrameNames, find_files, names_to_write
 from .template import find_template
 from .writer import Writer
 
@@ -152,9 +151,9 @@ class FramesWriter(Writer):
         return names_to_write(path, cls.suffix)
 
     @classmethod
-    def names(cls, path: Path) -> list[FrameNames]:
-        """Returns the names of the frames."""
-        return [cls._names_of(path)]
+    def existing(cls, path: Path) -> list[Path]:
+        """Returns the frames that exist."""
+        return [*cls._names_of(path).existing().values()]
 
     @property
     def mesh_file(self) -> Path | None:

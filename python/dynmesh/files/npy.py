@@ -16,7 +16,6 @@ from ..frames.header import Header, errors_of
 from ..frames.naming import naming
 from ..sequence import check_faces, check_vertices
 from .format import Format, Template
-from .frame_names import FrameNames, single
 from .named import per_frame
 from .rows import RowFilesWriter, Rows, RowsReader, load_array, open_rows
 from .template import find_template
@@ -94,10 +93,10 @@ class NpyWriter(RowFilesWriter):
         return [file for file in existing if not (self.folder / file.name).exists()]
 
     @classmethod
-    def names(cls, path: Path) -> list[FrameNames]:
-        """Returns the names of all files that writing to `path` may make, replace or remove."""
+    def existing(cls, path: Path) -> list[Path]:
+        """Returns those that exist of the files that writing to `path` may make or remove."""
         arrays = (*per_frame, "faces", "standard_error_of")
-        return [single(_path_of(name, path)) for name in arrays]
+        return [file for name in arrays if (file := _path_of(name, path)).exists()]
 
 
 npy = Format("npy", (".npy",), NpyReader, NpyWriter, frozenset({"faces"}))

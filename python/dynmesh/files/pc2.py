@@ -21,7 +21,6 @@ from ..frames.header import Header
 from ..frames.naming import naming
 from ..polygons import as_polygons
 from .format import Format, Template, template_of
-from .frame_names import FrameNames, single
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
 from .rows import ArrayHeader, FlatWriter, Rows, RowsReader, open_rows
@@ -110,9 +109,9 @@ class Pc2Writer(FlatWriter):
         self._open_rows("vertices", self.folder / self.path.name, counts)
 
     @classmethod
-    def names(cls, path: Path) -> list[FrameNames]:
-        """Returns the names of the cache and of the mesh beside it."""
-        return [single(path), single(path.with_suffix(".obj"))]
+    def existing(cls, path: Path) -> list[Path]:
+        """Returns the cache and the mesh beside it, if they exist."""
+        return [file for file in (path, path.with_suffix(".obj")) if file.exists()]
 
     def _fits(self, path: Path) -> bool:
         header = self.header

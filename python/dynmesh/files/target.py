@@ -10,7 +10,7 @@ from ..frames.header import Header, header_of
 from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..sequence import Sequence
-from .choice import PathLike, choose
+from .choice import PathLike, choose, formats, listed
 from .new_output import check_folder
 from .writer import Writer
 
@@ -45,6 +45,15 @@ class Target:
         """
         check_folder(self.path)
         with naming(self.path):
+            others = [row.what for name, row in header.attributes.items() if name != "known"]
+            if others and not self.writer.keeps_provenance:
+                able = (
+                    one for one in formats.values() if one.writer and one.writer.keeps_provenance
+                )
+                raise ValueError(
+                    f"this format cannot hold {others[0]}; "
+                    f"{listed(one.suffixes[0] for one in able)} can"
+                )
             return self.writer(self.path, header, overwrite=overwrite)
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:

@@ -19,7 +19,6 @@ from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
 from ..sequence import Mask, Positions
-from .frame_names import FrameNames, single
 from .new_output import exists_already, making
 from .space import bytes_of, check_space
 
@@ -75,11 +74,6 @@ class Writer(ABC):
             self.folder = self._working.enter_context(making(self._made()))
             check_space(self.folder, bytes_of(header))
             self._refuse_existing()  # those that a killed process had put aside are back
-            others = [row.what for name, row in header.attributes.items() if name != "known"]
-            if others and not self.keeps_provenance:
-                raise ValueError(
-                    f"this format cannot hold {others[0]}; .npz, .npy, .h5, .ply, .usd and .abc can"
-                )
             self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
             self._begin()
             if header.mesh_file is not None and self._lost:
@@ -141,14 +135,9 @@ class Writer(ABC):
             (self.folder / name).replace(place)
 
     @classmethod
-    def names(cls, path: Path) -> list[FrameNames]:
-        """Returns the names of all files that writing to `path` may make, replace or remove."""
-        return [single(path)]
-
-    @classmethod
     def existing(cls, path: Path) -> list[Path]:
-        """Returns those of these files that exist."""
-        return [file for names in cls.names(path) for file in names.existing().values()]
+        """Returns those that exist of the files that writing to `path` may make or remove."""
+        return [path] if path.exists() else []
 
     @classmethod
     def refuse_existing(cls, path: Path) -> None:

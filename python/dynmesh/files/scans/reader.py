@@ -15,8 +15,7 @@ from ...frames.times import indices_of
 from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
-from ..frame_names import with_conversion
-from ..numbered import Found, files_in, find_files, matching
+from ..numbered import Found, files_in, find_files, matching, with_conversion
 from .cameras import Rig, ScanCamera, given_unit, read_cameras
 from .corrections import AS_STATED, Corrections
 from .depth_files import SUFFIX, read_depth, read_size, require_png, usual_size
