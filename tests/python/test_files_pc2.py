@@ -84,7 +84,7 @@ def test_faces_come_from_a_mesh(tmp_path: Path) -> None:
 def test_more_frames_than_a_point_cache_can_count_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("dynmesh.files.target.check_space", lambda *_: None)
+    monkeypatch.setattr("dynmesh.files.writer.check_space", lambda *_: None)
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
     with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
         files.create(tmp_path / "a.pc2", header)
