@@ -1,7 +1,7 @@
 """Prints how near to the truth a template is after it was registered with one scan.
 
-    python -m benchmarks.registration_table FOLDER [NAME[:FRAMES] ...] [--baselines]
-    python -m benchmarks.registration_table --pairs FOLDER
+    script/reproduce registration FOLDER [NAME[:FRAMES] ...] [--baselines]
+    script/reproduce registration --pairs FOLDER
 
 The template is frame 0, and the scans show another frame whose shape is near that of frame 0, or
 far from it: 20 000 points of the whole surface with noise of 0.05 mean edges, those of four cameras

@@ -1,6 +1,6 @@
 """Prints how well a mesh is tracked in scans of it, as a table.
 
-    python -m benchmarks.tracking_table FOLDER [NAME ...] [--depth] [--turn 90] [--baselines 2]
+    script/reproduce tracking FOLDER [NAME ...] [--depth] [--turn 90] [--baselines 2]
 
 At most 80 frames of each sequence are scanned by simulated cameras around it: 20 000 points a
 frame, or with --depth images of 640 x 480 pixels, with noise of 0.02 mean edges. The template is

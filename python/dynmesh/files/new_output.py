@@ -85,10 +85,10 @@ def check_folder(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, f"{above} is not a folder", str(path))
 
 
-def exists_already(path: Path, replaced: str = "it") -> FileExistsError:
-    """The error for a file that stays unless `overwrite` is set, which replaces what is named."""
+def exists_already(path: Path) -> FileExistsError:
+    """The error for a file that stays unless `overwrite` is set."""
     return FileExistsError(
-        f"{path}: exists already; --overwrite replaces {replaced}, in Python overwrite=True"
+        f"{path}: exists already; --overwrite replaces it, in Python overwrite=True"
     )
 
 
