@@ -33,7 +33,6 @@ from ._core import (
 )
 from ._errors import DynmeshError
 from .diagnosis import Diagnosis, Finding, diagnose
-from .draw import notebook as _notebook
 from .files import Writer, create, create_like, open, read, write
 from .frames.frame import Frame
 from .frames.header import Header
@@ -114,5 +113,3 @@ __all__ = [
 
 info = diagnose
 """The name of the same in the shell."""
-
-_notebook.show_objects()

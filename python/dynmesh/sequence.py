@@ -177,6 +177,12 @@ class Sequence(Description, VertexAttributes):
         counts = summary(n_frames, n_vertices, len(self.faces), self.vertices.dtype)
         return f"Sequence({counts}, {masks}, {rate(self.fps)})"
 
+    def _repr_html_(self) -> str:
+        """A player or a table, as notebooks show it."""
+        from .draw.notebook import shown  # which needs this class
+
+        return shown(self)
+
     def __len__(self) -> int:
         """The number of frames."""
         return len(self.vertices)

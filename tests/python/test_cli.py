@@ -147,35 +147,6 @@ def test_info_describes_a_file(folder: Path, tmp_path: Path) -> None:
     assert re.search(r"^name +/\[b\]/body *$", shown, re.MULTILINE)
 
 
-def test_zeros_that_may_be_missing_are_reported(folder: Path, tmp_path: Path) -> None:
-    partial = dynmesh.read(folder / "partial.npz")
-    assert partial.known is not None
-    zeros, masked = tmp_path / "zeros.npz", tmp_path / "masked.npz"
-    points = np.where(partial.known[..., None], partial.vertices, 0).astype(np.float32)
-    dynmesh.write(zeros, dynmesh.Sequence(points, partial.faces))
-    dynmesh.write(masked, dynmesh.Sequence(points, partial.faces, partial.known))
-    few = points.copy()
-    few[1:] = partial.vertices[0]
-    few[1:, :20] = 0  # 0.8 %
-    dynmesh.write(tmp_path / "few.npz", dynmesh.Sequence(few, partial.faces))
-    hint = (
-        "70 % of the positions after the first frame are exactly (0, 0, 0); "
-        "if nothing was observed there, use --missing zero"
-    )
-    commands: list[tuple[str, list[str | Path]]] = [
-        ("view", ["-o", tmp_path / "a.html", "--overwrite"]),
-        ("picture", ["-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite"]),
-    ]
-    for command, options in commands:
-        shown = run(command, zeros, *options).stderr
-        assert shown.splitlines().count(hint) == 1, shown
-        options.append("--missing=zero")
-        assert "exactly (0, 0, 0)" not in run(command, zeros, *options).stderr
-    one = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite")
-    for path in (masked, tmp_path / "few.npz"):
-        assert "exactly (0, 0, 0)" not in run("picture", path, *one).stderr
-
-
 def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
     said = dynmesh.read(folder / "truth.npz")
     upright = np.roll(said.vertices, 1, axis=2)  # z, the flat axis, becomes x

@@ -1,4 +1,4 @@
-"""Sequences and completers show themselves: in plots, in notebooks, and in a line."""
+"""Sequences show themselves in plots and in notebooks."""
 
 import io
 from dataclasses import replace
@@ -154,17 +154,6 @@ def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence)
     assert '"fps": 5.0' in unescape(html_of(moving[::2]))
 
 
-def test_players_send_no_widgets_to_the_notebook(
-    moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    comm = pytest.importorskip("comm")
-    sent: list[object] = []
-    monkeypatch.setattr(comm, "create_comm", lambda **message: sent.append(message))
-    html_of(moving)
-    monkeypatch.undo()
-    assert sent == []
-
-
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
     mesh = sheet(80)
     noise = rng.normal(0, 0.1, (40, *mesh.vertices.shape))
@@ -209,21 +198,6 @@ def test_without_the_extra_a_sequence_is_a_table(
     assert size_of(html) < 1000
 
 
-def test_a_completer_counts_its_frames(mesh: Mesh) -> None:
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=0.5)
-    completer.push(mesh.vertices, np.arange(49) < 10)
-    assert repr(completer).endswith(", float64, 1 frame, 20.4 % known in the last)")
-    completer.skip()
-    state = completer.state()
-    completer.reset(mesh.vertices)
-    assert repr(completer).endswith(", no frames)")
-    completer.restore(state)
-    assert completer.n_frames == 2
-    html = unescape(html_of(completer))
-    for part in (completer.report, completer.topology, "noise=0.5, reject_outliers=False"):
-        assert str(part) in html
-
-
 @pytest.mark.parametrize(
     "settings", [{}, {"method": "detail", "noise": 0.5}, {"disconnected": "hold"}]
 )
@@ -234,21 +208,3 @@ def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
     assert (
         dynmesh.Completer(mesh.faces, mesh.vertices, **completer.settings).settings["threads"] == 1
     )
-
-
-def test_a_completer_in_use_is_described(mesh: Mesh) -> None:
-    said: list[str] = []
-
-    class Watching:
-        """An array-like that looks at the completer that is reading it."""
-
-        def __array__(self, *_: Any, **__: Any) -> Array:
-            said.extend([repr(completer), html_of(completer)])
-            return mesh.vertices
-
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-    completer.push(Watching())  # type: ignore[arg-type]
-    line, html = said
-    assert line == "Completer(detail, 49 vertices, 120 edges, float64, in use by another thread)"
-    assert "in use by another thread" in html
-    assert "FrameReport" not in html

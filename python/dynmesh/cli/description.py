@@ -14,14 +14,10 @@ from rich.table import Table
 
 from .. import files
 from .._core import TopologyReport, TrainingSummary
-from .._extras import require_all
 from ..calibration import Distances, estimated, in_words
 from ..diagnosis import Diagnosis, diagnose
 from ..diagnosis.finding import MOST_PLACES
-from ..diagnosis.picture import draw
-from ..draw.figures import load_pyvista
 from ..files import Frame, Header, Source
-from ..files.new_output import check_output, new_output
 from ..jobs.completion_options import check_training
 from ..jobs.training import Training
 from ..settings import default_settings
@@ -46,15 +42,8 @@ def info(
             "--brief", help="With --json: at most five vertices, faces and frames per problem."
         ),
     ] = False,
-    picture: Annotated[
-        Path | None,
-        typer.Option(metavar="PNG", help="Also draw the problems in this file."),
-    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with code 1 if there is an error or a warning.")
-    ] = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace PNG if it exists.")
     ] = False,
     training: Annotated[
         list[Path] | None,
@@ -75,14 +64,10 @@ def info(
     """
     if brief and not as_json:
         raise typer.BadParameter("requires --json", param_hint="'--brief'")
-    if picture is not None:
-        check_output(picture, overwrite, ".png")
-        require_all("matplotlib", extra="view")
-        load_pyvista()
     format_name = files.format_of(path, source.get("format")).name
     meshes = dict(files.meshes_of(path, source.get("format")))
     several = len(meshes) > 1 and source.get("prim") is None
-    if several and sum(meshes.values()) != 1 and not (strict or picture or training):
+    if several and sum(meshes.values()) != 1 and not (strict or training):
         if as_json:
             print(json.dumps({"meshes": meshes}, indent=2))
         else:
@@ -111,10 +96,6 @@ def info(
         _print(diagnosis, format_name, summary)
         if (words := in_words(distances, reader.header.metres_per_unit)) is not None:
             say(f"{path}: {words}")
-    if picture is not None:
-        with new_output(picture, overwrite, ".png") as made:
-            draw(diagnosis, made, heading=path.name)
-        say(f"{picture}: drawn")
     if strict and diagnosis.severity in ("error", "warning"):
         raise typer.Exit(1)
 

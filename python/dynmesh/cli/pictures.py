@@ -18,7 +18,6 @@ from ..files.scans import open_scans
 from ..jobs import showing
 from ..jobs.option import OUTPUT, given, offered, options_of
 from ..jobs.tracking_options import TrackingOptions
-from ..jobs.zeros import ZeroCount
 from .options import Axis, InputPath, Overwrite, share_out, with_options, with_source
 from .terminal import say, track
 
@@ -141,7 +140,7 @@ def view(
     dynmesh view tracked.npz --scans scans --reference truth.npz -o tracked.html
     ```
     """
-    zeros, scans = ZeroCount(), options.scans
+    scans = options.scans
     beside = {"reference": options.reference, "given": options.input}
     check_output(output, overwrite, ".html")
     with _opened(path, source, **beside) as (reader, truth, partial):
@@ -157,13 +156,11 @@ def view(
             max_frames=options.max_frames,
             max_vertices=options.max_vertices,
             overwrite=overwrite,
-            watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
+            watch=lambda frames, n: track(frames, n, "reading"),
             **options.common,
         ).shown
         _say_more(options.up, reader, truth, partial)
     say(f"{output}: open it in a browser" + (f"; it shows {shown}" if str(shown) else ""))
-    for hint in zeros.hint():
-        say(hint)
 
 
 @with_options(_Sheet, _Sheet)
@@ -194,7 +191,6 @@ def picture(
     dynmesh picture completed.npz --turntable -o clip.mp4
     ```
     """
-    zeros = ZeroCount()
     check_output(output, overwrite, *PICTURES)
     with _opened(path, source, reference=options.reference) as (reader, truth, _):
         showing.picture(
@@ -207,14 +203,12 @@ def picture(
             turntable=options.turntable,
             fps=options.fps,
             overwrite=overwrite,
-            watch=lambda frames, n: track(zeros.watch_shown(frames), n, "reading"),
+            watch=lambda frames, n: track(frames, n, "reading"),
             watch_drawing=lambda images, n: track(images, n, "drawing"),
             **options.common,
         )
         _say_more(options.up, reader, truth)
     say(f"{output}: drawn")
-    for hint in zeros.hint():
-        say(hint)
 
 
 @contextmanager

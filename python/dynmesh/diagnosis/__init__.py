@@ -78,7 +78,6 @@ def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> D
         findings=tuple(ordered),
         header=header,
         topology=start.topology,
-        first_frame=np.where(start.observed[:, None], start.first, np.nan).astype(header.dtype),
         diagonal=start.diagonal,
         mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from .._core import TopologyReport
 from ..files import Header
-from ..sequence import Positions
 from .finding import MOST_PLACES, SEVERITIES, Finding, Severity
 from .placement import Unit
 
@@ -24,7 +23,6 @@ class Diagnosis:
         findings: the most important first; empty if there are no problems.
         header: what the file states.
         topology: the report of the topology; None if there are no faces.
-        first_frame: (k, 3), NaN for vertices that are missing in frame 0.
         diagonal: of the bounding box of frame 0, in the unit of the positions.
         mean_edge: of frame 0, in the same unit; None if no edge is longer than 0.
         known_share: (n,) float64, the share of the vertices that was observed in each frame.
@@ -38,7 +36,6 @@ class Diagnosis:
     findings: tuple[Finding, ...]
     header: Header
     topology: TopologyReport | None
-    first_frame: Positions
     diagonal: float
     mean_edge: float | None
     known_share: NDArray[np.float64]

@@ -1,13 +1,8 @@
-"""How sequences and completers show themselves in a notebook, and completers in a line."""
+"""How sequences show themselves in a notebook."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from html import escape
-from typing import Any
 
-from .._core import Completer
 from .._errors import InputError
-from .._extras import require
 from ..frames.memory import SequenceReader
 from ..sequence import Sequence, rate
 from .page import framed, page
@@ -22,20 +17,7 @@ _SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
 """How many vertices and frames a player may show; the first that is small enough is used."""
 
 
-def show_objects() -> None:
-    """Makes sequences and completers show themselves in notebooks, and completers in a line.
-
-    :class:`Sequence` holds data alone, and the compiled class has no words of its own.
-    """
-    for shown, name, function in (
-        (Sequence, "_repr_html_", sequence_shown),
-        (Completer, "_repr_html_", completer_shown),
-        (Completer, "__repr__", completer_line),
-    ):
-        setattr(shown, name, function)
-
-
-def sequence_shown(sequence: Sequence) -> str:
+def shown(sequence: Sequence) -> str:
     """Returns HTML with a player, if there can be one, and a description of a sequence."""
     n_frames, n_vertices, _ = sequence.vertices.shape
     known = "no masks"
@@ -48,46 +30,10 @@ def sequence_shown(sequence: Sequence) -> str:
         "generation and age": "no" if sequence.generation is None else "yes",
     }
     try:
-        return _player(sequence) + _table("Sequence", rows)
+        return _player(sequence) + _table(rows)
     except (ImportError, ValueError) as error:
         # For a notebook, this is not an error: the table describes every sequence.
-        return _table("Sequence", rows | {"no player": str(error)})
-
-
-def completer_line(completer: Completer) -> str:
-    """Describes a completer in one line."""
-    method = completer.settings["method"]
-    return f"Completer({method}, {_mesh(completer)}, {_progress(completer)})"
-
-
-def completer_shown(completer: Completer) -> str:
-    """Returns HTML that describes a completer."""
-    settings = (f"{name}={value!r}" for name, value in completer.settings.items())
-    rows = {
-        "mesh": _mesh(completer),
-        "topology": repr(completer.topology),
-        "settings": ", ".join(settings),
-        "progress": _progress(completer),
-    }
-    with suppress(RuntimeError):  # of a completer in use, `progress` says so
-        rows["last frame"] = repr(completer.report)
-    return _table("Completer", rows)
-
-
-def _mesh(completer: Completer) -> str:
-    return f"{completer.n_vertices} vertices, {completer.n_edges} edges, {completer.dtype}"
-
-
-def _progress(completer: Completer) -> str:
-    try:
-        n_frames, report = completer.n_frames, completer.report
-    except RuntimeError:  # to show a completer must not fail at any time
-        return "in use by another thread"
-    if n_frames == 0:
-        return "no frames"
-    known = 100 * report.known / completer.n_vertices
-    frames = "1 frame" if n_frames == 1 else f"{n_frames} frames"
-    return f"{frames}, {known:.3g} % known in the last"
+        return _table(rows | {"no player": str(error)})
 
 
 def _player(sequence: Sequence) -> str:
@@ -103,33 +49,17 @@ def _player(sequence: Sequence) -> str:
         )
     reader = SequenceReader(sequence)
     for max_vertices, max_frames in _SIZES:
-        with _without_widgets():
-            made = page(reader, max_vertices=max_vertices, max_frames=max_frames)
+        made = page(reader, max_vertices=max_vertices, max_frames=max_frames)
         player = framed(made.html)
         if len(player.encode()) <= LARGEST_PLAYER:
             return player
     raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")
 
 
-@contextmanager
-def _without_widgets() -> Iterator[None]:
-    """Keeps the widgets of k3d from sending their data to the notebook, which would store it too.
-
-    Package `comm` intends that its function is replaced, as kernels do.
-    """
-    comm: Any = require("comm", extra="view")
-    usual = comm.create_comm
-    comm.create_comm = comm.DummyComm
-    try:
-        yield
-    finally:
-        comm.create_comm = usual
-
-
-def _table(title: str, rows: dict[str, str]) -> str:
+def _table(rows: dict[str, str]) -> str:
     lines = "".join(
         f'<tr><th style="text-align: left">{escape(name)}</th>'
         f'<td style="text-align: left">{escape(value)}</td></tr>'
         for name, value in rows.items()
     )
-    return f"<table><caption>{escape(title)}</caption>{lines}</table>"
+    return f"<table><caption>Sequence</caption>{lines}</table>"

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from ..frames.header import Header, errors_of
+from ..frames.header import Header
 from ..sequence import StandardErrorOf
 
 
@@ -36,8 +36,8 @@ def metadata_in(comments: Iterable[str]) -> Metadata:
                 metadata = metadata._replace(up_axis=axis)
             case ["metres_per_unit", word] if (length := _length(word)) is not None:
                 metadata = metadata._replace(metres_per_unit=length)
-            case ["standard_error_of", "place" | "position" | "surface" as errors]:
-                metadata = metadata._replace(standard_error_of=errors_of(errors))
+            case ["standard_error_of", "position" | "surface" as errors]:
+                metadata = metadata._replace(standard_error_of=errors)
     return metadata
 
 

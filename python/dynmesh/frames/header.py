@@ -82,7 +82,7 @@ def errors_of(text: str | None) -> StandardErrorOf:
     Raises:
         ValueError: it is none of the possible values.
     """
-    if text in (None, "place"):  # as earlier versions called a position
+    if text is None:
         return "position"
     check_errors_of(text)
     return cast(StandardErrorOf, text)

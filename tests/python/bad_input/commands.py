@@ -188,7 +188,6 @@ shell = [
     refused("picture body.npz -o new.png --turntable", "turntable", "moving picture"),
     refused("picture body.npz -o new.gif --fps 0", "fps", "not 0"),
     refused("picture void.npz -o new.png", "void.npz: no vertex is known"),
-    refused("info body.npz --picture new", "must end in .png"),
     refused("picture aged.npz -o new.png --colour age --reference body.npz", "not age"),
     refused(f"{_PICTURE} --frame 3", "frame 3"),
     refused(f"{_PICTURE} --reference body.npz --range 3 3", "range:", "not 3 3"),
