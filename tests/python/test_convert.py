@@ -1,6 +1,5 @@
-"""Frames, axes, units and rates are converted alike by convert, complete and track."""
+"""Frames, axes, units and rates are converted alike in files and in memory."""
 
-import pickle
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -11,8 +10,6 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.files.stated import StatedReader
-from dynmesh.jobs.job_table import read_jobs
 
 N = 10
 FIRST = 1001
@@ -119,25 +116,6 @@ CONVERSIONS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("options", CONVERSIONS, ids=str)
-def test_completion_converts_what_it_completes(
-    partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
-) -> None:
-    path = tmp_path / "partial.npz"
-    dynmesh.write(path, partial)
-    given: dict[str, Any] = {"provenance": True, "uncertainty": True}
-    report = dynmesh.complete_file(path, tmp_path / "a.npz", **given, **options)
-    frames = options.get("frames", slice(None))
-    begin, step = (frames.start or FIRST) - FIRST, frames.step
-    cut = partial[begin : frames.stop and frames.stop - FIRST : step]
-    assert (report.frames, report.start) == (len(cut), FIRST + begin)
-    whole = dynmesh.complete(cut, uncertainty=True)
-    rest = {name: value for name, value in options.items() if name != "frames"}
-    assert_same(dynmesh.read(tmp_path / "a.npz"), dynmesh.convert(whole, **rest))
-    said = [remark for remark in report.remarks if "linear interpolation" in remark]
-    assert len(said) == ("retime" in options)
-
-
-@pytest.mark.parametrize("options", CONVERSIONS, ids=str)
 def test_files_are_converted_as_sequences_are(
     partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
 ) -> None:
@@ -146,24 +124,6 @@ def test_files_are_converted_as_sequences_are(
     made = dynmesh.read(tmp_path / "out.npz")
     assert_same(made, dynmesh.convert(partial, **options), 0)
     assert (report.frames, report.vertices) == made.vertices.shape[:2]
-
-
-def test_tracking_converts_what_it_tracks(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    mesh = replace(truth, metres_per_unit=None, up_axis=None)
-    dynmesh.write(tmp_path / "truth.npz", mesh)
-    dynmesh.write(tmp_path / "body.obj", mesh[2:3])
-    scan = ("--scan", "--points", "900", "--cameras", "2", "--up", "z")
-    run("degrade", tmp_path / "truth.npz", tmp_path / "scans", *scan)
-    template = tmp_path / "body.obj"
-    frames = slice(1003, 1008)
-    plain: dict[str, Any] = {"template": template, "frames": frames, "provenance": True}
-    dynmesh.track_file(tmp_path / "scans", tmp_path / "a.npz", **plain)
-    tracked = dynmesh.read(tmp_path / "a.npz")
-    assert (tracked.start, len(tracked)) == (1003, 5)
-    options: dict[str, Any] = {"to_up": "y", "to_unit": "m", "retime": 30.0}
-    said: dict[str, Any] = {"up": "z", "unit": "cm", "fps": 24.0}
-    dynmesh.track_file(tmp_path / "scans", tmp_path / "b.npz", **plain, **options, **said)
-    assert_same(dynmesh.read(tmp_path / "b.npz"), dynmesh.convert(tracked, **options, **said))
 
 
 def test_what_a_file_states_is_not_contradicted(truth: dynmesh.Sequence, tmp_path: Path) -> None:
@@ -178,11 +138,8 @@ def test_what_a_file_states_is_not_contradicted(truth: dynmesh.Sequence, tmp_pat
         ({"unit": "m"}, "unit: the file states units of 0.01 m, not 1 m"),
     )
     for options, told in contradictions:
-        for function in (dynmesh.convert_file, dynmesh.complete_file):
-            with pytest.raises(ValueError, match=f"truth.npz: {told}"):
-                function(path, tmp_path / "out.npz", **options)
         with pytest.raises(ValueError, match=f"truth.npz: {told}"):
-            dynmesh.track_file(path, tmp_path / "out.npz", template=path, **options)
+            dynmesh.convert_file(path, tmp_path / "out.npz", **options)
 
 
 def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None:
@@ -210,43 +167,13 @@ def test_frames_of_files_of_which_some_are_lost(partial: dynmesh.Sequence, tmp_p
     dynmesh.write(tmp_path / "s_%04d.ply", replace(partial, vertices=zeros, known=None))
     (tmp_path / "s_1005.ply").unlink()
     source: Any = {"gaps": "lost", "missing": "zero"}
-    report = dynmesh.complete_file(
+    dynmesh.convert_file(
         tmp_path / "s_%04d.ply", tmp_path / "o_%04d.ply", source=source, frames=slice(1003, 1007)
     )
-    assert (report.frames, report.empty) == (4, 1)
     names = sorted(file.name for file in tmp_path.glob("o_*.ply"))
     assert names == [f"o_{number}.ply" for number in range(1003, 1007)]
     known = partial.known[2:6].copy()
     known[2] = False
-    made = dynmesh.complete(replace(partial[2:6], known=known))
-    np.testing.assert_allclose(dynmesh.read(tmp_path / "o_%04d.ply").vertices, made.vertices)
-
-
-def test_a_reader_of_some_frames_counts_them_itself(
-    truth: dynmesh.Sequence, tmp_path: Path
-) -> None:
-    zeros = truth.vertices.copy()
-    zeros[:, 7] = 0
-    dynmesh.write(tmp_path / "s_%04d.ply", replace(truth, vertices=zeros))
-    (tmp_path / "s_1005.ply").unlink()
-    every = dynmesh.open(tmp_path / "s_%04d.ply", missing="zero", gaps="lost")
-    with StatedReader(every, None, None, slice(1003, 1007)) as reader:
-        assert set(reader.lost) == {2}
-        for number in (0, 1):  # zeros are positions in the frame that is said to be whole
-            reader.whole = number
-            said = [frame.known.all() for frame in reader if frame.known is not None]
-            assert said == [number == 0, number == 1, False, False]
-
-
-def test_tables_of_jobs_convert_too(partial: dynmesh.Sequence, tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "in.npz", partial)
-    table = "input,output,frames,to_up,retime\nin.npz,a.npz,1003:1008,y,\nin.npz,b.npz,,,30\n"
-    (tmp_path / "jobs.csv").write_text(table)
-    for _ in range(2):  # the second time, nothing is left to do
-        run("batch", tmp_path / "jobs.csv")
-        made = [dynmesh.read(tmp_path / name) for name in ("a.npz", "b.npz")]
-    for job in read_jobs(tmp_path / "jobs.csv"):  # other processes take them
-        assert pickle.loads(pickle.dumps(job)) == job
-    whole = [dynmesh.complete(one) for one in (partial[2:7], partial)]
-    np.testing.assert_allclose(made[0].vertices, dynmesh.convert(whole[0], to_up="y").vertices)
-    np.testing.assert_allclose(made[1].vertices, dynmesh.convert(whole[1], retime=30).vertices)
+    made = dynmesh.read(tmp_path / "o_%04d.ply")
+    np.testing.assert_array_equal(made.known, known)
+    np.testing.assert_array_equal(made.vertices[known], zeros[2:6][known])

@@ -23,7 +23,8 @@ def complete(
 
     Each frame is completed from itself and from those between it and the frame from which
     completion starts. No frame need be whole: what that frame lacks is put together from the
-    others. The exit code is 3 if it is probably wrong. Examples:
+    others. The exit code is 3 if it is probably wrong. dynmesh convert chooses frames and changes
+    axes, units and rates, before or afterwards. Examples:
 
     ```text
     dynmesh complete partial.npz completed.npz

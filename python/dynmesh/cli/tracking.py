@@ -61,7 +61,8 @@ def track(
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
 
-    The exit code is 3 if the result is doubtful or probably ruined.
+    The exit code is 3 if the result is doubtful or probably ruined. dynmesh convert states the
+    frames per second of the result, chooses frames and changes axes, units and rates.
 
     Examples:
     ```text

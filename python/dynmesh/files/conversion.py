@@ -1,7 +1,8 @@
-"""Turning, scaling and resampling of a sequence while it is written."""
+"""Choosing, turning, scaling and resampling frames of a sequence."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,25 +10,52 @@ from numpy.typing import NDArray
 from .._checks import check_positive
 from .._errors import InputError
 from ..frames.attributes import ATTRIBUTES
+from ..frames.frame import Frame
 from ..frames.header import Header
-from ..frames.times import frame_numbers
+from ..frames.times import frame_numbers, indices_of
 from ..sequence import Positions
 from .scans import given_unit
-from .stated import Axis, Unit
+
+Axis: TypeAlias = Literal["x", "y", "z"]
+Unit: TypeAlias = str | float
+"""The name of a unit of length, or its metres."""
 
 _SAME_TIME = 1e-6
 """Frames that are nearer to one another are one."""
 
 
-class Output(Protocol):
-    """What takes frames in their order, such as a writer."""
+def stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
+    """The header with the axis and unit that its file does not state.
 
-    @property
-    def header(self) -> Header:
-        """The properties of all frames."""
+    Raises:
+        TypeError, ValueError: the file states others.
+    """
+    metres = None if unit is None else given_unit("unit", unit)
+    if up is not None and header.up_axis not in (None, up):
+        raise InputError(f"the file states {header.up_axis}, not {up}", argument="up")
+    said = header.metres_per_unit
+    if metres is not None and said is not None and not np.isclose(said, metres, rtol=1e-9):
+        raise InputError(f"the file states units of {said:g} m, not {metres:g} m", argument="unit")
+    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres or said)
 
-    def append(self, points: Positions, **values: Any) -> None:
-        """Takes the next frame, with the attributes of the header."""
+
+def cut(header: Header, frames: slice | range) -> tuple[Header, range]:
+    """The header of the frames with these numbers, and their indices.
+
+    Raises:
+        TypeError, ValueError: there are none.
+    """
+    numbers = frame_numbers(header)
+    indices = indices_of(numbers, frames)
+    numbers = numbers[indices]
+    consecutive = header.times is None and indices.step == 1
+    made = replace(
+        header,
+        n_frames=len(indices),
+        start=float(numbers[0]),
+        times=None if consecutive else numbers,
+    )
+    return made, indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +116,6 @@ class Conversion:
             made = replace(made, fps=float(retime), n_frames=len(places), times=None)
         return cls(header, made, turn, factor, places)
 
-    @property
-    def moves(self) -> bool:
-        """Whether frames change, so that they no longer fit into a scene."""
-        return self.places is not None or self.factor != 1 or not np.array_equal(self.turn, _SAME)
-
     def remarks(self) -> list[str]:
         """What the user should know of the result."""
         if self.places is None:
@@ -104,12 +127,29 @@ class Conversion:
             "linear interpolation"
         ]
 
-    def output(self, output: Output) -> Output:
-        """Returns what takes the frames of the sequence and passes those of the result on."""
-        return _Converted(self, output) if self.moves else output
+    def frames(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """Yields the frames of the result, for all frames of the sequence."""
+        n_made, last = 0, Frame(np.empty((0, 3)))
+        for n_taken, frame in enumerate(frames):
+            errors = frame.standard_error
+            moved = replace(
+                frame,
+                points=self._moved(frame.points),
+                standard_error=None if errors is None else errors * np.float32(self.factor),
+            )
+            if self.places is None:
+                yield moved
+                continue
+            while n_made < len(self.places) and self.places[n_made] <= n_taken:
+                share = self.places[n_made] - (n_taken - 1)
+                yield moved if share == 1 else _between(last, moved, share)
+                n_made += 1
+            last = moved
 
-    def points(self, points: Positions) -> Positions:
+    def _moved(self, points: Positions) -> Positions:
         """Turns and scales points."""
+        if self.factor == 1 and np.array_equal(self.turn, np.eye(3)):
+            return points
         with np.errstate(invalid="ignore", over="ignore"):  # missing ones may be infinite
             moved = points.astype(np.float64) @ self.turn.T * self.factor
             made = moved.astype(points.dtype)
@@ -121,47 +161,15 @@ class Conversion:
         return made
 
 
-_SAME = np.eye(3)
-
-
-class _Converted:
-    """Converts frames on their way to another output."""
-
-    def __init__(self, conversion: Conversion, output: Output) -> None:
-        self.header = conversion.before
-        self._conversion = conversion
-        self._output = output
-        self._n_taken = self._n_passed = 0
-        self._last: dict[str, NDArray[Any]] = {}
-
-    def append(self, points: Positions, **values: Any) -> None:
-        """Takes the next frame of the sequence."""
-        frame = {"points": self._conversion.points(points), **values}
-        errors = values.get("standard_error")
-        if errors is not None:
-            frame["standard_error"] = errors * np.float32(self._conversion.factor)
-        places = self._conversion.places
-        if places is None:
-            self._output.append(**frame)
-            return
-        while self._n_passed < len(places) and places[self._n_passed] <= self._n_taken:
-            share = places[self._n_passed] - (self._n_taken - 1)
-            self._output.append(**(frame if share == 1 else _between(self._last, frame, share)))
-            self._n_passed += 1
-        self._last = frame
-        self._n_taken += 1
-
-
-def _between(
-    before: dict[str, NDArray[Any]], after: dict[str, NDArray[Any]], share: float
-) -> dict[str, NDArray[Any]]:
+def _between(before: Frame, after: Frame, share: float) -> Frame:
     """The frame between two, at this share of the way.
 
     A vertex is known where both know it, and otherwise as far from a known one as in the worse.
     """
     made: dict[str, NDArray[Any]] = {}
-    for name, one in before.items():
-        other = after[name]
+    others = after.attributes()
+    for name, one in (("points", before.points), *before.attributes().items()):
+        other = after.points if name == "points" else others[name]
         if name in ("points", "standard_error"):
             with np.errstate(invalid="ignore"):
                 mean = one.astype(np.float64) * (1 - share) + other.astype(np.float64) * share
@@ -171,7 +179,7 @@ def _between(
         else:  # a negative generation is one of those that no known vertex determines
             lower = np.minimum(one, other)
             made[name] = np.where(lower < 0, lower, np.maximum(one, other))
-    return made
+    return Frame(**made)
 
 
 def _turn(one: int, other: int) -> NDArray[np.float64]:

@@ -15,7 +15,6 @@ from ..files import PathLike, Source, format_of
 from ..files.choice import choose
 from ..frames.header import Header
 from ..settings import Settings, all_settings
-from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import (
     HOW,
     OUTPUT,
@@ -34,7 +33,7 @@ from .option import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompletionOptions(ConversionOptions):
+class CompletionOptions:
     """What can be asked of the completion of a file.
 
     :func:`dynmesh.complete_file` explains the options; `settings` are its other keywords.
@@ -96,13 +95,6 @@ class CompletionOptions(ConversionOptions):
             TypeError, ValueError: an option is refused, or cannot be combined with another.
         """
         check_start(self.start, self.template)
-        self.check_conversion()
-        changed = [*self.changed, *(["fps"] if self.fps is not None else [])]
-        if self.overlay and changed:
-            raise InputError(
-                "cannot be combined with overlay, which changes missing points alone",
-                argument=changed[0],
-            )
         settings = all_settings(self.settings)
         if self.bidirectional:
             if settings["method"] != "detail":
@@ -127,7 +119,7 @@ class CompletionOptions(ConversionOptions):
             ValueError: it is to be, but the input is no USD stage; or the input has another format
                 than its name says.
         """
-        if self.overlay is False or self.fps is not None or self.changed:
+        if self.overlay is False:
             return False
         layered = format_of(path, self.source.get("format")).name in ("usd", "usdz")
         if self.overlay is None:
@@ -145,7 +137,6 @@ class CompletionOptions(ConversionOptions):
         """The header of the completed sequence."""
         return replace(
             read,
-            fps=read.fps if self.fps is None else self.fps,
             has_known=self.drop_above is not None,
             has_provenance=self.provenance,
             has_standard_error=self.provenance and self.settings["uncertainty"],
@@ -153,7 +144,7 @@ class CompletionOptions(ConversionOptions):
         )
 
 
-class CompletionKeywords(Settings, ConversionKeywords, total=False):
+class CompletionKeywords(Settings, total=False):
     """The types of the options as keywords, for editors and type checkers."""
 
     start: Start

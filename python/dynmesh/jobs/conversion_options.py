@@ -1,14 +1,11 @@
 """What can be asked of a sequence that is written anew: its frames, axis, unit, size and rate."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import TypedDict, get_args
 
 from .._checks import check_positive
 from .._errors import InputError
-from ..files import Reader, naming
-from ..files.conversion import Conversion
-from ..files.stated import Axis, StatedReader, Unit
+from ..files.conversion import Axis, Conversion, Unit, cut, stated
 from ..frames.header import Header
 from ..frames.times import check_slice, slice_of
 from .option import UNIT_NAMES, given, unit_of
@@ -64,7 +61,7 @@ class ConversionOptions:
         metavar="RATE",
     )
 
-    def check_conversion(self) -> None:
+    def check(self) -> None:
         """Refuses options that no sequence can have; the others are checked with the sequence."""
         if self.frames is not None:
             check_slice("frames", self.frames)
@@ -76,42 +73,18 @@ class ConversionOptions:
             if getattr(self, name) is not None:
                 check_positive(name, getattr(self, name))
 
-    @property
-    def changed(self) -> list[str]:
-        """The names of the options that are given, but for `fps`."""
-        names = ConversionKeywords.__annotations__
-        return [name for name in names if name != "fps" and getattr(self, name) is not None]
-
-    def stated(self, reader: Reader) -> Reader:
-        """The frames that are asked for, of a sequence with the axis and unit that are stated.
+    def conversion(self, read: Header) -> tuple[Conversion, range]:
+        """What becomes of a sequence with this header, and the indices of the frames it takes.
 
         Raises:
-            TypeError, ValueError: see :class:`StatedReader`; the message names the file.
+            TypeError, ValueError: see :func:`stated`, :func:`cut` and :class:`Conversion`.
         """
-        if self.frames is None and self.up is None and self.unit is None:
-            return reader
-        frames = slice(None) if self.frames is None else self.frames
-        try:
-            with naming(reader.path):
-                return StatedReader(reader, self.up, self.unit, frames)
-        except BaseException:
-            reader.close()
-            raise
-
-    def conversion(self, header: Header, path: Path) -> Conversion:
-        """What becomes of a sequence with this header, read from a path.
-
-        Raises:
-            TypeError, ValueError: see :class:`Conversion`; the message names the file.
-        """
-        with naming(path):
-            return Conversion.of(
-                header,
-                to_up=self.to_up,
-                to_unit=self.to_unit,
-                scale=self.scale,
-                retime=self.retime,
-            )
+        indices = range(read.n_frames)
+        if self.frames is not None:
+            read, indices = cut(read, self.frames)
+        read = replace(stated(read, self.up, self.unit), fps=self.fps or read.fps)
+        options = {name: getattr(self, name) for name in ("to_up", "to_unit", "scale", "retime")}
+        return Conversion.of(read, **options), indices
 
 
 class ConversionKeywords(TypedDict, total=False):

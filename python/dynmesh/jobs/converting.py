@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TypeAlias, Unpack
 
 from .. import files
@@ -77,27 +76,27 @@ def convert_file(
     check_path("output", output)
     check_callable("watch", watch)
     asked = ConversionOptions(**options)
-    asked.check_conversion()
+    asked.check()
     target = files.target_of(output, output_format)
-    with asked.stated(files.open(path, **(source or {}))) as reader:
+    with files.open(path, **(source or {})) as reader:
         target.check(overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
+        with files.naming(reader.path):
+            conversion, indices = asked.conversion(reader.header)
         header = replace(
-            reader.header,
-            fps=asked.fps or reader.fps,
+            conversion.header,
             has_provenance=reader.has_provenance and not dropped,
             has_standard_error=reader.header.has_standard_error and not dropped,
         )
-        conversion = asked.conversion(header, Path(path))
-        with target.create(conversion.header, overwrite=overwrite) as writer:
-            made = conversion.output(writer)
-            for frame in watch(reader, reader.n_frames):
+        with target.create(header, overwrite=overwrite) as writer:
+            frames = reader.frames(indices.start, indices.stop, indices.step)
+            for frame in conversion.frames(watch(frames, len(indices))):
                 values = frame.attributes()
-                made.append(frame.points, **{name: values[name] for name in header.attributes})
+                writer.append(frame.points, **{name: values[name] for name in header.attributes})
         remarks = [*writer.remarks, *conversion.remarks()]
     if dropped:
         remarks.append("generation and age are not written; this format cannot hold them")
-    return ConversionReport(conversion.header.n_frames, header.n_vertices, tuple(remarks))
+    return ConversionReport(header.n_frames, header.n_vertices, tuple(remarks))
 
 
 @takes(ConversionOptions)
@@ -115,12 +114,11 @@ def convert(sequence: Sequence, **options: Unpack[ConversionKeywords]) -> Sequen
     if not isinstance(sequence, Sequence):
         raise KindError(f"must be a Sequence, not {type(sequence).__name__}", argument="sequence")
     asked = ConversionOptions(**options)
-    asked.check_conversion()
-    reader = asked.stated(SequenceReader(sequence))
-    header = replace(reader.header, fps=asked.fps or reader.fps)
-    conversion = asked.conversion(header, reader.path)
+    asked.check()
+    reader = SequenceReader(sequence)
+    with files.naming(reader.path):
+        conversion, indices = asked.conversion(reader.header)
     made = Collected(conversion.header)
-    output = conversion.output(made)
-    for frame in reader:
-        output.append(frame.points, **frame.attributes())
+    for frame in conversion.frames(reader.frames(indices.start, indices.stop, indices.step)):
+        made.append(frame.points, **frame.attributes())
     return made.sequence()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .._core import Completer
 from .._errors import InputError, locating
 from ..files import Frame, Reader
-from ..files.conversion import Output
+from ..frames.memory import Output
 from .both_ways import combined
 from .completion_options import CompletionOptions
 from .report import Tally

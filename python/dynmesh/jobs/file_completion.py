@@ -28,6 +28,8 @@ def complete_file(
 ) -> FileReport:
     """Completes a sequence and writes the result to a file, in constant memory.
 
+    :func:`convert_file` chooses frames, turns, scales and resamples, before or afterwards.
+
     Completion starts from one whole frame, in which no vertex is missing. The frames after it are
     completed in their order; those before it, if any, are completed first, from the last to the
     first, and wait on disk. The output has all frames in order. With `bidirectional`, all frames
@@ -57,11 +59,6 @@ def complete_file(
             the sequence's mesh.
         source: how to read the input.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
-        fps: frames per second of the output; None means those of the input.
-        frames: the numbers of the frames to complete; for this and the next, see
-            :func:`dynmesh.convert_file`. Lengths in other options are in the unit of the input.
-        up, unit: what the input does not state of itself.
-        to_up, to_unit, scale, retime: how completed frames are turned, scaled and resampled.
         bidirectional: whether to complete each frame from both sides. Completion goes from the
             frame `start` to the nearer end of the sequence, from there to the other end, and back;
             a vertex is the mean of the last two estimates, weighed by their standard errors.
@@ -125,15 +122,14 @@ def complete_into(
     target = files.target_of(output, options.output_format, overlay=overlay)
     source = Path(path)
     with open_with_template(source, options) as (reader, template):
-        wanted = options.header(reader.header)
+        header = options.header(reader.header)
         if overlay:  # which keeps all that its input holds
-            wanted = replace(wanted, mesh_file=MeshFile(source, ()))
+            header = replace(header, mesh_file=MeshFile(source, ()))
         training = Training(paths_of(options.training), reader, watch_training)
-        conversion = options.conversion(wanted, reader.path)
         others = [*(template.files if template else ()), *training.files]
         target.check(overwrite=overwrite, reader=reader, others=others)
         with (
-            target.create(conversion.header, overwrite=overwrite) as writer,
+            target.create(header, overwrite=overwrite) as writer,
             files.naming(source),
         ):
             start = template or start_in(reader, options, watch_start)
@@ -142,12 +138,11 @@ def complete_into(
                 start,
                 options,
                 training.completer(start.points, options.settings),
-                conversion.output(writer),
+                writer,
                 folder=writer.folder,
                 watch=watch,
             )
         remarks = (
-            *conversion.remarks(),
             *writer.remarks,
             *start.remarks(reader.header, options.settings["noise"]),
             *tally.remarks(reader.header.metres_per_unit),

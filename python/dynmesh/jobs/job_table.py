@@ -20,15 +20,13 @@ def read_jobs(path: Path) -> list[AnyJob]:
     Args:
         path: comma-separated values. The first line names the columns: `input`, `output` and,
             optionally, `start`, `template`, `training`, `gaps`, `format`, `output_format`,
-            `faces`, `prim`, `mask`, `missing`, `frames`, `up`, `unit`, `to_up`, `to_unit`, `scale`,
-            `fps`, `retime`, `bidirectional`, `provenance`, `overlay`,
-            `drop_above` and the
-            settings of :class:`dynmesh.Completer`, named like the options of ``dynmesh complete``.
-            A line with a value in `scans` instead of `input` is tracked, see :func:`track_file`; it
-            needs a `template`, and may have `cameras`, `scan_unit` and `template_unit`. One with a
-            value in `scan` is registered, see :func:`register_file`, with its options. An empty
-            value stands for the default. Paths are relative to the table; several paths
-            in `training` are separated by semicolons.
+            `faces`, `prim`, `mask`, `missing`, `bidirectional`, `provenance`, `overlay`,
+            `drop_above` and the settings of :class:`dynmesh.Completer`, named like the options of
+            ``dynmesh complete``. A line with a value in `scans` instead of `input` is tracked, see
+            :func:`track_file`; it needs a `template`, and may have `cameras`, `scan_unit` and
+            `template_unit`. One with a value in `scan` is registered, see :func:`register_file`,
+            with its options. An empty value stands for the default. Paths are relative to the
+            table; several paths in `training` are separated by semicolons.
 
     Raises:
         OSError: the table cannot be read.

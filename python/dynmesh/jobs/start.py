@@ -155,7 +155,7 @@ def open_with_template(
         with _open_with(Path(options.template), path, options) as (reader, first):
             yield reader, first
         return
-    with options.stated(files.open(path, **options.source)) as reader:
+    with files.open(path, **options.source) as reader:
         yield reader, None
 
 
@@ -273,7 +273,7 @@ def _open_with(
     """Opens a sequence that has the mesh of a template, or no faces of its own."""
     with files.open(template) as whole:
         first = template_of(whole)
-        with options.stated(files.open_with(path, template, **options.source)) as reader:
+        with files.open_with(path, template, **options.source) as reader:
             reader.whole = None
             check_same_mesh(whole, reader)
             # What the output keeps beside positions: texture coordinates, materials and others.

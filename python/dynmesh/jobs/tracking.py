@@ -14,8 +14,8 @@ from .._errors import InputError, locating
 from ..diagnosis.rig_reading import turned
 from ..diagnosis.surroundings import shares_in_planes
 from ..files import Header, PathLike, Reader
-from ..files.conversion import Output
 from ..files.scans import PointScan, Scan, ScanReader
+from ..frames.memory import Output
 from ..registration import Landmarks, Registration, register, register_depth
 from ..sequence import Positions
 from .fit_table import FitTable, fit_table
@@ -51,7 +51,8 @@ def track_file(
     is if it lies there, or else is moved rigidly, or else, in another pose, is registered. Each
     frame of the output is the mesh as it lies in the scan with the same number. Where a scan is
     missing or empty, the mesh is carried on; a damaged depth image counts as missing. The output
-    appears under its name when it is complete; after an interruption, run it again.
+    appears under its name when it is complete; after an interruption, run it again. It states no
+    frames per second: :func:`convert_file` does, and turns, scales and resamples.
 
     Args:
         scans: a folder, pattern or glob of point clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG
@@ -84,11 +85,6 @@ def track_file(
         remove_planes: whether floor and walls are left out: the planes in the first scan that are
             larger than the template.
         output_format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
-        fps: frames per second of the scans.
-        frames: the numbers of the scans to use; for this and the next, see
-            :func:`dynmesh.convert_file`.
-        up, unit: those of template and scans, where neither their files nor other options say it.
-        to_up, to_unit, scale, retime: how tracked frames are turned, scaled and resampled.
         report: a CSV file to which the agreement of each frame is written, and in further rows that
             of each camera: frame, camera, the number of points that were compared, the shares that
             are far from the mesh, that are so in planes of the surroundings, and that disagree with
@@ -130,7 +126,7 @@ def track_into(
     target = files.target_of(output, options.output_format)
     table_path = None if options.report is None else Path(options.report)
     files.check_suffix(options.template)
-    with options.stated_template(files.open(options.template)) as mesh:
+    with files.open(options.template) as mesh:
         reader = options.open(scans)
         units = options.units(reader, mesh.header.metres_per_unit)
         reading = options.reading(units, mesh.path)
@@ -139,7 +135,7 @@ def track_into(
             mesh.header,
             metres_per_unit=units.template,
             n_frames=reader.n_frames,
-            fps=options.fps,
+            fps=None,
             start=reader.start,
             times=None if reader.step == 1 else times,
             has_known=False,
@@ -147,7 +143,6 @@ def track_into(
             has_standard_error=options.provenance and options.uncertainty,
             standard_error_of="surface",
         )
-        conversion = options.conversion(header, mesh.path)
         landmark_files = [] if options.landmarks is None else [Path(options.landmarks)]
         landmarks = next((read_landmarks(file) for file in landmark_files), None)
         trained = Training(paths_of(options.training), mesh)
@@ -166,15 +161,15 @@ def track_into(
         checked = Checked(reader, mesh, reading, units, options.check)
         with (
             fit_table(table_path, overwrite) as table,
-            target.create(conversion.header, overwrite=overwrite) as writer,
+            target.create(header, overwrite=overwrite) as writer,
             files.naming(Path(scans)),
         ):
             tracking = _Tracking(
                 reader, mesh, checked, options.room, options.align, landmarks, tracker_at, table
             )
-            tracking.track(conversion.output(writer), watch)
+            tracking.track(writer, watch)
     report = tracking.report(header)
-    remarks = (*conversion.remarks(), *writer.remarks, *report.remarks)
+    remarks = (*writer.remarks, *report.remarks)
     return replace(report, remarks=remarks)
 
 

@@ -2,17 +2,16 @@
 
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
-from typing import Literal, Required, Self
+from typing import Literal, Required, Self, TypedDict
 
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
-from ..diagnosis.rig_reading import Turns, Units
-from ..files import PathLike, Reader
+from ..diagnosis.rig_reading import Turns
+from ..files import PathLike
 from ..files.format import Gaps
 from ..files.scans import ScanReader, open_scans
 from ..files.scans.cameras import Matrices
 from ..files.scans.corrections import Axes, Poses
-from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import (
     FILES,
     HOW,
@@ -32,7 +31,7 @@ Align = Literal["auto", "never"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingOptions(RigOptions, ConversionOptions):
+class TrackingOptions(RigOptions):
     """What can be asked of tracking; :func:`dynmesh.track_file` explains the options."""
 
     template: PathLike = given(
@@ -86,7 +85,6 @@ class TrackingOptions(RigOptions, ConversionOptions):
             TypeError, ValueError: an option is refused.
         """
         checked = super().checked()
-        self.check_conversion()
         check_path("template", self.template)
         for name in ("report", "landmarks"):
             if getattr(self, name) is not None:
@@ -107,22 +105,10 @@ class TrackingOptions(RigOptions, ConversionOptions):
             cameras=self.cameras,
             gaps=self.gaps,
             corrections=self.corrections,
-            frames=self.frames,
         )
 
-    def stated_template(self, template: Reader) -> Reader:
-        """The template with the axis and unit that are stated, of which all frames may be read."""
-        unit = self.unit if self.template_unit is None else None
-        return replace(self, frames=None, unit=unit).stated(template)
 
-    def units(self, scans: ScanReader, stated: float | None) -> Units:
-        """Returns the units; `unit` is that of the scans too, where nothing else says it."""
-        if self.unit is None or self.scan_unit is not None or scans.metres_per_unit is not None:
-            return super().units(scans, stated)
-        return replace(self, scan_unit=self.unit).units(scans, stated)
-
-
-class TrackingKeywords(ConversionKeywords, total=False):
+class TrackingKeywords(TypedDict, total=False):
     """The types of :class:`TrackingOptions` as keywords, for editors and type checkers."""
 
     template: Required[PathLike]

@@ -37,7 +37,7 @@ def prepare(world: World) -> None:
         "odd_column": "input,output,colour\nbody.npz,new.npz,red\n",
         "no_value": "input,output\n,new.npz\n",
         "too_many": "input,output\nbody.npz,new.npz,more\n",
-        "no_number": "input,output,fps\nbody.npz,new.npz,fast\n",
+        "no_number": "input,output,drop_above\nbody.npz,new.npz,far\n",
         "no_count": "input,output,threads\nbody.npz,new.npz,1.5\n",
         "no_flag": "input,output,provenance\nbody.npz,new.npz,perhaps\n",
         "no_method": "input,output,method\nbody.npz,new.npz,lsm\n",
@@ -112,6 +112,7 @@ def misused(line: str, *names: str) -> Case:
 
 
 _COMPLETE = "complete body.npz new.npz"
+_CONVERT = "convert body.npz new.npz"
 _DEGRADE = "degrade body.npz new.npz"
 _VIEW = "view body.npz -o new.html"
 _PICTURE = "picture body.npz -o new.png"
@@ -135,7 +136,7 @@ shell = [
     misused("complete body.npz", "OUT"),
     refused(f"{_COMPLETE} --mask none.npy", "none.npy:"),
     refused(f"{_COMPLETE} --template quad.obj", "quad.obj: its number of vertices is 4, but 49"),
-    misused(f"{_COMPLETE} --fps fast", "--fps", "'fast'"),
+    misused(f"{_CONVERT} --fps fast", "--fps", "'fast'"),
     misused(f"{_COMPLETE} --method lsm", "--method", "'lsm'"),
     misused(f"{_COMPLETE} --extra-iterations 9", "'--extra-iterations'", "--method motion"),
     misused(f"{_COMPLETE} --method motion --noise 0.1", "'--noise'", "--method detail"),
@@ -144,9 +145,10 @@ shell = [
     misused(f"{_COMPLETE} --drop-above nan", "'--drop-above'", "positive and finite, not nan"),
     misused(f"{_COMPLETE} --drop-above 1 --method motion", "'--drop-above'", "--method detail"),
     refused(f"{_COMPLETE} --start -1", "body.npz:", "start:", "no frame -1, only 0 to 2"),
-    refused(f"{_COMPLETE} --frames 2:9", "body.npz:", "frames: must be some of 0:3", "2:9"),
-    misused(f"{_COMPLETE} --frames 2-9", "'--frames'", "'2-9'"),
-    misused(f"{_COMPLETE} --to-up w", "'--to-up'", "'w'"),
+    refused(f"{_CONVERT} --frames 2:9", "body.npz:", "frames: must be some of 0:3", "2:9"),
+    misused(f"{_CONVERT} --frames 2-9", "'--frames'", "'2-9'"),
+    misused(f"{_CONVERT} --to-up w", "'--to-up'", "'w'"),
+    misused(f"{_COMPLETE} --to-up y", "--to-up"),
     misused(f"{_COMPLETE} --start half", "'--start'", "'half'"),
     misused(f"{_COMPLETE} --speed 3", "--speed"),
     misused(_DEGRADE, "--known", "--noise"),
@@ -204,7 +206,7 @@ shell = [
     refused("batch odd_column.csv", "odd_column.csv:", "'colour'"),
     refused("batch no_value.csv", "no_value.csv: line 2", "input"),
     refused("batch too_many.csv", "too_many.csv: line 2"),
-    refused("batch no_number.csv", "line 2: fps: must be a number, not 'fast'"),
+    refused("batch no_number.csv", "line 2: drop_above: must be a number, not 'far'"),
     refused("batch no_count.csv", "line 2: threads: must be a whole number, not '1.5'"),
     refused("batch no_flag.csv", "line 2: provenance: must be true or false, not 'perhaps'"),
     refused("batch no_method.csv", "line 2: method: must be motion or detail, not 'lsm'"),

@@ -220,8 +220,6 @@ completing = [
     _complete("`template` in another unit", lambda w: _to_new(w, "in_metres.npz", template="in_millimetres.npz"), ValueError, "in_millimetres.npz: its unit in metres is 0.001, but 1"),
     _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
     _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
-    _complete("`fps`: 0", lambda w: _to_new(w, fps=0), ValueError, "fps:", "not 0"),
-    _complete("`to_up` with `overlay`", lambda _: dynmesh.complete_file("scene.usda", "new.usda", overlay=True, to_up="y"), ValueError, "to_up:", "overlay"),
     _convert("`frames`: none of them", lambda w: _converted(w, frames=range(1, 1)), ValueError, "frames:", "not 1:1"),
     _convert("`frames`: an integer", lambda w: _converted(w, frames=3), TypeError, "frames:", "must be a slice, not int"),
     _convert("`frames` with step -1", lambda w: _converted(w, frames=slice(None, None, -1)), ValueError, "frames:", "not -1"),
