@@ -23,8 +23,9 @@ from ..polygons import as_polygons
 from .format import Format, Template, template_of
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
-from .rows import ArrayHeader, FlatWriter, Rows, RowsReader, open_rows
+from .rows import ArrayHeader, Rows, RowsReader, open_rows
 from .template import find_template
+from .writer import Writer
 
 signature = b"POINTCACHE2\0"
 layout = struct.Struct("<12siiffi")
@@ -83,7 +84,7 @@ def _mesh(path: Path) -> Template:
         return template_of(reader)
 
 
-class Pc2Writer(FlatWriter):
+class Pc2Writer(Writer):
     """A PC2 file that is being written, and the mesh beside it.
 
     An existing `NAME.obj` with the same faces is kept, since it may contain more, such as texture
@@ -96,7 +97,6 @@ class Pc2Writer(FlatWriter):
     keeps_float64 = False
 
     def _begin(self) -> None:
-        super()._begin()
         header = self.header
         for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
             if count > largest_count:
@@ -106,7 +106,8 @@ class Pc2Writer(FlatWriter):
         if self._needs_mesh and len(header.faces) == 0:
             raise ValueError("the sequence has no faces, which the mesh beside it needs")
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
-        self._open_rows("vertices", self.folder / self.path.name, counts)
+        self._file = (self.folder / self.path.name).open("wb")
+        self._file.write(counts)
 
     @classmethod
     def existing(cls, path: Path) -> list[Path]:
@@ -132,7 +133,10 @@ class Pc2Writer(FlatWriter):
             )
             with ObjWriter(self.folder / f"{self.path.stem}.obj", single) as mesh:
                 mesh.append(frame.points)
-        self._add_row("vertices", frame.points.astype(_DTYPE, copy=False))
+        self._file.write(frame.points.astype(_DTYPE, order="C", copy=False).data)
+
+    def _close(self) -> None:
+        self._file.close()
 
 
 pc2 = Format(

@@ -1,7 +1,6 @@
 """Arrays in NumPy's own format, read and written row by row."""
 
 import contextlib
-import io
 import math
 import os
 import warnings
@@ -126,39 +125,12 @@ class RowsReader(Reader):
                 yield Frame(arrays.pop("vertices"), **arrays)
 
 
-def array_header(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
-    """Returns the bytes before the first number of a `.npy` file."""
-    header = io.BytesIO()
-    kind = npy.dtype_to_descr(dtype)
-    npy.write_array_header_1_0(header, {"descr": kind, "fortran_order": False, "shape": shape})
-    return header.getvalue()
-
-
 def native(row: NDArray[Any]) -> NDArray[Any]:
     """Returns the numbers in native byte order."""
     return row.astype(row.dtype.newbyteorder("="), copy=False)
 
 
-class FlatWriter(Writer):
-    """A sequence that is being written to files that consist of a header and a row per frame."""
-
-    def _begin(self) -> None:
-        self._rows: dict[str, IO[bytes]] = {}
-
-    def _open_rows(self, name: str, path: Path, header: bytes) -> None:
-        """Creates a file with its header."""
-        self._rows[name] = path.open("wb")
-        self._rows[name].write(header)
-
-    def _add_row(self, name: str, row: NDArray[Any]) -> None:
-        self._rows[name].write(np.ascontiguousarray(row).data)
-
-    def _close(self) -> None:
-        for rows in self._rows.values():
-            rows.close()
-
-
-class RowFilesWriter(FlatWriter):
+class RowFilesWriter(Writer):
     """A sequence that is being written, with a file for each array that has a row per frame."""
 
     @abstractmethod
@@ -166,10 +138,17 @@ class RowFilesWriter(FlatWriter):
         """Returns the file of the array with that name."""
 
     def _begin(self) -> None:
-        super()._begin()
+        self._rows: dict[str, IO[bytes]] = {}
         for name, (shape, dtype) in kinds_per_frame(self.header).items():
-            self._open_rows(name, self._row_file(name), array_header(dtype, shape))
+            self._rows[name] = file = self._row_file(name).open("wb")
+            kind = npy.dtype_to_descr(dtype)
+            header = {"descr": kind, "fortran_order": False, "shape": shape}
+            npy.write_array_header_1_0(file, header)
 
     def _append(self, frame: Frame) -> None:
         for name, row in rows_of(frame).items():
-            self._add_row(name, row)
+            self._rows[name].write(np.ascontiguousarray(row).data)
+
+    def _close(self) -> None:
+        for rows in self._rows.values():
+            rows.close()
