@@ -43,7 +43,7 @@ class AlembicScene:
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self.archive = library("Abc").IArchive(str(path))
             self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
-            self.moves = {
+            self.moves: dict[str, bool] = {
                 name: not mesh.getSchema().getPositionsProperty().isConstant()
                 for name, mesh in self._meshes.items()
             }

@@ -39,7 +39,7 @@ class UsdScene:
             self._meshes = {
                 str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)
             }
-            self.moves = {
+            self.moves: dict[str, bool] = {
                 name: mesh.GetPointsAttr().ValueMightBeTimeVarying()
                 for name, mesh in self._meshes.items()
             }
