@@ -23,11 +23,14 @@ class Target:
         path: the path that was asked for.
         format: the name of the format.
         writer: the class of its writers.
+        is_overlay: whether it is a layer over the mesh file of its header instead of a file that
+            stands alone.
     """
 
     path: Path
     format: str
     writer: type[Writer]
+    is_overlay: bool = False
 
     def create(
         self,
@@ -108,11 +111,11 @@ class Target:
             )
 
 
-def target_of(path: PathLike, format: str | None = None, *, overlay: bool = False) -> Target:
+def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None = False) -> Target:
     """Where to write, in the format of that name or else in the one that the suffix says.
 
     With `overlay`, it is a layer over the mesh file of its header instead of a file that stands
-    alone.
+    alone; None means a layer if the format has any.
 
     Raises:
         ImportError: the library for this format is not installed; the message names its extra.
@@ -124,15 +127,16 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool = Fals
         chosen = choose(path, format, otherwise)
         if chosen.writer is None:
             raise ValueError(f"{chosen.name} files can only be read")
-        writer = chosen.overlay if overlay else chosen.writer
-        if writer is None:
+        if overlay and chosen.overlay is None:
             raise ValueError(
                 f"{chosen.name} has no layers; write an overlay as .usd, .usda or .usdc"
             )
         if chosen.library is not None:
             module, extra = chosen.library
             require(module, extra=extra)
-        return Target(path, chosen.name, writer)
+        if overlay is False or chosen.overlay is None:
+            return Target(path, chosen.name, chosen.writer)
+        return Target(path, chosen.name, chosen.overlay, is_overlay=True)
 
 
 def _identity(file: Path) -> tuple[int, int]:

@@ -11,8 +11,7 @@ import numpy as np
 
 from .._checks import check_path, check_positive
 from .._errors import InputError, KindError, SettingError
-from ..files import PathLike, Source, format_of
-from ..files.choice import choose
+from ..files import PathLike, Source, Target, format_of, target_of
 from ..frames.header import Header
 from ..settings import Settings, all_settings
 from .option import (
@@ -112,26 +111,22 @@ class CompletionOptions:
             self, settings=settings, training=check_training(self.training, settings) or None
         )
 
-    def is_overlay(self, path: Path, output: PathLike) -> bool:
-        """Whether the completed sequence is a layer over its input.
+    def target(self, path: PathLike, output: PathLike) -> Target:
+        """Where the completed sequence is written: a layer over its input where both are USD.
 
         Raises:
-            ValueError: it is to be, but the input is no USD stage; or the input has another format
-                than its name says.
+            ImportError, ValueError: see :func:`target_of`; or the input is no USD stage, but the
+                output is to be a layer over it.
         """
-        if self.overlay is False:
-            return False
-        layered = format_of(path, self.source.get("format")).name in ("usd", "usdz")
-        if self.overlay is None:
-            return layered and choose(Path(output), self.output_format, "").overlay is not None
-        if not layered:
+        over_usd = format_of(path, self.source.get("format")).name in ("usd", "usdz")
+        if self.overlay and not over_usd:
             raise InputError(
                 "an overlay changes a mesh in a USD stage, so the input must be USD (.usd, .usda, "
                 ".usdc or .usdz)",
                 argument="overlay",
-                file=path,
+                file=Path(path),
             )
-        return True
+        return target_of(output, self.output_format, overlay=self.overlay if over_usd else False)
 
     def header(self, read: Header) -> Header:
         """The header of the completed sequence."""

@@ -118,12 +118,11 @@ def complete_into(
     options = options.checked()
     check_callable("watch", watch)
     check_callable("watch_training", watch_training)
-    overlay = options.is_overlay(Path(path), output)
-    target = files.target_of(output, options.output_format, overlay=overlay)
+    target = options.target(path, output)
     source = Path(path)
     with open_with_template(source, options) as (reader, template):
         header = options.header(reader.header)
-        if overlay:  # which keeps all that its input holds
+        if target.is_overlay:  # which keeps all that its input holds
             header = replace(header, mesh_file=MeshFile(source, ()))
         training = Training(paths_of(options.training), reader, watch_training)
         others = [*(template.files if template else ()), *training.files]
