@@ -46,9 +46,9 @@ class Result:
     Attributes:
         job: the job.
         status: "done", "doubtful" if the output was written but is probably wrong, "exists" if
-            there was one already, which was kept, or "failed".
-        reason: why the job failed, in one line; empty otherwise. The remarks say why a result is
-            doubtful.
+            there was one already, so that nothing was done, or "failed".
+        reason: why the job failed or which file exists, in one line; empty otherwise. The remarks
+            say why a result is doubtful.
         frames: number of frames that were written.
         seconds: the time that the job took.
         remarks: remarks about the output for the user, one line each.
@@ -113,8 +113,8 @@ def run_job(job: AnyJob, *, overwrite: bool = False) -> Result:
             report = job.track(overwrite=overwrite)
         else:
             report = complete_into(job.input, job.output, job, overwrite)
-    except FileExistsError:
-        return Result(job, "exists")
+    except FileExistsError as error:
+        return Result(job, "exists", in_one_line(error))
     except SettingError as error:  # its message does not name the file
         return Result(job, "failed", f"{job.input}: {error}", seconds=time.monotonic() - began)
     except Exception as error:  # no error may stop the other jobs
