@@ -84,8 +84,8 @@ def progress(context):
     window = context.window_manager
     window.progress_begin(0, 1)
 
-    def watch(frames, n, done=0):
-        for number, frame in enumerate(frames, done):
+    def watch(frames, n):
+        for number, frame in enumerate(frames):
             window.progress_update(number / max(n, 1))
             yield frame
 

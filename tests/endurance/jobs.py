@@ -115,12 +115,6 @@ class Job:
         if self.check() != "whole" or hidden:
             raise ValueError(f"{self.kind}: the next run left {hidden or 'another output'}")
 
-    def command(self, sources: Path) -> list[str]:
-        """Returns the words of the command."""
-        frames = str(len(dynmesh.read(sources / "partial.npz")))
-        words = COMMANDS[self.kind].replace("FRAMES", frames).split()
-        return [*(word.format(self._work) for word in words), "--overwrite", "--quiet"]
-
     def _must_run(self, sources: Path, before: Callable[[], None] | None = None) -> None:
         if run_in_fork(lambda: self._run(sources, before)):
             raise ValueError(f"{self.kind}: failed: {self._said.read_text()}")
@@ -130,12 +124,19 @@ class Job:
         return self._work.with_name("said")
 
     def _run(self, sources: Path, before: Callable[[], None] | None = None) -> None:
-        sys.argv = ["dynmesh", *self.command(sources)]
+        sys.argv = ["dynmesh", *command(self.kind, sources, self._work)]
         sys.stdout = sys.stderr = self._said.open("w")
         os.chdir(sources)
         if before is not None:
             before()
         cli.main()
+
+
+def command(kind: str, sources: Path, work: Path) -> list[str]:
+    """Returns the words of a command whose outputs are in the folder `work`."""
+    frames = str(len(dynmesh.read(sources / "partial.npz")))
+    words = COMMANDS[kind].replace("FRAMES", frames).split()
+    return [*(word.format(work) for word in words), "--overwrite", "--quiet"]
 
 
 def make_sources(folder: Path, frames: int) -> Path:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
+from jobs import COMMANDS, command, make_sources
 from meshes import Mesh
 from test_every_format import FORMATS, place
 
@@ -16,6 +17,7 @@ import dynmesh
 from dynmesh import files
 from dynmesh._errors import InputError
 from dynmesh.cli import pictures, scans, sequences
+from dynmesh.files.new_output import making
 
 
 def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
@@ -43,26 +45,26 @@ def test_only_one_writes_an_output(tmp_path: Path, mesh: Mesh, format: str) -> N
     dynmesh.write(path, sequence)  # which is over
 
 
-def test_a_completion_and_a_conversion_exclude_each_other(tmp_path: Path, mesh: Mesh) -> None:
-    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
-    dynmesh.write(source, moving(mesh))
-    before = contents(tmp_path)
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_sources(tmp_path_factory.mktemp("sources") / "new", 5)
 
-    def convert(frames: Iterator[Any], *_: int) -> Iterator[Any]:
-        for frame in frames:
-            result = run_here("convert", source, output)
-            assert result.returncode == 1
-            assert "out.npz: is being written by another process" in result.stderr
-            yield frame
 
-    dynmesh.complete_file(source, output, watch=convert)
-    output.unlink()
-    with (
-        pytest.raises(BlockingIOError, match="is being written by another process"),
-        files.create(output, files.header_of(moving(mesh))),
-    ):
-        dynmesh.complete_file(source, output)
-    assert contents(tmp_path) == before
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_no_command_writes_what_another_one_is_writing(
+    tmp_path: Path, sources: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.chdir(sources)
+    (tmp_path / "mixed").mkdir()
+    (tmp_path / "mixed" / "readme.txt").touch()
+    output = next(Path(word.format(tmp_path)) for word in COMMANDS[kind].split() if "{}" in word)
+    words = command(kind, sources, tmp_path)
+    with making(output.parent if "%" in output.name else output):
+        before = contents(tmp_path)
+        refused = dynmesh_command(*words, code=1).stderr
+        assert "is being written by another process" in refused
+        assert contents(tmp_path) == before
+    assert run_here(*words).returncode in (0, 3)  # which is over; 3 if the result is doubtful
 
 
 def write_another(path: Path) -> Callable[..., Iterator[Any]]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .._core import Completer
 from .._errors import InputError, locating
-from ..files import Frame, Reader
+from ..files import Frame, Reader, naming
 from ..frames.memory import Output
 from .both_ways import combined
 from .completion_options import CompletionOptions
@@ -153,7 +153,7 @@ def _records(like: Frame, n: int, folder: Path | None) -> NDArray[Any]:
     record = np.dtype([(name, one.dtype, one.shape) for name, one in values.items()])
     if folder is None or n == 0:
         return np.empty(n, record)
-    with tempfile.TemporaryFile(dir=folder) as file:
+    with naming(folder), tempfile.TemporaryFile(dir=folder) as file:
         if hasattr(os, "posix_fallocate"):  # else a full disk would end the process
             os.posix_fallocate(file.fileno(), 0, n * record.itemsize)
         return np.memmap(file, record, "w+", shape=(n,))
