@@ -153,14 +153,13 @@ def test_instances_become_ordinary_prims_which_is_said_once(tmp_path: Path) -> N
     assert remark.partition(": ")[2] == "/crowd/one, /crowd/one/Flags/First"
 
 
-def test_layers_of_several_meshes_can_be_stacked(tmp_path: Path) -> None:
-    """Each is a layer over the same stage."""
+def test_several_meshes_are_completed_in_layers_over_each_other(tmp_path: Path) -> None:
+    """The points of both are stated by the stage itself."""
     scene = production(tmp_path / "scene.usda")
-    over(scene, tmp_path / "body.usda")
-    over(scene, tmp_path / "hat.usda", HAT)
-    both = Sdf.Layer.CreateNew(str(tmp_path / "both.usda"))
-    both.subLayerPaths[:] = ["./body.usda", "./hat.usda"]
-    both.Save()
+    stage = Usd.Stage.Open(str(scene))
+    stage.Flatten().Export(str(tmp_path / "flat.usda"))
+    over(tmp_path / "flat.usda", tmp_path / "body.usda")
+    over(tmp_path / "body.usda", tmp_path / "both.usda", HAT)
     for mesh in (BODY, HAT):
         assert np.isfinite(list(points_of(tmp_path / "both.usda", mesh).values())).all()
     assert values_of(stage_of(tmp_path / "both.usda"))["/World/Rig/Hat.primvars:st"]
