@@ -189,6 +189,17 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path / "old") == []
 
 
+def test_what_is_removed_of_an_older_sequence_is_said(tmp_path: Path, mesh: Mesh) -> None:
+    for start in (0, 2):
+        dynmesh.write(tmp_path / f"{start}.npz", replace(sequence_of(mesh), start=start))
+    frames = tmp_path / "frames" / "f%d.ply"
+    assert dynmesh.convert_file(tmp_path / "0.npz", frames).remarks == ()
+    assert dynmesh.convert_file(tmp_path / "0.npz", frames, overwrite=True).remarks == ()
+    (remark,) = dynmesh.convert_file(tmp_path / "2.npz", frames, overwrite=True).remarks
+    assert remark.endswith("(2): f0.ply, f1.ply")
+    assert names(tmp_path / "frames") == ["f2.ply", "f3.ply", "f4.ply"]
+
+
 # Consistency of frames
 
 

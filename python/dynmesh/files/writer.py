@@ -18,6 +18,7 @@ from ..frames.attributes import ATTRIBUTES, as_mask
 from ..frames.frame import Frame
 from ..frames.header import Header
 from ..frames.naming import naming
+from ..frames.scenes import listed
 from ..sequence import Mask, Positions
 from .new_output import exists_already, making
 from .space import bytes_of, check_space
@@ -239,6 +240,11 @@ class Writer(ABC):
             self._check_whole()
             self._finish()
             self._refuse_existing()
+            if outdated := self._outdated():
+                names = listed([file.name for file in outdated], 3)
+                self.remarks.append(
+                    f"older files that no new ones replace are removed ({len(outdated)}): {names}"
+                )
             self._place()
             self._working.close()
 
