@@ -57,12 +57,17 @@ def listed(names: Iterable[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def choose(path: Path, name: str | None, otherwise: str) -> Format:
-    """Returns the format of that name or of the path; `otherwise` is the advice in errors."""
+def choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
+    """Returns the format of that name or of the path, which is to be read or `written`.
+
+    Errors list the possible formats, and `otherwise` is their advice.
+    """
+    possible = {of: one for of, one in formats.items() if one.writer or not written}
+    refused = "cannot write format" if written else "unknown format"
     if name is not None:
-        if name not in formats:
-            raise ValueError(f"unknown format '{name}'; the formats are {listed(formats)}")
-        return formats[name]
+        if name not in possible:
+            raise ValueError(f"{refused} '{name}'; the formats are {listed(possible)}")
+        return possible[name]
     if path.is_dir():
         numbered = {one.suffixes[0]: one for one in formats.values() if "gaps" in one.takes}
         found = [suffix for suffix in numbered if files_in(path, suffix)]
@@ -73,8 +78,8 @@ def choose(path: Path, name: str | None, otherwise: str) -> Format:
     if not path.suffix:
         raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
     suffix = path.suffix.lower()
-    for format in formats.values():
+    for format in possible.values():
         if suffix in format.suffixes:
             return format
-    suffixes = [suffix for format in formats.values() for suffix in format.suffixes]
-    raise ValueError(f"unknown format '{path.suffix}'; the suffixes are {listed(suffixes)}")
+    suffixes = listed(suffix for format in possible.values() for suffix in format.suffixes)
+    raise ValueError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")

@@ -124,9 +124,8 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None
     path = Path(path)
     with naming(path):
         otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
-        chosen = choose(path, format, otherwise)
-        if chosen.writer is None:
-            raise ValueError(f"{chosen.name} files can only be read")
+        chosen = choose(path, format, otherwise, written=True)
+        assert chosen.writer is not None
         if overlay and chosen.overlay is None:
             raise ValueError(
                 f"{chosen.name} has no layers; write an overlay as .usd, .usda or .usdc"

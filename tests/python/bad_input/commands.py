@@ -130,7 +130,7 @@ shell = [
     ),
     refused("complete gap new.npz", "gap: f_0002.obj", "--gaps lost"),
     refused("complete body.npz other.npz", "other.npz:", "--overwrite"),
-    refused("complete body.npz new.stl", "new.stl:", "only be read"),
+    refused("complete body.npz new.stl", "new.stl:", "cannot write"),
     refused("complete no* new.npz", "no*:", "no suffix"),
     refused("complete long.npz new.npz", "new.npz:", full=True),
     misused("complete body.npz", "OUT"),
