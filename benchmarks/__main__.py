@@ -29,6 +29,12 @@ TABLES: dict[str, Callable[[], None]] = {
 def main() -> None:
     """Make what the first argument names, without one the figures and tables of the paper."""
     rest = sys.argv[1:]
+    if rest[:1] in (["-h"], ["--help"]):
+        print(
+            "usage: script/reproduce [TABLE] [ARGUMENTS]; TABLE --help lists the arguments of one"
+        )
+        print(f"The tables are {', '.join(TABLES)}; without one, it makes paper.")
+        return
     name = rest.pop(0) if rest and not rest[0].startswith("-") else "paper"
     if name not in TABLES:
         sys.exit(f"{name}: is no table; there are {', '.join(TABLES)}")

@@ -148,3 +148,12 @@ def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     assert cut[0].shape == cut[1].shape
     assert cut[0].shape[0] < 240
     np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)
+
+
+def test_the_help_names_the_tables(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["script/reproduce", "--help"])
+    benchmarks.main()
+    told = capsys.readouterr().out
+    assert all(table in told for table in benchmarks.TABLES)
