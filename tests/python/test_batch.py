@@ -84,7 +84,8 @@ def test_ten_jobs_of_which_some_fail(
     assert "8 done, 0 already complete, 2 failed of 10 jobs" in told
     with report.open(newline="") as file:
         results = {row["input"]: row for row in csv.DictReader(file)}
-    assert len(results) == 10
+    names = [row.removeprefix(",").partition(",")[0] for row in rows]
+    assert list(results) == [str(tmp_path / name) for name in names]
     failed = results[str(tmp_path / "none.npz")]
     assert failed["status"] == "failed"
     assert failed["reason"] == f"{tmp_path / 'none.npz'}: No such file or directory"
@@ -147,6 +148,11 @@ def test_no_two_rows_have_one_output(tmp_path: Path, other: str) -> None:
     told = rf"line 4: output: '{other}' is the output of line 2"
     with pytest.raises(ValueError, match=re.escape(told)):
         read_jobs(table)
+
+
+def test_a_cluster_has_its_own_workers(tmp_path: Path) -> None:
+    told = run("batch", tmp_path / "jobs.csv", "--workers", "2", "--scheduler", "tcp://h:1", code=2)
+    assert "--workers" in told.stderr
 
 
 def test_a_report_does_not_replace_the_table(tmp_path: Path) -> None:

@@ -61,6 +61,8 @@ def batch(
     scans/tuesday,completed/tuesday.h5,,
     ```
     """
+    if workers is not None and scheduler is not None:
+        raise typer.BadParameter("a cluster has its own workers", param_hint="'--workers'")
     require("distributed", extra="batch")  # before the report is replaced
     table = read_jobs(jobs)
     if report is not None and report.resolve() == jobs.resolve():

@@ -82,23 +82,21 @@ def complete_files(
         overwrite: whether to replace outputs that exist.
 
     Yields:
-        The results, as soon as they are available.
+        The results, in the order of the jobs.
 
     Raises:
         ImportError: Dask distributed is not installed.
         OSError: no scheduler answers at the address.
     """
-    distributed = require("distributed", extra="batch")
     processors: int = require("dask.system", extra="batch").CPU_COUNT
     with _client(scheduler, workers or min(processors, len(jobs))) as client:
         futures = client.map(run_job, jobs, overwrite=overwrite, pure=False)
-        job_of = dict(zip(futures, jobs, strict=True))
-        for future in distributed.as_completed(futures):
+        for job, future in zip(jobs, futures, strict=True):
             try:
                 result = future.result()
             except Exception as error:  # an error of the worker, not of the job
-                why = f"{job_of[future].input}: the worker was lost: {in_one_line(error)}"
-                result = Result(job_of[future], "failed", why)
+                why = f"{job.input}: the worker was lost: {in_one_line(error)}"
+                result = Result(job, "failed", why)
             yield result
 
 
