@@ -2,8 +2,8 @@
 
 Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
 texture coordinates or normals differ. Their order depends on that, so several such files are no
-sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up.
-Of a clip, only the mesh is read.
+sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up;
+its animations are not read.
 """
 
 from collections.abc import Iterator
