@@ -331,6 +331,20 @@ def test_a_mesh_from_a_scene_has_no_subdivision_scheme(tmp_path: Path) -> None:
         assert not stage.HasAuthoredMetadata("metersPerUnit")
 
 
+@pytest.mark.parametrize("scheme", ["none", "loop"])
+def test_a_stated_subdivision_scheme_is_kept(tmp_path: Path, scheme: str) -> None:
+    path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
+    stage = Usd.Stage.Open(str(path))
+    (name,) = (prim.GetPath() for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
+    UsdGeom.Mesh(stage.GetPrimAtPath(name)).CreateSubdivisionSchemeAttr(scheme)
+    stage.GetRootLayer().Save()
+    dynmesh.convert_file(path, tmp_path / "b.usda")
+    dynmesh.complete_file(path, tmp_path / "c.usda", overlay=False)
+    for made in ("b.usda", "c.usda"):
+        stage = Usd.Stage.Open(str(tmp_path / made))
+        assert UsdGeom.Mesh(stage.GetPrimAtPath(name)).GetSubdivisionSchemeAttr().Get() == scheme
+
+
 def test_a_written_stage_is_self_contained(tmp_path: Path) -> None:
     vertices = np.zeros((3, 4, 3))
     vertices[1, 2] = np.nan
@@ -368,5 +382,5 @@ def test_packed_stages_cannot_be_written(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
     assert UsdUtils.CreateNewUsdzPackage(str(path), str(tmp_path / "a.usdz"))
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])
-    with pytest.raises(ValueError, match="usdz files can only be read"):
+    with pytest.raises(ValueError, match=r"'\.usdz'; the suffixes are (?!.*\.(usdz|stl))"):
         dynmesh.write(tmp_path / "b.usdz", dynmesh.read(path))

@@ -66,6 +66,7 @@ class UsdReader(Reader):
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
         around = scene.around(self._mesh)
+        scheme = self._mesh.GetSubdivisionSchemeAttr()
         return Header(
             faces=faces,
             n_frames=len(self._times),
@@ -79,6 +80,7 @@ class UsdReader(Reader):
             **flags_of(self._primvars),
             standard_error_of=errors_of(errors),
             mesh_file=MeshFile(path, around) if around else None,
+            subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
         )
 
     @property

@@ -21,7 +21,7 @@ class UsdWriter(Writer):
     lost, and the writer cannot be continued.
 
     A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
-    subdivided, so the subdivision scheme is not written.
+    subdivided, so only the subdivision scheme that a stage states for it is written.
     """
 
     keeps_float64 = False
@@ -94,8 +94,9 @@ class UsdWriter(Writer):
         stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
         stage.SetStartTimeCode(self._times[0])
         stage.SetEndTimeCode(self._times[-1])
-        if header.name is None:
-            mesh.CreateSubdivisionSchemeAttr("none")
+        scheme = "none" if header.name is None else header.subdivision
+        if scheme is not None:
+            mesh.CreateSubdivisionSchemeAttr(scheme)
         faces = as_polygons(header.faces, header.polygons)
         mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
         mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))

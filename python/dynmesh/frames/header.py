@@ -44,6 +44,7 @@ class Header(Description, Flags):
         dtype: of the positions, float32 or float64.
         mesh_file: from which files of the same format, or layers over it, keep what it holds, or
             None.
+        subdivision: the subdivision scheme that a USD stage states, or None.
 
     `has_known`, `has_provenance` and `has_standard_error` say which attributes each frame has. They
     and the attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are
@@ -58,6 +59,7 @@ class Header(Description, Flags):
     n_vertices: int
     dtype: np.dtype[Any]
     mesh_file: MeshFile | None = None
+    subdivision: str | None = None
 
     def __post_init__(self) -> None:
         """Raises an error unless the properties are consistent."""
