@@ -156,12 +156,13 @@ def test_instances_become_ordinary_prims_which_is_said_once(tmp_path: Path) -> N
 def test_several_meshes_are_completed_in_layers_over_each_other(tmp_path: Path) -> None:
     """The points of both are stated by the stage itself."""
     scene = production(tmp_path / "scene.usda")
-    stage = Usd.Stage.Open(str(scene))
-    stage.Flatten().Export(str(tmp_path / "flat.usda"))
-    over(tmp_path / "flat.usda", tmp_path / "body.usda")
+    over(scene, tmp_path / "body.usda")
+    over(scene, tmp_path / "hat.usda", HAT)
     over(tmp_path / "body.usda", tmp_path / "both.usda", HAT)
-    for mesh in (BODY, HAT):
-        assert np.isfinite(list(points_of(tmp_path / "both.usda", mesh).values())).all()
+    for mesh, alone in ((BODY, "body.usda"), (HAT, "hat.usda")):
+        found, expected = (points_of(tmp_path / file, mesh) for file in ("both.usda", alone))
+        assert tuple(found) == TIMES
+        np.testing.assert_array_equal(list(found.values()), list(expected.values()))
     assert values_of(stage_of(tmp_path / "both.usda"))["/World/Rig/Hat.primvars:st"]
 
 
