@@ -106,3 +106,6 @@ def test_a_setting_that_there_is_not_is_refused_before_any_file(tmp_path: Path) 
         KindError, match=r"^speed: is not a setting; the settings are method, revisit"
     ):
         dynmesh.complete_file(tmp_path / "none.npz", tmp_path / "out.npz", **wrong)
+    wrong = {"prim": "/body"}
+    with pytest.raises(KindError, match=r"^prim: .*source=\{'prim': "):
+        dynmesh.complete_file(tmp_path / "none.npz", tmp_path / "out.npz", **wrong)

@@ -67,3 +67,11 @@ def test_a_method_of_something_else_is_refused_in_one_line() -> None:
         "push(): an argument has the wrong type; it takes (self, points, known=None, *, out=None)"
     )
     assert str(refused.value) == expected
+
+
+def test_an_option_that_there_is_not_is_refused_by_its_name_alone() -> None:
+    wrong: Any = {"axes": "y"}
+    with pytest.raises(TypeError, match=r"^got an unexpected keyword argument 'axes'$"):
+        dynmesh.track_file("scans", "out.npz", template="body.ply", **wrong)
+    with pytest.raises(TypeError, match=r"^got an unexpected keyword argument 'axes'$"):
+        dynmesh.convert_file("in.npz", "out.npz", **wrong)

@@ -189,4 +189,6 @@ def completion_options(given: CompletionKeywords) -> CompletionOptions:
     own: dict[str, Any] = {name: value for name, value in given.items() if name in names}
     own["source"] = own.get("source") or {}
     settings = {name: value for name, value in given.items() if name not in names}
+    for name in settings.keys() & SOURCE.keys():
+        raise KindError(f"belongs to the source: source={{'{name}': ...}}", argument=name)
     return CompletionOptions(**own, settings=cast(Settings, settings))

@@ -12,7 +12,7 @@ from ..files import Frame, PathLike, Source
 from ..frames.memory import Collected, SequenceReader
 from ..sequence import Sequence
 from .conversion_options import ConversionKeywords, ConversionOptions
-from .option import takes
+from .option import made_of, takes
 
 Watch: TypeAlias = Callable[[Iterable[Frame], int], Iterable[Frame]]
 
@@ -76,7 +76,7 @@ def convert_file(
     check_path("path", path)
     check_path("output", output)
     check_callable("watch", watch)
-    asked = ConversionOptions(**options)
+    asked = made_of(ConversionOptions, options)
     asked.check()
     target = files.target_of(output, output_format)
     with files.open(path, **(source or {})) as reader:
@@ -116,7 +116,7 @@ def convert(sequence: Sequence, **options: Unpack[ConversionKeywords]) -> Sequen
     """
     if not isinstance(sequence, Sequence):
         raise KindError(f"must be a Sequence, not {type(sequence).__name__}", argument="sequence")
-    asked = ConversionOptions(**options)
+    asked = made_of(ConversionOptions, options)
     asked.check()
     reader = SequenceReader(sequence)
     with files.naming(reader.path):

@@ -3,14 +3,17 @@
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
+from inspect import signature
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypeVar
 
 from .._checks import check_path
 from .._errors import InputError, KindError
 from ..files import PathLike, Source
 from ..files.scans import UNITS
 from ..settings import SETTINGS, Function, Settings, default_settings, with_keywords
+
+Kind = TypeVar("Kind")
 
 WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
 ROOM = "Rooms"
@@ -167,6 +170,17 @@ def takes(kind: type[Any], *without: str) -> Callable[[Function], Function]:
         keywords |= default_settings
         types |= Settings.__annotations__
     return lambda function: with_keywords(function, keywords, types)
+
+
+def made_of(kind: Callable[..., Kind], options: Mapping[str, object]) -> Kind:
+    """The options for the keywords of a function.
+
+    Raises:
+        TypeError: a keyword is unknown or missing. The error does not name the kind, which is no
+            concern of users.
+    """
+    signature(kind).bind(**options)
+    return kind(**options)
 
 
 def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:

@@ -20,7 +20,7 @@ from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
 from ..sequence import Positions
 from .landmarks import landmark_files, landmark_remarks, landmarks_of
-from .option import takes
+from .option import made_of, takes
 from .register_advice import advised
 from .register_options import RegisterKeywords, RegisterOptions
 from .register_page import page_of
@@ -98,7 +98,7 @@ def register_file(
             is refused. If only some of several scans fail, the results of the others are written
             before.
     """
-    made = [*register_each(template, scan, output, RegisterOptions(**options), overwrite)]
+    made = [*register_each(template, scan, output, made_of(RegisterOptions, options), overwrite)]
     refuse_failed(made, Path(scan))
     return {one.output: one.found for one in made if one.found is not None}
 

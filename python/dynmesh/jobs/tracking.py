@@ -22,7 +22,7 @@ from ..sequence import Positions
 from .fit_table import FitTable, fit_table
 from .fits import Fits
 from .landmarks import read_landmarks
-from .option import paths_of, takes
+from .option import made_of, paths_of, takes
 from .room import Room
 from .start import template_of
 from .track_report import TrackFileReport
@@ -96,7 +96,7 @@ def track_file(
             does not lie in the first scan, the error says how far it is; a unit is stated for the
             scans, but none for the template.
     """
-    return track_into(scans, output, TrackingOptions(**options), overwrite, watch=watch)
+    return track_into(scans, output, made_of(TrackingOptions, options), overwrite, watch=watch)
 
 
 def track_into(
