@@ -312,6 +312,7 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
     owners = [_owner(file, path, numbered) for file in images]
     if len(numbered) == 1 and not any(name for name, _ in owners):
         owners = [(next(iter(numbered)), file.stem) for file in images]
+    _refuse_others([f for f, (name, _) in zip(images, owners, strict=True) if name is None])
     for file, (name, before) in zip(images, owners, strict=True):
         if name is None:
             continue
@@ -325,6 +326,18 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
             raise ValueError(f"{file.name}: {other.name} has the same number and camera")
         numbered[name][int(digits)] = file
     return numbered
+
+
+def _refuse_others(files: list[Path]) -> None:
+    """Refuses images that are named as those of a camera that is not described."""
+    parts = [(file, *file.stem.rpartition("_")[::2]) for file in files]
+    of = {name: file.name for file, before, name in parts if before[-1:].isdigit()}
+    if of:
+        told = " and of ".join(f"{name!r} ({file})" for name, file in sorted(of.items()))
+        raise ValueError(
+            f"holds images of camera {told}, which the cameras file does not describe; describe "
+            "it there, or name the other images by a pattern such as '*_0.png'"
+        )
 
 
 def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:
