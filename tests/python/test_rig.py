@@ -83,8 +83,9 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
     words = ("rig", folder / scans, "--template", folder / "body.obj")
     made = tmp_path / "right.json"
     said = run(*words, "--cameras", tmp_path / "wrong.json", "-o", made, code=3).stderr
-    assert said.count("\n") == 1
     assert told in said
+    assert said.count("\n") == 2
+    assert f"{made}: " in said
     found = {camera.name: camera for camera in read_cameras(made).cameras}
     for camera in right.cameras:
         meant = found[camera.name]
@@ -103,7 +104,7 @@ def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Pa
     words = ("rig", scans, "--template", folder / "body.obj", "-o", tmp_path / "same.json")
     said = run(*words).stderr
     assert "the cameras fit" in said
-    assert said.count("\n") == 1
+    assert said.count("\n") == 2
     ours, theirs = (read_cameras(file) for file in (scans / "cameras.json", tmp_path / "same.json"))
     for one, other in zip(ours.cameras, theirs.cameras, strict=True):
         np.testing.assert_array_equal(one.camera_to_world, other.camera_to_world)
@@ -118,8 +119,26 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(folder: Path, tmp_
     said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
     assert re.search(r"2: ([6-9]\d|100)% far", said)
     assert "no usual misreading" in said
+    assert "intrinsics of camera '2' are wrong" in said
     assert "o.json: not written" in said
     assert not (tmp_path / "o.json").exists()
+
+
+def test_a_single_camera_that_is_off_does_not_fit(folder: Path, tmp_path: Path) -> None:
+    scans = tmp_path / "depth"
+    run("degrade", folder / "body.obj", scans, "--depth=160x120", "--up=z", "--cameras=1")
+    rig = read_cameras(scans / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", posed(lambda pose: pose @ turned_aside(4), rig))
+    words = ("rig", scans, "--template", folder / "body.obj", "--cameras", tmp_path / "wrong.json")
+    assert "fit" not in run(*words, code=3).stderr
+
+
+def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
+    read = folder / "depth" / "cameras.json"
+    before = read.read_bytes()
+    words = ("rig", folder / "depth", "--template", folder / "body.obj", "-o", read, "--overwrite")
+    assert "is the input" in run(*words, code=1).stderr
+    assert read.read_bytes() == before
 
 
 def turned_aside(degrees: float) -> Any:
@@ -132,12 +151,13 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
     folder: Path, tmp_path: Path
 ) -> None:
     scans, body = folder / "depth", folder / "body.obj"
-    advice = f"dynmesh rig {scans} --template {body}"
+    wrong = tmp_path / "wrong.json"
+    advice = f"dynmesh rig {scans} --template {body} --cameras {wrong} --template-unit m "
     for misread in ("depths", "inverted", "neighbours"):
         rig = MISREAD[misread][0](read_cameras(scans / "cameras.json"))
-        write_cameras(tmp_path / "wrong.json", rig)
+        write_cameras(wrong, rig)
         words = ("track", scans, tmp_path / "o.npz", "--template", body, "--overwrite")
-        ended = run_here(*words, "--cameras", tmp_path / "wrong.json")
+        ended = run_here(*words, "--cameras", wrong, "--template-unit", "m")
         assert ended.returncode in (1, 3)
         assert advice in ended.stderr
     assert "dynmesh rig" not in run(*words).stderr

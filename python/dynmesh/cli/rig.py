@@ -69,8 +69,9 @@ def rig(
     if output is not None and report.rig is None:
         say(f"{output}: not written, as it is not known how the cameras are meant")
     if output is not None and report.rig is not None:
-        with new_output(output, overwrite, ".json") as made:
+        with new_output(output, overwrite, ".json", inputs=filter(None, [report.rig.file])) as made:
             write_cameras(made, report.rig)
+        say(f"{output}: the cameras as they are meant")
     if page is not None:
         with new_output(page, overwrite, ".html") as made:
             shown = rig_page(

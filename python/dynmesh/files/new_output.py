@@ -8,7 +8,7 @@ folder. The next run to the same output removes it.
 import errno
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -92,30 +92,48 @@ def exists_already(path: Path) -> FileExistsError:
     )
 
 
-def check_output(path: Path, overwrite: bool, *suffixes: str) -> None:
+def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Refuses to replace one of the files that are read, whichever path names it."""
+    read = set(map(identity, inputs))
+    for file in existing:
+        if identity(file) in read:
+            raise ValueError(f"{file}: is the input; writing over it would lose it")
+
+
+def identity(file: Path) -> tuple[int, int]:
+    """Identifies a file, whichever path names it."""
+    found = file.stat()
+    return found.st_dev, found.st_ino
+
+
+def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()) -> None:
     """Refuses a path that a file that is not a sequence, such as a page, cannot be written to.
 
     Raises:
         OSError: it would be in a file, or the file exists and `overwrite` is not set.
-        ValueError: the path has none of these suffixes.
+        ValueError: the path has none of these suffixes, or it is one of the `inputs`.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         *others, last = suffixes
         expected = f"{', '.join(others)} or {last}" if others else last
         raise ValueError(f"{path}: must end in {expected}")
     check_folder(path)
-    if path.exists() and not overwrite:
-        raise exists_already(path)
+    if path.exists():
+        refuse_inputs([path], inputs)
+        if not overwrite:
+            raise exists_already(path)
 
 
 @contextmanager
-def new_output(path: Path, overwrite: bool, *suffixes: str) -> Iterator[Path]:
+def new_output(
+    path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()
+) -> Iterator[Path]:
     """Checks the path of such a file, and yields a hidden one, which becomes it at the end.
 
     Raises:
         OSError, ValueError: the errors of :func:`check_output` and :func:`making`.
     """
-    check_output(path, overwrite, *suffixes)
+    check_output(path, overwrite, *suffixes, inputs=inputs)
     try:
         with making(path) as folder:
             yield folder / path.name

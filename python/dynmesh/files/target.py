@@ -11,7 +11,7 @@ from ..frames.naming import naming
 from ..frames.reader import Reader
 from ..sequence import Sequence
 from .choice import PathLike, choose, formats, listed
-from .new_output import check_folder
+from .new_output import check_folder, identity, refuse_inputs
 from .writer import Writer
 
 
@@ -89,10 +89,7 @@ class Target:
         if reader is not None:
             self._check_not_among(reader)
         if existing := self.existing():
-            read = set(map(_identity, [*([] if reader is None else reader.files), *others]))
-            for file in existing:
-                if _identity(file) in read:
-                    raise ValueError(f"{file}: is the input; writing over it would lose it")
+            refuse_inputs(existing, [*([] if reader is None else reader.files), *others])
         if not overwrite:
             self.writer.refuse_existing(self.path)
 
@@ -101,7 +98,7 @@ class Target:
         if (
             reader.path.is_dir()
             and self.path.parent.is_dir()
-            and _identity(self.path.parent) == _identity(reader.path)
+            and identity(self.path.parent) == identity(reader.path)
             and self.path.suffix.lower() == reader.files[0].suffix.lower()
             and not set(self.existing()) & set(reader.files)
         ):
@@ -136,9 +133,3 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None
         if overlay is False or chosen.overlay is None:
             return Target(path, chosen.name, chosen.writer)
         return Target(path, chosen.name, chosen.overlay, is_overlay=True)
-
-
-def _identity(file: Path) -> tuple[int, int]:
-    """Identifies a file, whichever path names it."""
-    found = file.stat()
-    return found.st_dev, found.st_ino

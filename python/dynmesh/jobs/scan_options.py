@@ -1,6 +1,7 @@
 """Where cameras stand and what the units are, for tracking and for `dynmesh rig`."""
 
-from dataclasses import dataclass
+import shlex
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from .._errors import InputError
@@ -35,6 +36,14 @@ class ScanOptions:
         metavar="UNIT",
         parse=unit_of,
     )
+
+    def rig_command(self, scans: Path, template: Path) -> str:
+        """Returns the command that judges the cameras as they are read with these options."""
+        words = ["dynmesh", "rig", str(scans), "--template", str(template)]
+        for option in fields(ScanOptions):
+            if (value := getattr(self, option.name)) is not None:
+                words += ["--" + option.name.replace("_", "-"), str(value)]
+        return shlex.join(words)
 
     def units(self, scans: ScanReader, template: Reader) -> tuple[float | None, float]:
         """Returns the metres in the unit of the template, and the unit of the scans in it.

@@ -152,7 +152,15 @@ def track_into(
             files.naming(Path(scans)),
         ):
             tracking = _Tracking(
-                reader, mesh, factor, options.room, options.align, landmarks, tracker_at, table
+                reader,
+                mesh,
+                factor,
+                options.room,
+                options.align,
+                landmarks,
+                tracker_at,
+                table,
+                options.rig_command(reader.path, mesh.path),
             )
             tracking.track(writer, watch)
     report = tracking.report(header)
@@ -177,8 +185,12 @@ class _Tracking:
         landmarks: Landmarks | None,
         tracker_at: Callable[[Positions], Tracker],
         table: FitTable | None,
+        judged_by: str,
     ) -> None:
-        """Places the template in the first scan with points."""
+        """Places the template in the first scan with points.
+
+        `judged_by` is the command that looks at the cameras.
+        """
         self._scans = scans
         self._mesh = mesh
         self._factor = factor
@@ -188,10 +200,7 @@ class _Tracking:
         self._table = table
         self._advice = ""
         if isinstance(scans, DepthReader):
-            self._advice = (
-                f"dynmesh rig {scans.path} --template {mesh.path} tells whether the cameras are "
-                "read as they are meant"
-            )
+            self._advice = f"{judged_by} tells whether the cameras are read as they are meant"
         template = template_of(mesh)
         self.fits = Fits(mean_edge=mean_edge_of(template, mesh.faces), advice=self._advice)
         self._seconds: list[float] = []
