@@ -127,3 +127,10 @@ def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -
     assert seen(open_scans(tmp_path)) == expected
     glob = open_scans(tmp_path / "*" / "*.png", cameras=tmp_path / "cameras.json")
     assert seen(glob) == expected
+    colours = tmp_path / "colours" / "0.png"
+    colours.parent.mkdir()
+    colours.write_bytes(saved(Image.new("RGB", (8, 6))))
+    assert seen(open_scans(tmp_path)) == expected
+    write_cameras(tmp_path / "one.json", Rig(rig.cameras[:1]))
+    with pytest.raises(DynmeshError, match=f"images of camera '{names[1]}'"):
+        open_scans(tmp_path, cameras=tmp_path / "one.json", gaps="lost")

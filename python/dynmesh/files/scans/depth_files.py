@@ -21,6 +21,9 @@ MOST_COUNTS = 65535
 _LOOKED_AT = 9
 """Images whose headers tell the size of those of a camera."""
 
+_MODES = ("I;16", "I")
+"""Of one channel of 16 bits; Pillow before 10.3 has the latter."""
+
 _KINDS = {
     "1": "one channel of 1 bit",
     "L": "one channel of 8 bits",
@@ -111,8 +114,17 @@ def _image(opened: BinaryIO) -> Any:
         raise InputError(f"is a PNG image that is cut, damaged or too large: {error}") from error
 
 
+def is_depth(file: Path) -> bool:
+    """Whether the header of a file is that of a depth image."""
+    try:
+        with file.open("rb") as opened:
+            return _image(opened).mode in _MODES
+    except (OSError, ValueError):
+        return False
+
+
 def _check(image: Any, camera: ScanCamera) -> None:
-    if image.mode not in ("I;16", "I"):  # Pillow before 10.3 has the latter
+    if image.mode not in _MODES:
         raise InputError(
             "must have one channel of 16 bits, the depth in counts, but has "
             + _KINDS.get(image.mode, f"the mode {image.mode}")
