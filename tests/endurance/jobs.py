@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import signal
 import sys
 import time
@@ -33,7 +34,6 @@ COMMANDS = {
     "track depth": "track depth {}/out.h5 --template template.npz",
     "register": "register template.npz points/frame_00002.ply {}/out.ply --report {}/out.json",
     "evaluate": "evaluate truth.npz truth.npz --csv {}/out.csv",
-    "picture": "picture partial.npz -o {}/out.png --size 60",
 }
 FOLDERS = {"ply", "obj, by a pattern", "scans"}
 """Those whose output is a folder that is exchanged as a whole."""
@@ -45,7 +45,7 @@ How = Literal["killed", "interrupted", "full"]
 
 
 class Job:
-    """A command, over an older output of other input, or over none.
+    """A command, over an older output of other input.
 
     Attributes:
         kind: one of :data:`COMMANDS`.
@@ -55,33 +55,34 @@ class Job:
         seconds: the time that it takes.
     """
 
-    def __init__(self, kind: str, sources: Path, older: Path | None, work: Path) -> None:
-        """Runs the command undisturbed, in the folder `work`.
+    def __init__(self, kind: str, sources: Path, older: Path, folder: Path) -> None:
+        """Runs the command undisturbed.
 
         Args:
             kind: one of :data:`COMMANDS`.
             sources: the input, as :func:`make_sources` writes it.
             older: other input, of which the output is made that the command replaces.
-            work: a folder to work in.
+            folder: to work in.
         """
-        self.kind, self._sources, self._older, self._work = kind, sources, older, work
+        self.kind, self._sources = kind, sources
+        self._folder, self._work = folder, folder / "work"
+        (self._work / "mixed").mkdir(parents=True)
+        (self._work / "mixed" / "readme.txt").write_text("is no frame")
+        self._must_run(older)
+        self.older = visible(self._work)
+        self._work.rename(folder / "older")
         self.begin()
-        self.older = visible(work)
-        counted, began = work.with_name("changes"), time.monotonic()
+        counted, began = folder / "changes", time.monotonic()
         self._must_run(sources, lambda: end_at_change(-1, "killed", counted))
         self.seconds = time.monotonic() - began
-        self.whole, self.changes = visible(work), int(counted.read_text())
+        self.whole, self.changes = visible(self._work), int(counted.read_text())
         if self.whole == self.older:
             raise ValueError(f"{kind}: there is no new output")
 
     def begin(self) -> None:
-        """Makes the older output, and nothing else."""
-        for path in sorted(self._work.rglob("*"), reverse=True):
-            path.rmdir() if path.is_dir() else path.unlink()
-        (self._work / "mixed").mkdir(parents=True, exist_ok=True)
-        (self._work / "mixed" / "readme.txt").write_text("is no frame")
-        if self._older is not None:
-            self._must_run(self._older)
+        """Lets the folder hold the older output, and nothing else."""
+        shutil.rmtree(self._work, ignore_errors=True)
+        shutil.copytree(self._folder / "older", self._work)
 
     def end(self, how: How, at: int | None = None, after: float | None = None) -> bool:
         """Runs the command, which ends at a change or after seconds; returns whether it did."""
@@ -121,7 +122,7 @@ class Job:
 
     @property
     def _said(self) -> Path:
-        return self._work.with_name("said")
+        return self._folder / "said"
 
     def _run(self, sources: Path, before: Callable[[], None] | None = None) -> None:
         sys.argv = ["dynmesh", *command(self.kind, sources, self._work)]

@@ -4,7 +4,7 @@
 
 An older output must be whole until the new one is, nothing else may be left but a hidden folder,
 and the next run must remove it. The commands are forks of this process. With `--moments`, each is
-ended before every N-th change that it makes to a file system: by a kill, by Ctrl+C, and as by a
+ended before every N-th change that it makes to a file system, counted from the last: by a kill, by Ctrl+C, and as by a
 full disk. The exit code is 1 if any check fails.
 """
 
@@ -59,7 +59,7 @@ def main() -> None:
             job = jobs[number % len(jobs)]
             tally.end(job, "killed", after=generator.uniform(0, 1.05 * job.seconds))
         for job in jobs if arguments.moments else ():
-            for at in range(1, job.changes + 1, arguments.moments):
+            for at in range(job.changes, 0, -arguments.moments):
                 for how in get_args(How):
                     tally.end(job, how, at=at)
     _print(tally)
@@ -67,12 +67,11 @@ def main() -> None:
 
 
 def _jobs(folder: Path) -> Iterator[Job]:
-    """All commands, without an older output and over one."""
+    """All commands."""
     sources = make_sources(folder / "sources", frames=5)
     older = make_sources(folder / "older", frames=7)
     for number, kind in enumerate(COMMANDS):
-        yield Job(kind, sources, None, folder / f"{number}" / "work")
-        yield Job(kind, sources, older, folder / f"{number}, over another" / "work")
+        yield Job(kind, sources, older, folder / f"{number}")
 
 
 def _print(tally: Tally) -> None:
