@@ -4,8 +4,8 @@
 
 An older output must be whole until the new one is, nothing else may be left but a hidden folder,
 and the next run must remove it. The commands are forks of this process. With `--moments`, each is
-ended before every N-th change that it makes to a file system, counted from the last: by a kill, by Ctrl+C, and as by a
-full disk. The exit code is 1 if any check fails.
+ended before every N-th change that it makes to a file system, counted from the last: by a kill, by
+Ctrl+C, and as by a full disk. The exit code is 1 if any check fails.
 """
 
 import argparse
