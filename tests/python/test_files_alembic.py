@@ -241,7 +241,7 @@ except OSError as error:
 def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path: Path, share: float) -> None:
     """The library would end the process."""
     path, output = tmp_path / "a.abc", tmp_path / "b.abc"
-    dynmesh.write(path, dynmesh.synth.ocean(12)[:50])
+    dynmesh.write(path, dynmesh.synth.ocean(150))  # several times what is reserved at once
     limit = int(share * path.stat().st_size)
     command = [sys.executable, "-c", FULL_DISK, str(path), str(output), str(limit)]
     done = subprocess.run(command, capture_output=True, text=True)
