@@ -52,7 +52,6 @@ class Calibration:
         rank_correlation: Spearman's rank correlation of error and standard error, the mean over
             frames; None if no frame has one.
         generation_correlation: the same for generations in place of standard errors.
-        age_correlation: the same for ages.
         standard_error_of: what they are of, and so the errors they are compared with: "position",
             distances from true positions, or "surface", distances from the true surface.
     """
@@ -63,7 +62,6 @@ class Calibration:
     rms_ratio: float
     rank_correlation: float | None
     generation_correlation: float | None
-    age_correlation: float | None
     standard_error_of: StandardErrorOf
 
 
@@ -78,7 +76,7 @@ class Calibrating:
         self._within = dict.fromkeys(self._rule.intervals, 0)
         self._errors = self._expected = 0.0
         self._correlations: dict[str, list[float]] = {
-            name: [] for name in ("standard_error", "generation", "age")
+            name: [] for name in ("standard_error", "generation")
         }
 
     def add(
@@ -88,7 +86,6 @@ class Calibrating:
         *,
         filled: NDArray[np.bool_],
         generation: NDArray[Any] | None = None,
-        age: NDArray[Any] | None = None,
     ) -> None:
         """Add a frame.
 
@@ -98,7 +95,6 @@ class Calibrating:
             filled: (k,) the vertices that were estimated; others are left out, and so are those
                 without a finite standard error.
             generation: (k,), to compare.
-            age: (k,), to compare.
         """
         counted = filled & np.isfinite(standard_error)
         off = error[counted].astype(np.float64)
@@ -108,7 +104,7 @@ class Calibrating:
             self._within[share] += int(np.count_nonzero(off <= factor * bars))
         self._errors += float(off @ off)
         self._expected += self._rule.coordinates * float(bars @ bars)
-        compared = {"standard_error": standard_error, "generation": generation, "age": age}
+        compared = {"standard_error": standard_error, "generation": generation}
         for name, values in compared.items():
             if values is not None and (found := rank_correlation(off, values[counted])) is not None:
                 self._correlations[name].append(found)
@@ -120,10 +116,8 @@ class Calibrating:
         ratio = math.sqrt(self._errors / self._expected) if self._expected > 0 else math.nan
         half, most = (within / self._vertices for within in self._within.values())
         means = [float(np.mean(found)) if found else None for found in self._correlations.values()]
-        by_error, by_generation, by_age = means
-        return Calibration(
-            self._vertices, half, most, ratio, by_error, by_generation, by_age, self._of
-        )
+        by_error, by_generation = means
+        return Calibration(self._vertices, half, most, ratio, by_error, by_generation, self._of)
 
 
 def estimated(generation: NDArray[Any], standard_error_of: StandardErrorOf) -> NDArray[np.bool_]:

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from numpy.typing import NDArray
-from sequences import HISTORY
 
 import dynmesh
 from benchmarks.subjects import Subject, losses
 from dynmesh.jobs.both_ways import combined
 
 N = 12
-TOLD = (*HISTORY, "standard_error")
 
 
 @pytest.fixture(scope="module")

@@ -179,7 +179,6 @@ def _evaluate(
                     frame.standard_error,
                     filled=estimated(frame.generation, kind),
                     generation=frame.generation,
-                    age=frame.age,
                 )
     counted = [errors for errors in each if errors.vertices]
     if not counted:
