@@ -70,7 +70,7 @@ def programs() -> Path:
 @pytest.fixture(scope="session")
 def shared_library() -> Path:
     """The shared library, built by tests/install/run."""
-    default = REPOSITORY / "build/contains-dynmesh/_deps/dynmesh-build/libdynmesh.so"
+    default = REPOSITORY / "build/shared/libdynmesh.so"
     path = Path(os.environ.get("DYNMESH_LIBRARY", default))
     if not path.exists():
         pytest.skip("the shared library is not built: tests/install/run builds it")
