@@ -89,14 +89,17 @@ class Job:
         ending = None if at is None else lambda: end_at_change(at, how)
         return run_in_fork(lambda: self._run(self._sources, ending), after) != 0
 
-    def check(self) -> str:
-        """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one."""
+    def check(self, how: How | None = None) -> str:
+        """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one.
+
+        Nothing is there if a command is killed while it exchanges two folders.
+        """
         found, older, whole = visible(self._work), self.older, self.whole
         if found == whole:
             return "whole"
         if found == older:
             return "older"
-        if self.kind in FOLDERS:
+        if self.kind in FOLDERS and how == "killed":
             is_right = set(found.items()) <= older.items() & whole.items()
         elif self.kind in SEVERAL:
             is_right = found.items() <= older.items() or found.items() <= whole.items()

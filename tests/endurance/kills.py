@@ -37,7 +37,7 @@ class Tally:
         try:
             job.begin()
             if job.end(how, at, after):
-                self.left[job.kind, job.check()] += 1
+                self.left[job.kind, job.check(how)] += 1
             job.finish()
         except ValueError as error:
             self.wrong.append(

@@ -67,6 +67,33 @@ def test_no_command_writes_what_another_one_is_writing(
     assert run_here(*words).returncode in (0, 3)  # which is over; 3 if the result is doubtful
 
 
+def test_a_folder_that_a_killed_command_had_put_aside_comes_back(
+    tmp_path: Path, mesh: Mesh
+) -> None:
+    source, output = tmp_path / "in.npz", tmp_path / "out" / "f_%02d.ply"
+    dynmesh.write(source, moving(mesh, 2))
+    dynmesh.write(output, moving(mesh))
+    before = contents(tmp_path)
+    (tmp_path / ".out.unfinished").mkdir()
+    output.parent.rename(tmp_path / ".out.unfinished" / "old")
+    refused = dynmesh_command("convert", source, output, code=1)
+    assert "exists already; --overwrite" in refused.stderr
+    assert contents(tmp_path) == before
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.parametrize("beside", ["readme.txt", ".hidden", "more"])
+def test_other_files_stay_where_they_are(tmp_path: Path, mesh: Mesh, beside: str) -> None:
+    output, other = tmp_path / "out" / "f_%02d.ply", tmp_path / "out" / beside
+    dynmesh.write(output, moving(mesh, 6))
+    other.mkdir() if beside == "more" else other.write_text("mine")
+    was = output.parent.stat().st_ino
+    dynmesh.write(output, moving(mesh))
+    assert len(dynmesh.read(output)) == 4
+    assert other.exists()
+    assert output.parent.stat().st_ino == was
+
+
 def write_another(path: Path) -> Callable[..., Iterator[Any]]:
     """Passes frames on, and before the last one makes the output, as another process may."""
 
