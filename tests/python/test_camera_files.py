@@ -1,4 +1,4 @@
-"""The file of the cameras: what is written, what Open3D writes, and anything else."""
+"""The file of the cameras: what is written comes back, and anything else is refused."""
 
 import json
 from pathlib import Path
@@ -9,18 +9,10 @@ import pytest
 from conftest import LONGER
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
-from scan_files import a_rig, saved, seen
+from scan_files import a_rig
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import (
-    Corrections,
-    Rig,
-    ScanCamera,
-    open_scans,
-    read_cameras,
-    write_cameras,
-)
+from dynmesh.files.scans import Rig, ScanCamera, read_cameras, write_cameras
 
 
 @pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])
@@ -37,37 +29,6 @@ def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
         np.testing.assert_array_equal(ours.camera_to_world, theirs.camera_to_world)
         if ours.intrinsics is not None:
             np.testing.assert_array_equal(ours.intrinsics, np.asarray(theirs.intrinsics))
-
-
-@pytest.mark.parametrize("n", [1, 2])
-def test_cameras_of_open3d_are_read(tmp_path: Path, n: int) -> None:
-    rig = a_rig(n)
-    listed = [
-        {
-            "class_name": "PinholeCameraParameters",
-            "extrinsic": np.linalg.inv(camera.camera_to_world).T.ravel().tolist(),
-            "intrinsic": {
-                "width": 8,
-                "height": 6,
-                "intrinsic_matrix": np.asarray(camera.intrinsics).T.ravel().tolist(),
-            },
-            "version_major": 1,
-        }
-        for camera in rig.cameras
-    ]
-    whole = {"class_name": "PinholeCameraTrajectory", "parameters": listed}
-    file = tmp_path / "cameras.json"
-    file.write_text(json.dumps(listed[0] if n == 1 else whole))
-    found = read_cameras(file).cameras
-    assert [camera.name for camera in found] == ["0", "1"][:n]
-    for ours, theirs in zip(rig.cameras, found, strict=True):
-        np.testing.assert_allclose(ours.camera_to_world, theirs.camera_to_world, atol=1e-12)
-        np.testing.assert_array_equal(np.asarray(ours.intrinsics), theirs.intrinsics)
-    (tmp_path / "7_0.png").write_bytes(saved(Image.new("I;16", (8, 6), 1000)))
-    with pytest.raises(ValueError, match="--depth-scale"):
-        open_scans(tmp_path, gaps="lost")
-    scaled = open_scans(tmp_path, gaps="lost", corrections=Corrections(depth_scale=0.001))
-    assert seen(scaled) == [[("0", 1)]]
 
 
 JSON = st.recursive(

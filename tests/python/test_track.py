@@ -214,19 +214,6 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
 
 
-def test_intrinsics_of_another_image_size_are_suspected(folder: Path, tmp_path: Path) -> None:
-    told = json.loads((folder / "depth" / "cameras.json").read_text())
-    for camera in told["cameras"]:
-        camera["intrinsics"] = (np.diag([5.0, 5, 1]) @ camera["intrinsics"]).tolist()
-    (tmp_path / "rig.json").write_text(json.dumps(told))
-    doubt = r"images of 600 x 450 pixels, .*--intrinsics-size 600x450"
-    rig, output, template = tmp_path / "rig.json", tmp_path / "out.npz", folder / "body.obj"
-    with pytest.raises(ValueError, match=doubt):
-        track_file(folder / "depth", output, template=template, cameras=rig)
-    with pytest.raises(ValueError, match=doubt):
-        track_file(folder / "depth", output, template=template, cameras=rig, align="never")
-
-
 def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Path) -> None:
     template = tmp_path / "body_mm.npz"
     still = replace(truth[:1], vertices=truth.vertices[:1] * 1000, metres_per_unit=0.001)

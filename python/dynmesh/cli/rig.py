@@ -1,34 +1,26 @@
-"""The command that looks at a rig before tracking."""
+"""The command that looks at the cameras of depth images before tracking."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..draw.rig_page import rig_page
 from ..files.new_output import new_output
+from ..files.scans import write_cameras
 from ..jobs.option import FILES, OUTPUT
-from ..jobs.rig_options import RigOptions
-from ..jobs.rig_report import report_rig
-from .options import Axis, Overwrite, with_options
+from ..jobs.rig import look_at_rig
+from ..jobs.scan_options import ScanOptions
+from .options import Overwrite, with_options
 from .terminal import DOUBTFUL, say
 
 
-@with_options(RigOptions, RigOptions)
+@with_options(ScanOptions, ScanOptions)
 def rig(
     scans: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCANS",
-            help="Point clouds or depth images, as for `dynmesh track`.",
-        ),
+        Path, typer.Argument(metavar="SCANS", help="Depth images, as for `dynmesh track`.")
     ],
     *,
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output", "-o", metavar="PAGE", help="An HTML file.", rich_help_panel=OUTPUT
-        ),
-    ],
     template: Annotated[
         Path | None,
         typer.Option(
@@ -37,33 +29,56 @@ def rig(
             rich_help_panel=FILES,
         ),
     ] = None,
-    options: RigOptions,
-    up: Annotated[
-        Axis | None,
+    options: ScanOptions,
+    output: Annotated[
+        Path | None,
         typer.Option(
-            help="The up axis of the page. [as the template states, else y]", rich_help_panel=OUTPUT
+            "--output",
+            "-o",
+            metavar="FILE.json",
+            help="Write the cameras as they are meant, for `dynmesh track --cameras`.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            help="Write a page that shows the cameras, what they see, and the template.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Show cameras, what they see and the template, and say what is wrong with them.
+    """Say what is wrong with the cameras of depth images, and correct their file.
 
-    The exit code is 3 if something is wrong. Examples:
+    The usual misreadings are tried on the first scan: inverted poses, axes of OpenGL, transposed
+    rotations, exchanged cameras, millimetres. The exit code is 3 if the cameras do not fit.
 
+    Examples:
     ```text
-    dynmesh rig depth --template body.obj -o rig.html
-    dynmesh rig depth --template body.obj --poses world-to-camera -o rig.html
+    dynmesh rig depth --template body.obj
+    dynmesh rig depth --template body.obj -o right.json --page rig.html
+    dynmesh track depth tracked.npz --template body.obj --cameras right.json
     ```
     """
-    with new_output(output, overwrite, ".html") as made:
-        report = report_rig(scans, template, options, None if up is None else up.value)
-        made.write_text(report.page, encoding="utf-8")
-    widths = [max(map(len, column)) for column in zip(*report.table, strict=True)]
-    for name, *values in report.table:
-        cells = (value.rjust(width) for value, width in zip(values, widths[1:], strict=True))
-        say("  ".join([name.ljust(widths[0]), *cells]))
-    for sentence in (*report.wrong, *report.right):
-        say(f"{scans}: {sentence}")
-    say(f"{output}: open it in a browser")
-    if report.wrong:
+    if template is None and (page is None or output is not None):
+        raise typer.BadParameter("--template is needed; without it, --page shows the cameras")
+    report = look_at_rig(scans, template, options)
+    say(f"{scans}: {report.told}")
+    if output is not None and report.rig is not None:
+        with new_output(output, overwrite, ".json") as made:
+            write_cameras(made, report.rig)
+    if page is not None:
+        with new_output(page, overwrite, ".html") as made:
+            shown = rig_page(
+                report.scan,
+                report.template,
+                up=report.up,
+                title=f"{scans.name}, the first scan",
+                told=report.told,
+                names=report.names,
+            )
+            made.write_text(shown, encoding="utf-8")
+    if report.quality != "good":
         raise typer.Exit(DOUBTFUL)

@@ -48,15 +48,6 @@ def track(
             rich_help_panel=HOW,
         ),
     ] = True,
-    check: Annotated[
-        bool,
-        typer.Option(
-            "--check/--no-check",
-            help="Compare the first scan with the mesh before, and refuse cameras, units and axes "
-            "that are probably meant in another way.",
-            rich_help_panel=HOW,
-        ),
-    ] = True,
     overwrite: Overwrite = False,
 ) -> None:
     """Track a mesh through scans whose points belong to no vertex.
@@ -71,7 +62,7 @@ def track(
     dynmesh track scans tracked.npz --template body.obj --training range_of_motion.npz
     ```
     """
-    asked = replace(options, align="auto" if align else "never", check=check)
+    asked = replace(options, align="auto" if align else "never")
     report = track_into(
         scans, output, asked, overwrite, watch=lambda one, n: show_progress(one, n, "tracking")
     )

@@ -13,6 +13,7 @@ from ..files.scans import UNITS
 from ..settings import SETTINGS, Function, Settings, default_settings, with_keywords
 
 WHAT, HOW, FILES, OUTPUT = "What to complete", "How to complete", "Files", "Output"
+ROOM = "Rooms"
 """Headings in the help of commands."""
 
 Start: TypeAlias = int | Literal["auto", "whole", "best", "clean"]

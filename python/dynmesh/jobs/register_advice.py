@@ -36,6 +36,11 @@ def advised(
                 f"the scan is {sizes[0] / sizes[1]:.2g} times as large as the template: "
                 "--scale, if their units differ"
             )
+    if found.quality == "ruined":
+        advice.append(
+            "template and scan must be in one unit, and dynmesh convert --to-unit or --scale "
+            "changes that of a file"
+        )
     if landmarks is None:
         advice.append("--landmarks FILE says where head, hands and feet, for example, belong")
     else:

@@ -7,8 +7,7 @@ from typing import Any, TypedDict
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
 from ..files import PathLike
-from .option import FILES, HOW, OUTPUT, given
-from .rig_options import ROOM
+from .option import FILES, HOW, OUTPUT, ROOM, given
 from .room import Crop, crop_of
 
 

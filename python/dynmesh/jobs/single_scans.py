@@ -11,10 +11,10 @@ from ..files.model import model
 from ..files.numbered import Found, files_of
 from ..files.ply import read_elements
 from ..files.scans import PointScan, Scan, ScanReader, open_scans, read_points
-from ..files.scans.corrections import AS_STATED
+from ..files.scans.cameras import Rig
 from ..files.scans.depth_files import SUFFIX
 from ..files.scans.point_files import point_formats
-from ..files.scans.reader import CAMERAS, Cameras
+from ..files.scans.reader import CAMERAS, read_rig
 from .start import template_of
 from .true_surface import vertex_normals
 
@@ -22,7 +22,7 @@ from .true_surface import vertex_normals
 class SingleScans(ScanReader):
     """Point clouds and meshes, whose vertices are the points, in the order of their names."""
 
-    def __init__(self, path: Path, cameras: Cameras | None) -> None:
+    def __init__(self, path: Path, rig: Rig | None) -> None:
         """Finds the files; cameras say where the sensors were.
 
         Raises:
@@ -42,7 +42,7 @@ class SingleScans(ScanReader):
                     f"files, meshes ({', '.join(sorted(meshes))}), or a folder of depth images",
                     file=file,
                 )
-        super().__init__(path, cameras, Found([*found]), found)
+        super().__init__(path, rig, Found([*found]), found)
 
     def _load(self, number: int) -> PointScan:
         scan = _read(self.files[number])
@@ -58,7 +58,7 @@ class SomeScans(ScanReader):
     def __init__(self, scans: ScanReader, frames: list[int]) -> None:
         """Takes the scans and which of their frames, counted from 0."""
         read = [file for file in scans.files if file not in scans.camera_files]
-        super().__init__(scans.path, scans.cameras, Found([None] * len(frames)), read)
+        super().__init__(scans.path, scans.rig, Found([None] * len(frames)), read)
         self._scans = scans
         self._frames = frames
 
@@ -84,14 +84,10 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
             f"{CAMERAS} in it or --cameras FILE",
             file=path,
         )
-    beside = (path if path.is_dir() else path.parent) / CAMERAS
-    if cameras is None:
-        cameras = beside if beside.is_file() else None
     if is_image or (path.is_dir() and any(path.rglob(f"*{SUFFIX}"))):
         found = open_scans(path, cameras=cameras, gaps="lost")
         return SomeScans(found, [i for i in range(found.n_frames) if found.cameras_of(i)])
-    rig = None if cameras is None else Cameras.of(Path(cameras), AS_STATED, path)
-    return SingleScans(path, rig)
+    return SingleScans(path, read_rig(path, cameras))
 
 
 def paths_of(scans: ScanReader) -> list[Path]:

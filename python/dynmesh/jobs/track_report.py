@@ -21,14 +21,15 @@ class TrackFileReport:
         far: share of the points of those frames that are farther than one mean edge from the mesh,
             without planes of the surroundings. It tells best how well they were tracked; None if
             there are none.
-        quality: "good"; "doubtful" if that share is above 0.02, a camera is suspected or wrong, or
-            the registration is doubtful; "ruined", which is probable, above 0.05.
+        quality: "good"; "doubtful" if that share is above 0.02, a camera is suspected, or the
+            registration is doubtful; "ruined", which is probable, above 0.05.
         reason: what is wrong with the result, in a sentence; empty if nothing is.
         worst: the frames with a share above 0.05, at most five, the worst one first, each with its
             number, that of its file, and its share.
         cameras: that share for each camera that saw points.
         suspects: the cameras whose share is above 0.05 and more than twice the median of the
-            others.
+            others, or whose points that are not far are more than three times as far from the mesh
+            as the median of those of the others.
         empty: number of frames without a scan, or whose scan had no points.
         recovered: number of frames in which the mesh was lost and found again by a registration.
         lost: a sentence for each depth image that was missing or damaged; the frame was tracked
@@ -39,7 +40,6 @@ class TrackFileReport:
         registration: of the template with the first scan, if it had another pose there.
         prior_weight: how far the shapes of the training frames were used, from 0 to 1, on average
             over the same frames; 0 without them.
-        rig: what is wrong with cameras, in sentences; the mesh is probably wrong, too.
         remarks: remarks about the output for the user, one line each.
     """
 
@@ -59,5 +59,4 @@ class TrackFileReport:
     distance: float | None = None
     registration: Registration | None = None
     prior_weight: float | None = None
-    rig: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from .. import files
 from .._checks import check_callable, check_path
 from .._core import Alignment, Tracker, find_alignment
 from .._errors import InputError, locating
-from ..diagnosis.rig_reading import turned
+from ..degrade.shared import mean_edge_of
 from ..diagnosis.surroundings import shares_in_planes
 from ..files import Header, PathLike, Reader
 from ..files.scans import PointScan, Scan, ScanReader
@@ -22,7 +22,6 @@ from .fit_table import FitTable, fit_table
 from .fits import Fits
 from .landmarks import read_landmarks
 from .option import paths_of, takes
-from .rig_check import Checked
 from .room import Room
 from .start import template_of
 from .track_report import TrackFileReport
@@ -65,17 +64,6 @@ def track_file(
         scan_unit: "m", "cm", "mm" or metres per unit of the scans and cameras; None means as their
             files state it, or else the unit of the template.
         template_unit: the same of the template; None means as its file states it.
-        poses: "world-to-camera" if that is what the poses of the cameras do.
-        axes: "opengl" if the cameras have x right, y up, z back.
-        matrices: "columns" if matrices are listed column by column; "transposed-rotations" if only
-            the rotations of the poses are.
-        swap_cameras: the names of two cameras of which each has the images of the other.
-        depth_scale: the depth of one count in the unit of the scans, instead of that of the file.
-        intrinsics_size: width and height of the images that the intrinsics are for, if others.
-        turn_template: pairs of an axis, "x", "y" or "z", and degrees: turns of the template around
-            the middle of its bounding box.
-        check: whether to compare the first scan with the template before tracking, and to refuse
-            one that fits clearly better if cameras, units or template are meant in another way.
         align: "auto" to move the template if it does not lie in the first scan.
         recover: whether a scan in which the mesh is lost is registered anew; see :class:`Tracker`.
         gaps: "lost" if frames and images whose file is missing were not observed.
@@ -128,12 +116,11 @@ def track_into(
     files.check_suffix(options.template)
     with files.open(options.template) as mesh:
         reader = options.open(scans)
-        units = options.units(reader, mesh.header.metres_per_unit)
-        reading = options.reading(units, mesh.path)
+        unit, factor = options.units(reader, mesh)
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
-            metres_per_unit=units.template,
+            metres_per_unit=unit,
             n_frames=reader.n_frames,
             fps=None,
             start=reader.start,
@@ -158,14 +145,13 @@ def track_into(
                 recover=options.recover,
             )
 
-        checked = Checked(reader, mesh, reading, units, options.check)
         with (
             fit_table(table_path, overwrite) as table,
             target.create(header, overwrite=overwrite) as writer,
             files.naming(Path(scans)),
         ):
             tracking = _Tracking(
-                reader, mesh, checked, options.room, options.align, landmarks, tracker_at, table
+                reader, mesh, factor, options.room, options.align, landmarks, tracker_at, table
             )
             tracking.track(writer, watch)
     report = tracking.report(header)
@@ -184,7 +170,7 @@ class _Tracking:
         self,
         scans: ScanReader,
         mesh: Reader,
-        checked: Checked,
+        factor: float,
         room: Room,
         align: Align,
         landmarks: Landmarks | None,
@@ -194,20 +180,24 @@ class _Tracking:
         """Places the template in the first scan with points."""
         self._scans = scans
         self._mesh = mesh
-        self._checked = checked
-        self._factor = checked.reading.factor
+        self._factor = factor
         self._room = room
         self._align = align
         self._landmarks = landmarks
         self._table = table
-        self.fits = Fits()
+        self._advice = ""
+        if scans.rig is not None and scans.rig.cameras[0].intrinsics is not None:
+            self._advice = (
+                f"dynmesh rig {scans.path} --template {mesh.path} tells whether the cameras are "
+                "read as they are meant"
+            )
+        template = template_of(mesh)
+        self.fits = Fits(mean_edge=mean_edge_of(template, mesh.faces), advice=self._advice)
         self._seconds: list[float] = []
         self._alignment: Alignment | None = None
         self._distance: float | None = None
         self._registration: Registration | None = None
-        template = template_of(mesh)
-        self.fits.rig = checked.refuse_mistakes(template)
-        self._tracker = tracker_at(self._placed(turned(template, checked.reading.turns)))
+        self._tracker = tracker_at(self._placed(template))
         if self._registration is not None and self._registration.quality == "doubtful":
             self.fits.registered = self._registration.reason
 
@@ -241,7 +231,6 @@ class _Tracking:
             cameras=fits.shares,
             suspects=fits.suspects,
             prior_weight=fits.prior_weight / n if n else None,
-            rig=fits.rig,
             remarks=fits.remarks,
         )
 
@@ -306,15 +295,14 @@ class _Tracking:
                 "and --template-unit (in Python, scan_unit= and template_unit=)"
             )
         if found.other_unit or self._align == "never":
-            raise InputError(told, file=self._mesh.path)
+            raise self._not_found(told)
         if self._landmarks is not None or not found.matches:
             registered = self._registered(points, scan)
             if registered.quality == "ruined":
-                raise InputError(
+                raise self._not_found(
                     f"{told}, {found.after:.3g} after the best rigid motion, and in no other pose: "
                     f"{registered.reason}; it must be the mesh of what was scanned, or landmarks "
-                    f"may be needed",
-                    file=self._mesh.path,
+                    "may be needed"
                 )
             self._registration = registered
             self._room.follow(registered.vertices)
@@ -323,6 +311,10 @@ class _Tracking:
         moved = points.astype(np.float64) @ found.rotation.T + found.shift
         self._room.follow(moved)
         return moved.astype(points.dtype)
+
+    def _not_found(self, told: str) -> InputError:
+        advice = f"; {self._advice}" if self._advice else ""
+        return InputError(told + advice, file=self._mesh.path)
 
     def _without_room(self, scan: Scan, template: Positions) -> Scan:
         """Returns the first scan without the room, which this finds.

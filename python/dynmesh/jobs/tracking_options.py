@@ -6,32 +6,31 @@ from typing import Literal, Required, Self, TypedDict
 
 from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
-from ..diagnosis.rig_reading import Turns
 from ..files import PathLike
 from ..files.format import Gaps
 from ..files.scans import ScanReader, open_scans
-from ..files.scans.cameras import Matrices
-from ..files.scans.corrections import Axes, Poses
 from .option import (
     FILES,
     HOW,
     OUTPUT,
     OUTPUT_FORMAT,
+    ROOM,
+    SOURCE,
     TRAINING,
     TrainingFiles,
     given,
     offered,
     paths_of,
 )
-from .rig_options import RigOptions
-from .room import Crop
+from .room import Crop, Room, crop_of
+from .scan_options import ScanOptions
 
 Align = Literal["auto", "never"]
 """Whether a template that does not lie in the first scan is moved there."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingOptions(RigOptions):
+class TrackingOptions(ScanOptions):
     """What can be asked of tracking; :func:`dynmesh.track_file` explains the options."""
 
     template: PathLike = given(
@@ -45,8 +44,22 @@ class TrackingOptions(RigOptions):
         Path,
         metavar="FILE",
     )
+    gaps: Gaps = offered(SOURCE["gaps"])
+    crop: Crop | None = given(
+        None,
+        "Leave out points farther than this from the box of the mesh in the last frame, or outside "
+        "the box X,Y,Z,X,Y,Z, in the unit of the template.",
+        ROOM,
+        metavar="DISTANCE|BOX",
+        parse=crop_of,
+    )
+    remove_planes: bool = given(
+        False,
+        "Leave out floor and walls: planes in the first scan that are larger than the template.",
+        ROOM,
+        bool,
+    )
     align: Align = "auto"
-    check: bool = True
     recover: bool = given(
         True,
         "Register the mesh anew with a scan in which it is lost, at most once in ten frames.",
@@ -84,28 +97,27 @@ class TrackingOptions(RigOptions):
         Raises:
             TypeError, ValueError: an option is refused.
         """
-        checked = super().checked()
         check_path("template", self.template)
-        for name in ("report", "landmarks"):
+        for name in ("cameras", "report", "landmarks"):
             if getattr(self, name) is not None:
                 check_path(name, getattr(self, name))
         if self.align not in ("auto", "never"):
             raise InputError(f"must be 'auto' or 'never', not {self.align!r}", argument="align")
         check_integer("threads", self.threads, 1)
-        for name in ("uncertainty", "check", "recover"):
+        for name in ("uncertainty", "recover", "remove_planes"):
             value = getattr(self, name)
             if not isinstance(value, bool):
                 raise KindError(f"must be True or False, not {value!r}", argument=name)
-        return replace(checked, training=paths_of(self.training) or None)
+        return replace(self, crop=crop_of(self.crop), training=paths_of(self.training) or None)
+
+    @property
+    def room(self) -> Room:
+        """What is taken away from the scans."""
+        return Room(self.crop, self.remove_planes)
 
     def open(self, scans: PathLike) -> ScanReader:
         """Opens those of the scans that are asked for."""
-        return open_scans(
-            scans,
-            cameras=self.cameras,
-            gaps=self.gaps,
-            corrections=self.corrections,
-        )
+        return open_scans(scans, cameras=self.cameras, gaps=self.gaps)
 
 
 class TrackingKeywords(TypedDict, total=False):
@@ -116,15 +128,7 @@ class TrackingKeywords(TypedDict, total=False):
     cameras: PathLike | None
     scan_unit: str | float | None
     template_unit: str | float | None
-    poses: Poses
-    axes: Axes
-    matrices: Matrices
-    swap_cameras: tuple[str, str] | None
-    depth_scale: float | None
-    intrinsics_size: tuple[int, int] | None
-    turn_template: Turns | None
     align: Align
-    check: bool
     recover: bool
     gaps: Gaps
     crop: Crop | None

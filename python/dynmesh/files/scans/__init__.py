@@ -2,15 +2,12 @@
 
 from ...frames.scan import DepthScan, PointScan, Scan
 from .cameras import UNITS, Rig, ScanCamera, given_unit, read_cameras, write_cameras
-from .corrections import AS_STATED, Corrections
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans, unit_of_scans
 from .writer import DepthFolder, PointFolder
 
 __all__ = [
-    "AS_STATED",
     "UNITS",
-    "Corrections",
     "DepthFolder",
     "DepthScan",
     "PointFolder",

@@ -1,29 +1,26 @@
-"""`cameras.json`: where the cameras of a scan stand, and how they project.
+"""`cameras.json`: where the cameras of a scan stand, and how they project, as OpenCV does.
 
 The file is an object with `unit`, the length of a unit in the poses and of `depth_scale` ("m",
 "cm", "mm", a number of metres, or null if it is that of the template), and `cameras`, a list of
-objects with `name`, `camera_to_world` (4 x 4: from camera coordinates, x right, y down, z ahead, to
-the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to pixels, the centre
-of the first pixel at (0, 0); or `fx`, `fy`, `cx` and `cy` instead), `depth_scale` (the depth of one
-count, null if it is said otherwise) and, optionally, `width` and `height` in pixels. With these,
-there may be a `distortion`, as in :mod:`.lens`, and `distortion_radius`, up to which it is valid.
+objects with `name`, `camera_to_world` (4 x 4, rows first: from camera coordinates, x right, y down,
+z ahead, to the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to
+pixels, the centre of the first pixel at (0, 0)), `depth_scale` (the depth of one count) and,
+optionally, `width` and `height` in pixels. With these, there may be a `distortion`: the
+coefficients of the lens.
 """
 
 import json
 import math
 import re
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import InputError
 from ...frames.naming import naming
-from .calibrations import as_cameras
-from .lens import COUNTS, WIDEST, Lens
 
 _Floats = NDArray[np.float64]
 
@@ -36,16 +33,13 @@ UNITS = {
 _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
 
-Matrices = Literal["rows", "columns", "transposed-rotations"]
-"""How matrices are written: row by row; column by column; row by row, but of the poses the rotation
-column by column."""
-
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
-_PINHOLE = ("fx", "fy", "cx", "cy")
-_LENS = ("distortion", "distortion_radius")
 _FIELDS = {
-    "name", "camera_to_world", "intrinsics", *_PINHOLE, "depth_scale", "width", "height", *_LENS
+    "name", "camera_to_world", "intrinsics", "depth_scale", "width", "height", "distortion"
 }  # fmt: skip
+
+_COEFFICIENTS = (4, 5, 8, 12, 14)
+"""How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +49,10 @@ class ScanCamera:
     Attributes:
         name: letters, digits, points and hyphens; the end of the names of its images.
         camera_to_world: (4, 4) its pose.
-        intrinsics: (3, 3) after any distortion was undone, or None if the camera only tells from
-            where points were seen.
-        depth_scale: the depth of one count of its images; None if it is not stated.
+        intrinsics: (3, 3), or None if the camera only tells from where points were seen.
+        depth_scale: the depth of one count of its images; None without intrinsics.
         size: width and height of its images, or None if they are not stated.
-        lens: what is to be undone in its images, or None.
+        distortion: the coefficients of its lens, in the order of OpenCV; empty if it has none.
     """
 
     name: str
@@ -67,7 +60,7 @@ class ScanCamera:
     intrinsics: _Floats | None = None
     depth_scale: float | None = None
     size: tuple[int, int] | None = None
-    lens: Lens | None = None
+    distortion: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +70,12 @@ class Rig:
     Attributes:
         cameras: at least one, with different names.
         metres_per_unit: of the poses and of `depth_scale`; None if it is not stated.
+        file: from which they were read, if they were.
     """
 
     cameras: tuple[ScanCamera, ...]
     metres_per_unit: float | None = None
+    file: Path | None = None
 
     @property
     def viewpoints(self) -> _Floats:
@@ -88,19 +83,8 @@ class Rig:
         return np.array([camera.camera_to_world[:3, 3] for camera in self.cameras])
 
 
-def read_cameras(
-    path: Path,
-    *,
-    matrices: Matrices = "rows",
-    size_of_images: Callable[[], tuple[int, int] | None] = lambda: None,
-) -> Rig:
-    """Reads `cameras.json`, or a calibration of others; see :func:`.calibrations.as_cameras`.
-
-    Args:
-        path: of the file.
-        matrices: "columns" if they are listed column by column. "transposed-rotations" is for
-            :class:`Corrections` and changes nothing here.
-        size_of_images: is called if a calibration does not state it; None if there are none.
+def read_cameras(path: Path) -> Rig:
+    """Reads `cameras.json`.
 
     Raises:
         OSError: the file cannot be read.
@@ -118,26 +102,23 @@ def read_cameras(
             raise ValueError(f"byte {error.start}: is not text in UTF-8") from error
         except RecursionError as error:
             raise ValueError("is nested too deeply") from error
-        others = as_cameras(found, size_of_images)
-        return _rig_of(found, matrices) if others is None else _rig_of(others, "rows")
+        return _rig_of(found, path)
 
 
 def write_cameras(path: Path, rig: Rig) -> None:
     """Writes `cameras.json`."""
     listed = []
     for camera in rig.cameras:
-        told = {name: value for name, value in asdict(camera).items() if value is not None}
-        told.pop("lens", None)
-        if camera.lens is not None:
-            told |= {
-                "intrinsics": camera.lens.intrinsics,
-                "distortion": camera.lens.coefficients,
-                "distortion_radius": camera.lens.radius,
-            }
-        size = told.pop("size", None)
-        if size is not None:
-            told |= {"width": size[0], "height": size[1]}
-        listed.append(told)
+        told = {
+            "name": camera.name,
+            "camera_to_world": camera.camera_to_world,
+            "intrinsics": camera.intrinsics,
+            "depth_scale": camera.depth_scale,
+            "width": camera.size and camera.size[0],
+            "height": camera.size and camera.size[1],
+            "distortion": camera.distortion or None,
+        }
+        listed.append({name: value for name, value in told.items() if value is not None})
     names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
     unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
     text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
@@ -172,7 +153,7 @@ def given_unit(argument: str, value: str | float) -> float:
         raise InputError(str(error).removeprefix("unit: "), argument=argument) from error
 
 
-def _rig_of(found: Any, matrices: Matrices) -> Rig:
+def _rig_of(found: Any, file: Path) -> Rig:
     if not isinstance(found, dict):
         raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
     _refuse_missing(found, "cameras")
@@ -184,17 +165,17 @@ def _rig_of(found: Any, matrices: Matrices) -> Rig:
     cameras = []
     for number, told in enumerate(found["cameras"]):
         try:
-            cameras.append(_camera_of(told, matrices))
+            cameras.append(_camera_of(told))
         except ValueError as error:
             raise ValueError(f"camera {number}: {error}") from error
     names = [camera.name for camera in cameras]
     for number, name in enumerate(names):
         if name in names[:number]:
             raise ValueError(f"camera {number}: name: there is a second {name!r}")
-    return Rig(tuple(cameras), _unit_of(found.get("unit")))
+    return Rig(tuple(cameras), _unit_of(found.get("unit")), file)
 
 
-def _camera_of(told: Any, matrices: Matrices) -> ScanCamera:
+def _camera_of(told: Any) -> ScanCamera:
     if not isinstance(told, dict):
         raise ValueError(f"must be an object, not {told!r:.60}")
     _refuse_others(told, _FIELDS)
@@ -202,52 +183,38 @@ def _camera_of(told: Any, matrices: Matrices) -> ScanCamera:
     name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    pose = _matrix("camera_to_world", told["camera_to_world"], 4, matrices)
+    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
     _check_pose(pose)
     size = None
     if "width" in told or "height" in told:
         _refuse_missing(told, "width", "height")
         size = _count("width", told["width"]), _count("height", told["height"])
-    if any(field in told for field in _PINHOLE):
-        if "intrinsics" in told:
-            raise ValueError("intrinsics: are given twice, also as fx, fy, cx, cy")
-        _refuse_missing(told, *_PINHOLE)
-        fx, fy, cx, cy = (_number(field, told[field]) for field in _PINHOLE)
-        told = told | {"intrinsics": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]}
     if "intrinsics" not in told:
-        for field in ("depth_scale", *_LENS):
+        for field in ("depth_scale", "distortion"):
             if field in told:
                 raise ValueError(f"intrinsics: is missing, but there is a {field}")
         return ScanCamera(name, pose, size=size)
-    intrinsics = _matrix("intrinsics", told["intrinsics"], 3, matrices)
+    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
     _check_intrinsics(intrinsics)
     if "depth_scale" not in told:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
-    scale = told["depth_scale"]
-    scale = None if scale is None else _positive("depth_scale", scale)
-    if "distortion" not in told:
-        if "distortion_radius" in told:
-            raise ValueError("distortion: is missing, but there is a distortion_radius")
-        return ScanCamera(name, pose, intrinsics, scale, size)
-    if size is None:
+    scale = _positive("depth_scale", told["depth_scale"])
+    distortion = _distortion(told["distortion"]) if "distortion" in told else ()
+    if distortion and size is None:
         raise ValueError("width: is missing; a distortion needs width and height")
-    lens = _lens_of(told, name, intrinsics, size)
-    return ScanCamera(name, pose, lens.undistorted, scale, size, lens)
+    if distortion and intrinsics[0, 1] != 0:
+        raise ValueError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
+    return ScanCamera(name, pose, intrinsics, scale, size, distortion)
 
 
-def _lens_of(told: dict[str, Any], name: str, intrinsics: _Floats, size: tuple[int, int]) -> Lens:
-    listed = told["distortion"]
-    if not isinstance(listed, list) or len(listed) not in COUNTS:
+def _distortion(listed: Any) -> tuple[float, ...]:
+    if not isinstance(listed, list) or len(listed) not in _COEFFICIENTS:
+        counts = ", ".join(map(str, _COEFFICIENTS))
         raise ValueError(
-            "distortion: must be the numbers k1 k2 p1 p2, then k3, then k4 k5 k6, which are "
-            f"{', '.join(map(str, COUNTS[:-1]))} or {COUNTS[-1]}, not {listed!r:.60}"
+            f"distortion: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
+            f"..., not {listed!r:.60}"
         )
-    coefficients = tuple(_number("distortion", value) for value in listed)
-    radius = _positive("distortion_radius", told.get("distortion_radius", WIDEST))
-    try:
-        return Lens(intrinsics, coefficients, size, radius)
-    except ValueError as error:
-        raise ValueError(f"distortion: that of camera {name!r}: {error}") from error
+    return tuple(_number("distortion", value) for value in listed)
 
 
 def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
@@ -264,7 +231,7 @@ def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
             )
 
 
-def _matrix(name: str, value: Any, size: int, matrices: Matrices) -> _Floats:
+def _matrix(name: str, value: Any, size: int) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
         lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
@@ -275,15 +242,10 @@ def _matrix(name: str, value: Any, size: int, matrices: Matrices) -> _Floats:
         raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
     found = np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
     last = np.eye(size)[-1]
-    by_columns = (found[-1] != last).any() and (found[:, -1] == last).all()
-    if matrices == "columns":
-        # Intrinsics may be listed row by row beside poses that are not.
-        return found.T if by_columns or size == 4 else found
-    if by_columns:
+    if (found[-1] != last).any() and (found[:, -1] == last).all():
         raise ValueError(
             f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
-            "is, so it is listed column by column: --matrices columns (in Python, "
-            "matrices='columns') reads it"
+            "is, so it is listed column by column: list it row by row"
         )
     return found
 

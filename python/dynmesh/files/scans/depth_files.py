@@ -1,39 +1,35 @@
 """Depth images: PNG files with 16 bits a pixel, one of each camera and frame."""
 
-import io
+import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import DynmeshError, InputError
+from ..._errors import InputError
 from ..._extras import require
 from ...frames.naming import naming
 from .cameras import ScanCamera
-from .png import HEADER_SIZE, SIGNATURE, PngHeader, read_header, sound_image
 
 SUFFIX = ".png"
 
 MOST_COUNTS = 65535
 
-_MOST_PIXELS = 2**26
-"""8192 by 8192, far above what depth cameras deliver."""
-
 _LOOKED_AT = 9
 """Images whose headers tell the size of those of a camera."""
 
-_GREY = 0
-_CHANNELS = {
-    _GREY: "one channel",
-    2: "colours (RGB)",
-    3: "a palette",
-    4: "one channel and transparency",
-    6: "colours and transparency (RGBA)",
+_KINDS = {
+    "1": "one channel of 1 bit",
+    "L": "one channel of 8 bits",
+    "LA": "one channel and transparency",
+    "P": "a palette",
+    "RGB": "colours (RGB)",
+    "RGBA": "colours and transparency (RGBA)",
 }
-"""What images have, by how PNG numbers it."""
+"""What images of other modes have, by the names that Pillow gives these."""
 
 
 def require_png() -> Any:
@@ -52,23 +48,17 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
         OSError: the file cannot be read.
         ValueError: it is no such image, or has another size than the camera states.
     """
-    image = require_png()
     with naming(file), file.open("rb") as opened:
-        beginning = opened.read(HEADER_SIZE)
-        if not beginning:
-            raise ValueError("is empty; a depth image is a PNG image with 16 bits")
-        if not beginning.startswith(SIGNATURE[: len(beginning)]):
-            raise ValueError(f"is not a PNG image: it begins with {beginning[:8]!r}")
-        header = read_header(beginning)
-        _check(header, camera)  # before the image, which may be a thousand times its file
-        content = sound_image(beginning + opened.read(), header)
+        image = _image(opened)
+        _check(image, camera)  # before the image is decoded, which may be a thousand times its file
         try:
-            with image.open(io.BytesIO(content), formats=["PNG"]) as found:
-                counts = np.asarray(found)
-        except (OSError, SyntaxError, ValueError) as error:  # with words for programmers
+            # Decoding alone skips the checksums, so that a flipped bit would become other depths;
+            # once Pillow has looked at them, it must open the image again to decode it.
+            image.verify()
+            counts = np.asarray(_image(opened))
+        except (OSError, SyntaxError) as error:
             raise ValueError(f"is a PNG image that is cut or damaged: {error}") from error
-    scale = 1.0 if camera.depth_scale is None else camera.depth_scale
-    return (counts * scale).astype(np.float32)
+    return (counts * (camera.depth_scale or 1.0)).astype(np.float32)
 
 
 def usual_size(files: Sequence[Path], camera: ScanCamera) -> tuple[int, int] | None:
@@ -82,33 +72,21 @@ def usual_size(files: Sequence[Path], camera: ScanCamera) -> tuple[int, int] | N
     sizes: Counter[tuple[int, int]] = Counter()
     first: InputError | None = None
     for number in np.linspace(0, len(files) - 1, min(len(files), _LOOKED_AT)).astype(int):
-        header = _header_of(files[number])
-        if header is not None:
-            try:
-                with naming(files[number]):
-                    _check(header, camera)
-                sizes[header.width, header.height] += 1
-            except InputError as error:
-                first = first or error
+        file = files[number]
+        try:
+            with file.open("rb") as opened:
+                image = _image(opened)
+        except (OSError, ValueError):
+            continue
+        try:
+            with naming(file):
+                _check(image, camera)
+            sizes[image.size] += 1
+        except InputError as error:
+            first = first or error
     if first is not None and not sizes:
         raise first
     return sizes.most_common(1)[0][0] if sizes else camera.size
-
-
-def read_size(file: Path) -> tuple[int, int] | None:
-    """Returns the width and height of an image, or None if it is damaged."""
-    header = _header_of(file)
-    return None if header is None else (header.width, header.height)
-
-
-def _header_of(file: Path) -> PngHeader | None:
-    """Returns the header of an image, or None if it is damaged."""
-    try:
-        with naming(file), file.open("rb") as opened:
-            beginning = opened.read(HEADER_SIZE)
-            return read_header(beginning) if beginning.startswith(SIGNATURE) else None
-    except (DynmeshError, OSError):
-        return None
 
 
 def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera) -> None:
@@ -119,20 +97,28 @@ def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera
     require_png().fromarray(held).save(file, format="PNG")
 
 
-def _check(header: PngHeader, camera: ScanCamera) -> None:
-    if (header.bits, header.channels) != (16, _GREY):
-        raise ValueError(
+def _image(opened: BinaryIO) -> Any:
+    """Reads the header of an image."""
+    pillow = require_png()
+    if not opened.seek(0, os.SEEK_END):
+        raise InputError("is empty; a depth image is a PNG image with 16 bits")
+    opened.seek(0)
+    try:
+        return pillow.open(opened, formats=["PNG"])
+    except pillow.UnidentifiedImageError as error:  # with words for programmers
+        raise InputError("is not a PNG image, or its beginning is damaged") from error
+    except (OSError, SyntaxError, ValueError, pillow.DecompressionBombError) as error:
+        raise InputError(f"is a PNG image that is cut, damaged or too large: {error}") from error
+
+
+def _check(image: Any, camera: ScanCamera) -> None:
+    if image.mode not in ("I;16", "I"):  # Pillow before 10.3 has the latter
+        raise InputError(
             "must have one channel of 16 bits, the depth in counts, but has "
-            f"{_CHANNELS.get(header.channels, 'another kind of channels')} of {header.bits} "
-            f"bit{'s' if header.bits > 1 else ''}"
+            + _KINDS.get(image.mode, f"the mode {image.mode}")
         )
-    if camera.size is not None and (header.width, header.height) != camera.size:
-        raise ValueError(
-            f"has {header.width} x {header.height} pixels, but camera {camera.name!r} has "
+    if camera.size is not None and image.size != camera.size:
+        raise InputError(
+            f"has {image.width} x {image.height} pixels, but camera {camera.name!r} has "
             f"{camera.size[0]} x {camera.size[1]}"
-        )
-    if header.width * header.height > _MOST_PIXELS:
-        raise ValueError(
-            f"is damaged, or too large: its header states {header.width} x {header.height} pixels, "
-            f"more than {_MOST_PIXELS}"
         )

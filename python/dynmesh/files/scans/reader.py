@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,38 +17,12 @@ from ..choice import PathLike
 from ..format import Gaps
 from ..numbered import Found, files_in, find_files, matching, with_conversion
 from .cameras import Rig, ScanCamera, given_unit, read_cameras
-from .corrections import AS_STATED, Corrections
-from .depth_files import SUFFIX, read_depth, read_size, require_png, usual_size
+from .depth_files import SUFFIX, read_depth, require_png, usual_size
 from .point_files import point_formats, read_points
+from .undistortion import Undistortion
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""
-
-
-@dataclass(frozen=True)
-class Cameras:
-    """The file of the cameras, and how it is read.
-
-    Attributes:
-        file: its path.
-        stated: the cameras as the file describes them.
-        corrections: what is said about them.
-        rig: the cameras as they are meant.
-    """
-
-    file: Path
-    stated: Rig
-    corrections: Corrections
-    rig: Rig
-
-    @classmethod
-    def of(cls, file: Path, corrections: Corrections, scans: Path) -> "Cameras":
-        """Reads the file, which may not state the size of the images among the scans."""
-        stated = read_cameras(
-            file, matrices=corrections.matrices, size_of_images=lambda: _size_of_first(scans)
-        )
-        with naming(file):
-            return cls(file, stated, corrections, corrections.of(stated))
 
 
 class ScanReader(ABC):
@@ -56,8 +30,7 @@ class ScanReader(ABC):
 
     Attributes:
         path: of the scans.
-        cameras: the file of the cameras and how it is read, or None if there is none.
-        rig: the cameras as they are meant, or None if they are not stated.
+        rig: the cameras, or None if they are not stated.
         start: the number of the first frame.
         step: the difference between the numbers of two frames.
         n_frames: number of frames.
@@ -67,14 +40,10 @@ class ScanReader(ABC):
         metres_per_unit: as the files state it, or None.
     """
 
-    def __init__(
-        self, path: Path, cameras: Cameras | None, found: Found, files: list[Path]
-    ) -> None:
+    def __init__(self, path: Path, rig: Rig | None, found: Found, files: list[Path]) -> None:
         """Called by subclasses when the files are found."""
         self.path = path
-        self.cameras = cameras
-        rig = None if cameras is None else cameras.rig
-        also = [] if cameras is None else [cameras.file]
+        also = [] if rig is None or rig.file is None else [rig.file]
         self.rig = rig
         self.start, self.step = found.start, found.step
         self.n_frames = len(found.files)
@@ -116,7 +85,7 @@ class PointReader(ScanReader):
     """Point clouds, one file per frame."""
 
     def __init__(
-        self, path: Path, suffix: str, cameras: Cameras | None, gaps: Gaps, frames: slice | range
+        self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps, frames: slice | range
     ) -> None:
         """Finds the files and reads the first."""
         found = find_files(path, suffix, gaps).among(frames)
@@ -124,7 +93,7 @@ class PointReader(ScanReader):
         present = [file for file in found.files if file is not None]
         if not present:
             raise ValueError("none of these frames has a file")
-        super().__init__(path, cameras, found, present)
+        super().__init__(path, rig, found, present)
         said = read_points(present[0]).metadata.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
             raise ValueError(
@@ -152,17 +121,11 @@ class DepthReader(ScanReader):
     of images, that is an error.
     """
 
-    def __init__(self, path: Path, cameras: Cameras, gaps: Gaps, frames: slice | range) -> None:
+    def __init__(self, path: Path, rig: Rig, gaps: Gaps, frames: slice | range) -> None:
         """Finds the files, and reads the headers of some."""
-        rig = cameras.rig
         for camera in rig.cameras:
             if camera.intrinsics is None:
                 raise ValueError(f"camera {camera.name!r} has no intrinsics, as depth images need")
-            if camera.depth_scale is None:
-                raise ValueError(
-                    f"nothing states the depth of one count of camera {camera.name!r}: "
-                    "--depth-scale (in Python, depth_scale=) does"
-                )
         require_png()
         by_camera = _by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
@@ -176,13 +139,14 @@ class DepthReader(ScanReader):
         every = every[kept.start : kept.stop : kept.step]
         if gaps == "refuse":
             _refuse_gaps(every, rig, by_camera)
+        with naming(rig.file or path):
+            self._lenses = {c.name: Undistortion(c) for c in rig.cameras if c.distortion}
         made = []
         for camera in rig.cameras:
-            other = cameras.corrections.intrinsics_size is not None
-            expected = replace(camera, size=None) if other else camera
-            size = usual_size(list(by_camera[camera.name].values()), expected)
-            resized = camera if size is None else cameras.corrections.for_images(camera, *size)
-            made.append(replace(resized, size=size))
+            size = usual_size(list(by_camera[camera.name].values()), camera)
+            lens = self._lenses.get(camera.name)
+            intrinsics = camera.intrinsics if lens is None else lens.intrinsics
+            made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
         rig = replace(rig, cameras=tuple(made))
         self._images = [
             [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
@@ -198,8 +162,7 @@ class DepthReader(ScanReader):
         self._n_images = sum(map(len, self._images))
         files = [file for images in self._images for _, file in images]
         found = Found([None] * len(every), every.start, every.step)
-        super().__init__(path, cameras, found, files)
-        self.rig = rig
+        super().__init__(path, rig, found, files)
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -239,7 +202,8 @@ class DepthReader(ScanReader):
                 raise InputError(f"{why}; there is no undamaged image", file=file) from error
             return None
         self._unchanged.check([file])
-        return depth if camera.lens is None else camera.lens.undo(depth)
+        lens = self._lenses.get(camera.name)
+        return depth if lens is None else lens.undo(depth)
 
 
 def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
@@ -253,7 +217,7 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
         return stated
     said = given_unit("scan_unit", given)
     if stated is not None and abs(said / stated - 1) > 1e-9:
-        file = scans.path if scans.cameras is None else scans.cameras.file
+        file = scans.camera_files[0] if scans.camera_files else scans.path
         raise InputError(
             f"states {stated:g} metres per unit, but the scans are said to be in units of {said:g} "
             "m; one of them is wrong",
@@ -266,9 +230,8 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
 def open_scans(
     path: PathLike,
     *,
-    cameras: PathLike | None = None,
+    cameras: PathLike | Rig | None = None,
     gaps: Gaps = "refuse",
-    corrections: Corrections = AS_STATED,
     frames: slice | range | None = None,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
@@ -279,11 +242,10 @@ def open_scans(
             images end in the number of the frame and the name of the camera, as
             ``depth_00012_left.png``, or are in a folder with the name of the camera, as
             ``left/00012.png``. The only camera need not be named.
-        cameras: a file as :func:`read_cameras` reads it. None: `cameras.json` in the folder of the
-            scans, if there is one. Depth images need it.
+        cameras: the cameras, or a file as :func:`read_cameras` reads it. None: `cameras.json` in
+            the folder of the scans, if there is one. Depth images need it.
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
             "refuse" refuses such scans.
-        corrections: how the cameras are meant, if not as their file should say it.
         frames: the numbers of the first frame and of the one after the last; None means all.
 
     Raises:
@@ -293,12 +255,9 @@ def open_scans(
     """
     path = Path(path)
     kept = slice(None) if frames is None else frames
-    if cameras is None:
-        beside = (path if path.is_dir() else path.parent) / CAMERAS
-        cameras = beside if beside.is_file() else None
-    rig = None if cameras is None else Cameras.of(Path(cameras), corrections, path)
+    rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)
     with naming(path):
-        suffix = _suffix_in(path, None if rig is None else rig.rig)
+        suffix = _suffix_in(path, rig)
         if suffix != SUFFIX:
             return PointReader(path, suffix, rig, gaps, kept)
         if rig is None:
@@ -307,6 +266,14 @@ def open_scans(
                 "cameras=)"
             )
         return DepthReader(path, rig, gaps, kept)
+
+
+def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
+    """Reads the cameras of scans from their file, or from the one that is usual, if it exists."""
+    beside = (path if path.is_dir() else path.parent) / CAMERAS
+    if cameras is None and not beside.is_file():
+        return None
+    return read_cameras(beside if cameras is None else Path(cameras))
 
 
 def _suffix_in(path: Path, rig: Rig | None) -> str:
@@ -342,13 +309,6 @@ def _images_in(path: Path, rig: Rig) -> list[Path]:
         among = files_in(path.parent, SUFFIX)
         return [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
     return sorted(matching(path))
-
-
-def _size_of_first(path: Path) -> tuple[int, int] | None:
-    """Returns the size of the first image in a folder or beside what is named, if there is one."""
-    images = sorted((path if path.is_dir() else path.parent).rglob(f"*{SUFFIX}"))
-    sizes = (read_size(file) for file in images)
-    return next((size for size in sizes if size is not None), None)
 
 
 def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:

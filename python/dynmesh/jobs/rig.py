@@ -1,0 +1,293 @@
+"""Whether the cameras of depth images are read as they are meant, judged by the first scan.
+
+Every usual misreading is undone in turn, and the scan compared with the template.
+"""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import files
+from .._core import find_alignment
+from .._errors import InputError
+from ..diagnosis.planes import planes_of_room
+from ..diagnosis.surface_distance import Surface
+from ..files import PathLike
+from ..files.scans import DepthScan, Rig, open_scans
+from ..files.scans.reader import DepthReader, read_rig
+from ..sequence import Positions
+from .fits import Quality
+from .scan_options import ScanOptions
+from .start import template_of
+
+_Floats = NDArray[np.float64]
+
+_AS_STATED = ScanOptions()
+
+_EXAMINED = 1500
+_POINTS = 200
+"""Points of a camera in which floor and walls are sought, and of what is left that are compared."""
+
+_LEAST = 60
+"""Points, of which less tell nothing."""
+
+_FAR = 0.01
+_FAR_EDGES = 0.5
+"""A point is far from the template beyond this share of its diagonal and of its mean edge."""
+
+_COVERED = 0.3
+"""All points are far if those of no camera extend over this share of the template: images that
+became small lumps lie on any surface."""
+
+_FIT = 0.05
+_MIXED = 0.6
+"""The cameras fit if of each at most so many points are far. Up to the second share, which noise,
+another pose or other things in the scan may explain, they do if no other reading is better."""
+
+_FEWER = 0.5
+_LESS = 0.03
+_AT_MOST = 0.4
+"""A reading is better if it leaves at most this share of the far points, this much less of all
+points, and at most this share of all: a part of a room may be left."""
+
+
+def _flipped(pose: _Floats) -> _Floats:
+    return np.asarray(pose @ np.diag([1.0, -1, -1, 1]))
+
+
+def _inverted(pose: _Floats) -> _Floats:
+    return np.asarray(np.linalg.inv(pose))
+
+
+def _transposed(pose: _Floats) -> _Floats:
+    return np.block([[pose[:3, :3].T, pose[:3, 3:]], [pose[3:]]])
+
+
+def _posed(change: Callable[[_Floats], _Floats], rig: Rig) -> Rig:
+    cameras = (replace(c, camera_to_world=change(c.camera_to_world)) for c in rig.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
+def _scaled(positions: float, depths: float, rig: Rig) -> Rig:
+    """Multiplies the positions of the cameras and the depths of a count."""
+    factors = np.vstack([np.tile([1, 1, 1, positions], (3, 1)), np.ones((1, 4))])
+    moved = _posed(lambda pose: pose * factors, rig)
+    cameras = (replace(c, depth_scale=depths * (c.depth_scale or 1.0)) for c in moved.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
+def _exchanged(one: str, other: str, rig: Rig) -> Rig:
+    names = {one: other, other: one}
+    renamed = (replace(c, name=names.get(c.name, c.name)) for c in rig.cameras)
+    return replace(rig, cameras=tuple(renamed))
+
+
+class Reading(NamedTuple):
+    """What may be wrong with a camera file.
+
+    Attributes:
+        wrong: in a sentence.
+        right: makes the cameras that are meant.
+    """
+
+    wrong: str
+    right: Callable[[Rig], Rig]
+
+
+_READINGS = (
+    Reading(
+        "the poses are inverted: they lead from the world to the cameras, as extrinsics do",
+        partial(_posed, _inverted),
+    ),
+    Reading(
+        "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV",
+        partial(_posed, _flipped),
+    ),
+    Reading(
+        "the poses are inverted, from the world to the cameras, which have the axes of OpenGL",
+        partial(_posed, lambda pose: _flipped(_inverted(pose))),
+    ),
+    Reading("the rotations of the poses are transposed", partial(_posed, _transposed)),
+    Reading(
+        "the depths are in millimetres, so that depth_scale is 1000 times too large",
+        partial(_scaled, 1, 1e-3),
+    ),
+    Reading(
+        "the depths are in metres and everything else in millimetres, so that depth_scale is 1000 "
+        "times too small",
+        partial(_scaled, 1, 1e3),
+    ),
+    Reading(
+        "the positions of the cameras are in millimetres and everything else in metres",
+        partial(_scaled, 1e-3, 1),
+    ),
+    Reading(
+        "positions and depths of the cameras are in millimetres and the template in metres",
+        partial(_scaled, 1e-3, 1e-3),
+    ),
+)
+
+
+def readings_of(rig: Rig) -> Iterator[Reading]:
+    """Yields what may be wrong with the cameras of a rig."""
+    yield from _READINGS
+    for one, other in combinations([camera.name for camera in rig.cameras], 2):
+        yield Reading(
+            f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
+            partial(_exchanged, one, other),
+        )
+
+
+class Fit(NamedTuple):
+    """How a scan lies on a template.
+
+    Attributes:
+        far: the share of the points that are far from it.
+        by_camera: the same of each camera.
+    """
+
+    far: float
+    by_camera: tuple[float, ...]
+
+
+def fit_of(scan: DepthScan, surface: Surface) -> Fit:
+    """Compares a scan, in the unit of the template, after the rigid motion of tracking."""
+    clouds = [_subject(cloud, surface) for cloud in scan.clouds]
+    cloud = np.concatenate(clouds)
+    extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
+    if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
+        return Fit(1.0, (1.0,) * len(clouds))
+    found = find_alignment(surface.faces, surface.points, cloud)
+    most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
+    ways = (cloud, (cloud - found.shift) @ found.rotation)  # where it is, and moved
+    far = min((surface.distances(one) > most for one in ways), key=np.mean)
+    each = np.split(far, np.cumsum([len(one) for one in clouds])[:-1])
+    return Fit(float(far.mean()), tuple(float(one.mean()) if len(one) else 0.0 for one in each))
+
+
+def _subject(cloud: _Floats, surface: Surface) -> _Floats:
+    """Returns some of the points of a camera, without floor and walls."""
+    some = cloud[:: 1 + len(cloud) // _EXAMINED]
+    for plane in planes_of_room(some, thickness=surface.mean_edge, size=surface.size):
+        some = some[~plane.holds(some)]
+    return some[:: 1 + len(some) // _POINTS]
+
+
+@dataclass(frozen=True, eq=False)
+class RigReport:
+    """What `dynmesh rig` found.
+
+    Attributes:
+        scan: the first one with points, in the unit of the template, as the cameras are stated.
+        cameras: the names of those that have an image in it.
+        template: its faces and vertices, or None if there is none.
+        up: the up axis that the template states, else "y".
+        stated: how the scan lies on the template; None without one.
+        rig: the cameras as they are meant; None if that is not known.
+        reading: what is wrong with them, if it is known.
+        meant: how the scan lies on the template then.
+    """
+
+    scan: DepthScan
+    cameras: tuple[str, ...]
+    template: tuple[NDArray[np.integer[Any]], Positions] | None = None
+    up: str = "y"
+    stated: Fit | None = None
+    rig: Rig | None = None
+    reading: Reading | None = None
+    meant: Fit | None = None
+
+    @property
+    def quality(self) -> Quality:
+        """Whether the cameras fit as they are stated; "good" if nothing is judged."""
+        is_wrong = self.reading is not None or self.rig is None
+        return "doubtful" if self.stated is not None and is_wrong else "good"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The cameras with their shares of far points."""
+        if self.stated is None:
+            return self.cameras
+        each = zip(self.cameras, self.stated.by_camera, strict=True)
+        return tuple(f"{name}: {far:.0%} far" for name, far in each)
+
+    @property
+    def told(self) -> str:
+        """What was found, in a sentence."""
+        if self.stated is None:
+            return "without a template, nothing is judged"
+        far = f"{self.stated.far:.1%} of the first scan's points are far from the template"
+        if self.reading is not None and self.meant is not None:
+            return f"{self.reading.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
+        if self.rig is not None and max(self.stated.by_camera) <= _FIT:
+            return f"the cameras fit: {far}"
+        if self.rig is not None:
+            return f"the cameras fit better than in any usual misreading: {far}"
+        return (
+            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: if "
+            "those of one camera are, its pose or its intrinsics are wrong; if all are, the "
+            "template may have another pose, shape or unit than what was scanned"
+        )
+
+
+def look_at_rig(
+    scans: PathLike, template: PathLike | None = None, options: ScanOptions = _AS_STATED
+) -> RigReport:
+    """Looks at the cameras of depth images by their first scan.
+
+    Args:
+        scans: as for :func:`dynmesh.track_file`.
+        template: a mesh file, in about the pose of the first scan; None to judge nothing.
+        options: the file of the cameras, and the units.
+
+    Raises:
+        OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
+            no frame has points.
+    """
+    path = Path(scans)
+    rig = read_rig(path, options.cameras)
+    reader = open_scans(path, cameras=rig, gaps="lost")
+    if rig is None or not isinstance(reader, DepthReader):
+        raise InputError(
+            "holds point clouds; of cameras, only those of depth images can be judged", file=path
+        )
+    number, scan = _first(reader)
+    names = tuple(reader.cameras_of(number))
+    if template is None:
+        return RigReport(scan, names)
+    with files.open(template) as mesh:
+        _, factor = options.units(reader, mesh)
+        surface = Surface(mesh.faces, template_of(mesh))
+        up = mesh.header.up_axis or "y"
+    scan = scan.scaled(factor)
+    stated = fit_of(scan, surface)
+    report = RigReport(scan, names, (surface.faces, surface.points), up, stated)
+    if max(stated.by_camera) <= _FIT:
+        return replace(report, rig=rig)
+    fits = []
+    for reading in readings_of(rig):
+        meant = reading.right(rig)
+        # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
+        with contextlib.suppress(InputError):
+            (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
+            if isinstance(other, DepthScan):
+                fits.append((fit_of(other.scaled(factor), surface), reading, meant))
+    best, reading, meant = min(fits, key=lambda one: one[0].far)
+    if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
+        return replace(report, rig=rig if max(stated.by_camera) <= _MIXED else None)
+    return replace(report, rig=meant, reading=reading, meant=best)
+
+
+def _first(reader: DepthReader) -> tuple[int, DepthScan]:
+    """Returns the first scan with points, and its number, counted from 0."""
+    for number, scan in enumerate(reader):
+        if isinstance(scan, DepthScan) and any(depth.any() for depth in scan.depth):
+            return number, scan
+    raise InputError("no frame has points", file=reader.path)
