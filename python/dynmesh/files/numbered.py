@@ -9,9 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ..frames.times import indices_of
 from ..sequence import largest_start
 from .format import Gaps
 
@@ -111,15 +108,6 @@ class Found(NamedTuple):
     files: list[Path | None]
     start: int = 0
     step: int = 1
-
-    def among(self, frames: slice | range) -> "Found":
-        """Those from one number to before another one; see :func:`indices_of`."""
-        kept = indices_of(self.start + self.step * np.arange(len(self.files), dtype=float), frames)
-        return Found(
-            self.files[kept.start : kept.stop : kept.step],
-            self.start + self.step * kept.start,
-            self.step * kept.step,
-        )
 
 
 def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from ..._errors import DynmeshError, InputError
 from ...frames.naming import naming
 from ...frames.scan import DepthScan, PointScan, Scan
-from ...frames.times import indices_of
 from ...frames.unchanged import Unchanged
 from ..choice import PathLike
 from ..format import Gaps
@@ -84,15 +83,11 @@ class ScanReader(ABC):
 class PointReader(ScanReader):
     """Point clouds, one file per frame."""
 
-    def __init__(
-        self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps, frames: slice | range
-    ) -> None:
+    def __init__(self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps) -> None:
         """Finds the files and reads the first."""
-        found = find_files(path, suffix, gaps).among(frames)
+        found = find_files(path, suffix, gaps)
         self._files = found.files
         present = [file for file in found.files if file is not None]
-        if not present:
-            raise ValueError("none of these frames has a file")
         super().__init__(path, rig, found, present)
         said = read_points(present[0]).metadata.metres_per_unit
         if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
@@ -121,7 +116,7 @@ class DepthReader(ScanReader):
     of images, that is an error.
     """
 
-    def __init__(self, path: Path, rig: Rig, gaps: Gaps, frames: slice | range) -> None:
+    def __init__(self, path: Path, rig: Rig, gaps: Gaps) -> None:
         """Finds the files, and reads the headers of some."""
         for camera in rig.cameras:
             if camera.intrinsics is None:
@@ -135,8 +130,6 @@ class DepthReader(ScanReader):
             )
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
-        kept = indices_of(np.array(every, np.float64), frames)
-        every = every[kept.start : kept.stop : kept.step]
         if gaps == "refuse":
             _refuse_gaps(every, rig, by_camera)
         with naming(rig.file or path):
@@ -232,7 +225,6 @@ def open_scans(
     *,
     cameras: PathLike | Rig | None = None,
     gaps: Gaps = "refuse",
-    frames: slice | range | None = None,
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
@@ -246,7 +238,6 @@ def open_scans(
             the folder of the scans, if there is one. Depth images need it.
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
             "refuse" refuses such scans.
-        frames: the numbers of the first frame and of the one after the last; None means all.
 
     Raises:
         OSError: a file cannot be read.
@@ -254,18 +245,17 @@ def open_scans(
         ValueError: there are no scans, or the first one is damaged; the message names the file.
     """
     path = Path(path)
-    kept = slice(None) if frames is None else frames
     rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)
     with naming(path):
         suffix = _suffix_in(path, rig)
         if suffix != SUFFIX:
-            return PointReader(path, suffix, rig, gaps, kept)
+            return PointReader(path, suffix, rig, gaps)
         if rig is None:
             raise ValueError(
                 f"depth images need cameras: {CAMERAS} beside them, or --cameras FILE (in Python, "
                 "cameras=)"
             )
-        return DepthReader(path, rig, gaps, kept)
+        return DepthReader(path, rig, gaps)
 
 
 def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
