@@ -118,6 +118,7 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(folder: Path, tmp_
     said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
     assert re.search(r"2: ([6-9]\d|100)% far", said)
     assert "no usual misreading" in said
+    assert "o.json: not written" in said
     assert not (tmp_path / "o.json").exists()
 
 
@@ -200,7 +201,7 @@ def test_what_cannot_be_judged_is_refused(folder: Path, tmp_path: Path) -> None:
     assert "--template" in run("rig", folder / "depth", code=2).stderr
     run("degrade", folder / "body.obj", tmp_path / "points", "--scan", "--up", "z")
     with pytest.raises(ValueError, match="point clouds"):
-        look_at_rig(tmp_path / "points", folder / "body.obj")
+        look_at_rig(tmp_path / "points", folder / "body.obj", ScanOptions())
 
 
 def test_units_of_scans_and_template_may_differ(folder: Path, tmp_path: Path) -> None:
@@ -209,4 +210,5 @@ def test_units_of_scans_and_template_may_differ(folder: Path, tmp_path: Path) ->
     dynmesh.write(tmp_path / "body.npz", larger)
     options = ScanOptions(scan_unit="m", template_unit="mm")
     assert look_at_rig(folder / "depth", tmp_path / "body.npz", options).quality == "good"
-    assert look_at_rig(folder / "depth", tmp_path / "body.npz").quality == "doubtful"
+    options = ScanOptions(scan_unit="m", template_unit="cm")
+    assert look_at_rig(folder / "depth", tmp_path / "body.npz", options).quality == "doubtful"

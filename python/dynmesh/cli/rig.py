@@ -66,6 +66,8 @@ def rig(
         raise typer.BadParameter("--template is needed; without it, --page shows the cameras")
     report = look_at_rig(scans, template, options)
     say(f"{scans}: {report.told}")
+    if output is not None and report.rig is None:
+        say(f"{output}: not written, as it is not known how the cameras are meant")
     if output is not None and report.rig is not None:
         with new_output(output, overwrite, ".json") as made:
             write_cameras(made, report.rig)

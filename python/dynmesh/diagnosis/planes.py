@@ -50,6 +50,8 @@ def planes_of_room(
     left = points.astype(np.float64)
     planes: list[Plane] = []
     while len(left) >= 3 and len(planes) < _MOST_PLANES:
+        if np.linalg.norm(np.ptp(left, axis=0)) <= size:
+            break
         a, b, c = left[rng.integers(len(left), size=(3, _TRIALS))]
         normals = np.cross(b - a, c - a)
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)

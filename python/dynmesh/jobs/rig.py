@@ -29,8 +29,6 @@ from .start import template_of
 
 _Floats = NDArray[np.float64]
 
-_AS_STATED = ScanOptions()
-
 _EXAMINED = 1500
 _POINTS = 200
 """Points of a camera in which floor and walls are sought, and of what is left that are compared."""
@@ -237,9 +235,7 @@ class RigReport:
         )
 
 
-def look_at_rig(
-    scans: PathLike, template: PathLike | None = None, options: ScanOptions = _AS_STATED
-) -> RigReport:
+def look_at_rig(scans: PathLike, template: PathLike | None, options: ScanOptions) -> RigReport:
     """Looks at the cameras of depth images by their first scan.
 
     Args:

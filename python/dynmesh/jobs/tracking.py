@@ -15,6 +15,7 @@ from ..degrade.shared import mean_edge_of
 from ..diagnosis.surroundings import shares_in_planes
 from ..files import Header, PathLike, Reader
 from ..files.scans import PointScan, Scan, ScanReader
+from ..files.scans.reader import DepthReader
 from ..frames.memory import Output
 from ..registration import Landmarks, Registration, register, register_depth
 from ..sequence import Positions
@@ -186,7 +187,7 @@ class _Tracking:
         self._landmarks = landmarks
         self._table = table
         self._advice = ""
-        if scans.rig is not None and scans.rig.cameras[0].intrinsics is not None:
+        if isinstance(scans, DepthReader):
             self._advice = (
                 f"dynmesh rig {scans.path} --template {mesh.path} tells whether the cameras are "
                 "read as they are meant"
