@@ -1,6 +1,7 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
 from collections.abc import Callable, Iterable
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import TypeAlias, Unpack
 
@@ -88,8 +89,10 @@ def convert_file(
             has_provenance=reader.has_provenance and not dropped,
             has_standard_error=reader.header.has_standard_error and not dropped,
         )
-        with target.create(header, overwrite=overwrite) as writer:
-            frames = reader.frames(indices.start, indices.stop, indices.step)
+        with (
+            target.create(header, overwrite=overwrite) as writer,
+            closing(reader.frames(indices.start, indices.stop, indices.step)) as frames,
+        ):
             for frame in conversion.frames(watch(frames, len(indices))):
                 values = frame.attributes()
                 writer.append(frame.points, **{name: values[name] for name in header.attributes})
