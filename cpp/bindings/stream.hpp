@@ -262,7 +262,6 @@ py::list setting_table() {
         row["default"] = python_value(Settings{}.*member);
         row["help"] = setting.help;
         row["metavar"] = setting.value;
-        row["changes_results"] = setting.is_stored;
         row["method"] = setting.method ? python_value(*setting.method) : py::none();
         if constexpr (std::is_same_v<Value, Index>) {
           row["least"] = setting.least;

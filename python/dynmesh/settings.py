@@ -20,7 +20,6 @@ class Setting:
         name: in Python; command lines have hyphens in it.
         default: the value if none is given.
         help: what it does, in a sentence or two for the command line.
-        changes_results: whether the completed frames depend on it.
         choices: all values, if there are few.
         method: the only method that has this setting; None if both have it.
         least: the smallest value of an integer.
@@ -31,7 +30,6 @@ class Setting:
     name: str
     default: Any
     help: str
-    changes_results: bool
     choices: Sequence[str] = ()
     method: Literal["motion", "detail"] | None = None
     least: int | None = None

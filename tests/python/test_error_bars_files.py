@@ -140,10 +140,9 @@ def test_evaluate_compares_them_with_the_truth(
     dynmesh.write(tmp_path / "out.npz", completed)
     told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
     found = json.loads(told.stdout)["standard_error"]
-    bars, generation, age = completed.standard_error, completed.generation, completed.age
+    bars, generation = completed.standard_error, completed.generation
     assert bars is not None
     assert generation is not None
-    assert age is not None
     error = np.linalg.norm(completed.vertices.astype(float) - truth.vertices, axis=2)
     filled = (generation > 0) & np.isfinite(bars)
     ratio = error[filled] / bars[filled]
@@ -152,7 +151,7 @@ def test_evaluate_compares_them_with_the_truth(
     assert found["coverage_90"] == pytest.approx((ratio <= 2.5).mean())
     mean_squares = (error[filled] ** 2).mean() / (3 * (bars[filled].astype(float) ** 2).mean())
     assert found["rms_ratio"] == pytest.approx(np.sqrt(mean_squares), rel=1e-5)
-    for name, values in {"rank": bars, "generation": generation, "age": age}.items():
+    for name, values in {"rank": bars, "generation": generation}.items():
         of_frames = [
             stats.spearmanr(error[n][filled[n]], values[n][filled[n]]).statistic
             for n in range(1, N_FRAMES)

@@ -114,7 +114,7 @@ def evaluate(
         shown.add_row("errors within the 50 % interval", f"{100 * found.coverage_50:.3g} %")
         shown.add_row("errors within the 90 % interval", f"{100 * found.coverage_90:.3g} %")
         shown.add_row("error / standard error", f"{found.rms_ratio:.3g}, root mean squares")
-        for name in ("rank", "generation", "age"):
+        for name in ("rank", "generation"):
             value = getattr(found, f"{name}_correlation")
             of = "standard error" if name == "rank" else name
             found_value = "none" if value is None else f"{value:.3g}"
