@@ -63,7 +63,6 @@ class Posed(reference.Detail):
 
     most_variance = 2.0
     largest_kept = 9.0
-    least_seen = 1e-3
 
     def _begin(self, modes: Array, caution: Array) -> None:
         self.modes = modes  # B
@@ -110,11 +109,7 @@ class Posed(reference.Detail):
                 h = (h + sum_to(i, h[j, None], self.k)[:, 0]) / (
                     1 + np.bincount(i, minlength=self.k)
                 )
-            self.is_hidden = h == 0
             d = np.einsum("i,jic->j", h, self.modes**2)
-            if self.least_seen > 0:
-                share = d / np.einsum("jic->j", self.modes**2)
-                penalty = penalty * (1 + self.least_seen / np.maximum(self.least_seen**2, share))
             precondition = 1 / (d + penalty)
             determined = d / (d + penalty)
             kept = self.largest_kept
@@ -156,21 +151,17 @@ class Trained(Posed):
         noise: float | None = None,
     ) -> None:
         super().__init__(faces, first_frame, noise)
-        self.is_stiff = True
-        shapes, angles = zip(*[self._shape_of(frame) for frame in training], strict=True)
-        if np.mean(angles) > 10:
-            self.is_stiff = False
-            shapes, _ = zip(*[self._shape_of(frame) for frame in training], strict=True)
+        shapes = [self._shape_of(frame) for frame in training]
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
         self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame)))
         self.is_first = True
         self.n_frames = len(training)
 
-    def _shape_of(self, frame: Array) -> tuple[Array, float]:
-        """The deviation of the trained shape from that of frame 0, and the angle."""
+    def _shape_of(self, frame: Array) -> Array:
+        """The deviation of the trained shape from that of frame 0."""
         self._fit(frame)  # by singular values: wherever the pose is
         turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
-        return np.asarray(turned - self.first_memory), self.angle
+        return np.asarray(turned - self.first_memory)
 
     def _posed(
         self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
@@ -179,6 +170,7 @@ class Trained(Posed):
         k = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
         if self.noise is None:
             k *= float(np.clip(self.explained / 0.2 - 1, 0, 1))
+        k *= float(np.clip(2 - self.n_v / self.d_v / self.n_frames, 0, 1))
         self.prior_weight = k
         rest = detail[1] + k * self._field(self.a)
         return [x[0], x[1] + k * y3], [r[0], r[1] + k * r3], [detail[0], rest, detail[2]]
@@ -187,18 +179,11 @@ class Trained(Posed):
         is_first, self.is_first = self.is_first, False
         return float(np.clip(b, -0.5, 1.5)) if is_first and self.prior_weight > 0 else b
 
-    def _reduced(self, blend: Array) -> Array:
-        if self.prior_weight == 0:
-            return blend
-        share = float(np.clip(2 - self.n_v / self.d_v / self.n_frames, 0, 1))
-        return np.where(self.is_hidden, share * blend, blend)
-
 
 class Learned(Posed):
     """Method detail that learns from its own frames."""
 
     most_variance = 0.03
-    least_seen = 0.0
 
     def __init__(
         self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None

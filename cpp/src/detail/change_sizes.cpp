@@ -35,7 +35,7 @@ void ChangeSizes::learn(std::span<Vector3<double>> energies, const DetailOperato
     std::swap(from, to);
   }
   for_each_vertex(workers, [&](std::size_t v) {
-    energies_[v].add({from[v].x, from[v].y}, constants_.kept);
+    energies_[v].add({from[v].x, from[v].y}, constants_.kept_of_sizes);
   });
   find(workers);
 }

@@ -38,9 +38,6 @@ struct TrainingConstants {
   /// part, whose coefficients the whole surface determines.
   double caution = 4;
   double caution_of_global_part = 1;
-  /// Where less than this share of a mode is seen, lambda_j is more than twice as large, so that
-  /// the rim of a hidden limb does not say how that limb is bent.
-  double least_seen = 1e-3;
   /// A coefficient that the anchors do not determine is kept up to this size. No frame of a
   /// training of 75 frames has a larger one than the root of 75.
   double largest_kept = 9;
@@ -64,13 +61,12 @@ struct UncertaintyConstants {
   /// The part of a change, before that, that is the same in all of a cluster, compared with the
   /// part that is each vertex's own.
   double shared_change = 0.5;
-  /// The share of a sum over earlier frames that is kept when a frame is added: over the recent
-  /// ones, and in the long run.
-  double kept = 0.9;
-  double kept_in_the_long_run = 0.98;
-  /// The share of a change that persists to the next frame, as long as no frame has shown it.
-  double first_persistence = 0.5;
-  double largest_persistence = 0.95;
+  /// The share of a change that persists to the next frame.
+  double persistence = 0.75;
+  /// The share of the energies of earlier frames that is kept when a frame is added: over the mesh,
+  /// for the scale, and at each vertex, for the sizes.
+  double kept_of_scale = 0.98;
+  double kept_of_sizes = 0.9;
   /// How often energies are averaged with those of the neighbours, which determines the scale on
   /// which quiet and busy parts are told apart.
   int averagings = 4;
@@ -79,8 +75,6 @@ struct UncertaintyConstants {
   /// The bounds of the size of changes, compared with the mean.
   double least_size = 0.1;
   double largest_size = 10;
-  /// How often variances are averaged over the unknown part of the cell.
-  int variance_averagings = 2;
 };
 
 /// The constants of the first-order step and of its shares.
@@ -111,18 +105,8 @@ struct FirstOrderConstants {
   double deviations = 0.5;
   double handicap = 0.005;
 
-  /// A frame is tested if the residual of a group is more than this many times that of the last
-  /// test, but not sooner than this many frames after it if all shares are 0.
-  double growth = 2;
-  Index least_gap_without = 8;
-  /// If all shares are at least this, detail leaves out its last round.
-  double large_share = 0.7;
-  /// The next frame is tested if the shares have moved by more than this on average. Otherwise the
-  /// number of frames between tests doubles, up to the largest gap.
-  double moved = 0.1;
-  Index largest_gap = 16;
-  /// If all shares are 0, that number is multiplied by four, up to this gap.
-  Index largest_gap_without = 64;
+  /// Each of this many first frames is tested, and then one in as many.
+  std::uint64_t gap = 8;
 };
 
 /// Another value may be better on a single sequence.
@@ -134,17 +118,11 @@ struct DetailConstants {
   /// is the better estimate, by a thousandth. For a degenerate shape, a thousandth would be too
   /// much, so the increase is limited to that of a mean edge length at every vertex.
   double caution = 1.001;
-  /// Rotations are averaged widely if neighbouring clusters of the surface are turned against each
-  /// other by at most this angle on average, in degrees.
-  double largest_stiff_angle = 10;
 
   /// <r2, r2> is multiplied by this, which reduces c by a twentieth. As a result, a part that is
   /// never observed does not change indefinitely, and b is preferred to c if both explain the same
   /// residual.
   double caution_of_change = 1.05;
-  /// The fraction of the residual that c must explain to have an effect. At twice this fraction it
-  /// has its full effect.
-  double least_explained = 0.1;
 
   /// How often residuals are averaged with those of the neighbours, which determines the scale of
   /// the local blend.

@@ -27,8 +27,8 @@ void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system
 void ModeFit::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
   if (modes.n_coefficients() > 0) {
-    for (auto* values : {&gradient_, &direction_, &product_, &preconditioned_, &squares_,
-                         &penalties_, &shares_, &wholes_}) {
+    for (auto* values :
+         {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
       values->resize(modes.n_coefficients());
     }
     for (auto* values : {&seen_, &averaged_}) values->resize(cells_.size());
@@ -44,7 +44,6 @@ void ModeFit::reset(Modes modes) {
   coefficients_ = std::move(coefficients);
   begin_at_zero();
   begin();
-  weigh_modes();
 }
 
 /// Nothing is known about the coefficients yet.
@@ -59,14 +58,6 @@ void ModeFit::replace(Modes& modes) {
   const bool is_first = !exists();
   std::swap(modes_, modes);
   if (is_first) begin();
-}
-
-/// Modes that are learned on the way, which replace those of zero, are not weighed: what is added
-/// by them begins at zero in each frame.
-void ModeFit::weigh_modes() {
-  if (!exists()) return;
-  std::ranges::fill(seen_, 1.0);
-  modes_.project_and_weigh(left_, seen_, gradient_, wholes_, workers_);
 }
 
 void ModeFit::store(std::span<double> memory) const {
@@ -134,10 +125,6 @@ void ModeFit::penalize(double ratio) {
   for (std::size_t j = 0; j < penalties_.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
     penalties_[j] = (is_global ? constants_.caution_of_global_part : constants_.caution) * ratio;
-    if (wholes_[j] > 0) {
-      const double least = constants_.least_seen;
-      penalties_[j] *= 1 + least / std::max(least * least, squares_[j] / wholes_[j]);
-    }
     const double share = squares_[j] / (squares_[j] + penalties_[j]);
     shares_[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
   }
@@ -281,7 +268,7 @@ FittedModes RestFit::find(const ResidualField& residuals, ShapeSystem& system,
     found.prior_weight *= beyond(explained(), constants().least_share);
   }
   // Poses far beyond those of the training say nothing about what they do not show.
-  found.hidden_share = std::clamp(2 - extrapolation(), 0.0, 1.0);
+  found.prior_weight *= std::clamp(2 - extrapolation(), 0.0, 1.0);
   found.is_first = was_first;
   return found;
 }
