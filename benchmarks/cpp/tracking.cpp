@@ -28,7 +28,7 @@ class Subject {
     surface_.reset(first_frame);
   }
 
-  SurfaceTracking::Found track(const Measurement& measurement) {
+  SurfaceTracking::Found track(const PointScan& measurement) {
     const auto found = surface_.track(measurement);
     surface_.remember(found.x, found.iterations > 0);
     return found;
