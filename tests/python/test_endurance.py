@@ -22,4 +22,4 @@ def test_a_short_soak() -> None:
 
 
 def test_ended_commands_lose_nothing() -> None:
-    assert run("kills.py", "--moments", "9").endswith(" ended, 0 corruptions\n")
+    assert run("kills.py", "--moments", "17").endswith(" ended, 0 corruptions\n")
