@@ -36,7 +36,7 @@ def rig(
             "--output",
             "-o",
             metavar="FILE.json",
-            help="Write the cameras as they are meant, for `dynmesh track --cameras`.",
+            help="Write the corrected camera file, for `dynmesh track --cameras`.",
             rich_help_panel=OUTPUT,
         ),
     ] = None,
@@ -67,11 +67,11 @@ def rig(
     report = look_at_rig(scans, template, options)
     say(f"{scans}: {report.told}")
     if output is not None and report.rig is None:
-        say(f"{output}: not written, as it is not known how the cameras are meant")
+        say(f"{output}: not written, as no correction is known")
     if output is not None and report.rig is not None:
         with new_output(output, overwrite, ".json", inputs=filter(None, [report.rig.file])) as made:
             write_cameras(made, report.rig)
-        say(f"{output}: the cameras as they are meant")
+        say(f"{output}: written, with the corrected cameras")
     if page is not None:
         with new_output(page, overwrite, ".html") as made:
             shown = rig_page(

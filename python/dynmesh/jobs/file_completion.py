@@ -33,7 +33,7 @@ def complete_file(
     Completion starts from one whole frame, in which no vertex is missing. The frames after it are
     completed in their order; those before it, if any, are completed first, from the last to the
     first, and wait on disk. The output has all frames in order. With `bidirectional`, all frames
-    wait on disk, at most three times.
+    wait on disk.
 
     The output appears under its name when it is complete. Until then it is in a hidden folder
     beside it. After an interruption, a full disk or a killed process, run it again; that removes

@@ -31,18 +31,18 @@ _Floats = NDArray[np.float64]
 
 _EXAMINED = 10000
 _POINTS = 500
-"""Points of a camera in which floor and walls are sought, and of what is left that are compared."""
+"""So many points of a camera are searched for floor and walls; so many of the rest are compared."""
 
 _LEAST = 60
-"""Points, of which less tell nothing."""
+"""Fewer points than this cannot be judged."""
 
 _FAR = 0.01
 _FAR_EDGES = 0.5
 """A point is far from the template beyond this share of its diagonal and of its mean edge."""
 
 _COVERED = 0.3
-"""All points are far if those of no camera extend over this share of the template: images that
-became small lumps lie on any surface."""
+"""If the points of no camera extend over this share of the template, all of them count as far:
+with a depth scale that is far too small, they fall on one place, which may lie on the surface."""
 
 _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
@@ -187,7 +187,7 @@ class RigReport:
         template: its faces and vertices, or None if there is none.
         up: the up axis that the template states, else "y".
         stated: how the scan lies on the template; None without one.
-        rig: the cameras as they are meant; None if that is not known.
+        rig: the corrected cameras; None if no correction is known.
         reading: what is wrong with them, if it is known.
         meant: how the scan lies on the template then.
     """
