@@ -47,8 +47,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     refused(masks + 2, std::uint8_t{2}, "the mask 2");
     if (method == Method::detail) {
       refused(rows, 2.0, "memory");
-      refused(state.size() - 16, -1.0, "memory");
-      refused(state.size() - 48, 1.5, "memory");  // the share of the first-order step
+      refused(state.size() - 24, 1.5, "memory");  // the share of the first-order step
     }
     // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));

@@ -31,8 +31,8 @@ TEST_CASE("forged standard errors in a state are refused, or harmless") {
   const auto known = random_mask(k, 0.7, 1);
   push(completer, frame, known);
   const auto state = completer.state();
-  constexpr std::size_t row = 34;
-  const std::size_t numbers = row * k + 7;
+  constexpr std::size_t row = 21;
+  const std::size_t numbers = row * k + 3;
   const std::size_t errors = state.size() - 8 * (numbers + 1);
   const auto with = [&](std::size_t place, double value) {
     auto bytes = state;

@@ -13,15 +13,6 @@
 namespace dynmesh::testing {
 namespace {
 
-/// With narrow and with wide averages.
-void fit(Rotations& rotations, const std::vector<Vector3<double>>& frame, bool widely) {
-  if (widely) {
-    rotations.fit_widely(frame);
-  } else {
-    rotations.fit_narrowly(frame);
-  }
-}
-
 TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   auto mesh = sheet<double>(3);
   mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
@@ -30,18 +21,15 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   Rotations rotations(topology.cells, workers);
   const auto rest = rows_of(mesh.vertices);
   rotations.reset(rotations.prepare(rest), rest, 1);
-  bool widely = false;
-  SUBCASE("narrowly") {}
-  SUBCASE("widely") { widely = true; }
-  fit(rotations, rows_of(turned(mesh.vertices, 0.5)), widely);
+  rotations.fit(rows_of(turned(mesh.vertices, 0.5)));
   const std::vector<Quaternion> before(rotations.quaternions().begin(),
                                        rotations.quaternions().end());
   CHECK(before.back().w == 1);
   SUBCASE("all vertices coincide") {
-    fit(rotations, std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}), widely);
+    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}));
   }
   SUBCASE("out of range") {
-    fit(rotations, std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}), widely);
+    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}));
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
     CHECK(rotations.quaternions()[v].w == doctest::Approx(before[v].w));
@@ -51,7 +39,7 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
 
 using Matrix = Eigen::Matrix3d;
 
-/// The rotations that a kernel fits to these covariances, without averaging over neighbours.
+/// The rotations that a kernel fits to these covariances.
 std::vector<Quaternion> turn(const RotationKernels& kernels, const std::vector<Matrix>& covariances,
                              const std::vector<Quaternion>& last) {
   const auto n = static_cast<Index>(covariances.size());
@@ -62,10 +50,8 @@ std::vector<Quaternion> turn(const RotationKernels& kernels, const std::vector<M
       given[i].rows[row] = {s(row, 0), s(row, 1), s(row, 2)};
     }
   }
-  const std::vector<Index> no_cells(covariances.size() + 1, 0);
   std::vector<Quaternion> quaternions = last;
-  kernels.turn({no_cells.data(), nullptr, nullptr, nullptr, given.data(), quaternions.data()}, 0,
-               n);
+  kernels.turn(given.data(), quaternions.data(), 0, n);
   return quaternions;
 }
 

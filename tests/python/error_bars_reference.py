@@ -22,13 +22,10 @@ class WithBars(reference.Detail):
 
     def __init__(self, faces: NDArray[np.int64], first: Array, noise: float | None = None) -> None:
         super().__init__(faces, first, noise)
-        self.e, self.e_u, self.eta = (np.zeros((self.k, MEMBERS)) for _ in range(3))
+        self.e, self.eta = (np.zeros((self.k, MEMBERS)) for _ in range(2))
         self.energies = np.zeros((self.k, 2))
-        self.recent, self.long_run = np.zeros(2), np.zeros(2)
+        self.total = np.zeros(2)
         self.size = np.ones(self.k)
-        self.residual = np.zeros((self.k, 3))
-        self.was_seen = np.zeros(self.k, bool)
-        self.product = self.square = 0.0
         self.frames = 0
         self.standard_error = np.zeros(self.k)
 
@@ -56,7 +53,7 @@ class WithBars(reference.Detail):
     def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
         weight = self.weight if self.noise is not None else 0.0
         x = super()._solve(points, known, seen)
-        self.solved_for = (x, self.target, self.q, weight, self.continued)
+        self.solved_for = (x, self.target, weight)
         return x
 
     def _closest(self, target: Array, *rest: Any) -> Array:
@@ -67,16 +64,14 @@ class WithBars(reference.Detail):
         own = signs(mixed(self.frames), self.k)
         shared = signs(mixed(mixed(self.frames)), self.clusters.max() + 1)[self.clusters]
         fresh = self._smooth(own + 0.5 * shared, 2)
-        kept = 0.5 if self.square == 0 else np.clip(self.product / self.square, 0, 0.95)
-        kept = 0.0 if self.frames == 0 else kept
+        kept = 0.0 if self.frames == 0 else 0.75
         self.eta = kept * self.eta + np.sqrt(1 - kept**2) * fresh
         self.frames += 1
 
     def _find(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> None:
-        i, j = self.edges
-        nothing: Any = (None, None, None, 0.0, 0.0)
-        x, target, q, weight, c = self.solved_for or nothing
-        t = self.e + c * self.e_u + self.size[:, None] * self.eta
+        nothing: Any = (None, None, 0.0)
+        x, target, weight = self.solved_for or nothing
+        t = self.e + self.size[:, None] * self.eta
         d = np.zeros_like(t)
         if x is not None:
             solved = seen & ~known if self.noise is None else seen
@@ -97,33 +92,17 @@ class WithBars(reference.Detail):
             found = (r * r).sum(axis=1) + soft * ((x - points) ** 2).sum(axis=1)
             made_up = ((after - t) ** 2).sum(axis=1) + soft * ((d - noise) ** 2).sum(axis=1)
             energies = np.stack([found, made_up / 3], axis=1) * seen[:, None]
-            total = energies.sum(axis=0)
-            self.recent = 0.9 * self.recent + total
-            self.long_run = 0.98 * self.long_run + total
-            scale = max(of[0] / of[1] for of in (total, self.recent, self.long_run))
+            newest = energies.sum(axis=0)
+            self.total = 0.98 * self.total + newest
+            scale = max(of[0] / of[1] for of in (newest, self.total))
             energies[:, 1] /= self.size**2
             self.energies = 0.9 * self.energies + self._smooth(energies, 4)
             mean = self.energies.mean(axis=0)
             relative = self.energies / mean
             self.size = np.clip(np.sqrt((relative[:, 0] + 0.3) / (relative[:, 1] + 0.3)), 0.1, 10)
-            known_around = known & (np.bincount(i, ~known[j], self.k) == 0)
-            residual = np.einsum("nji,nj->ni", q, r)
-            both = known_around & self.was_seen
-            squares = (residual**2 + self.residual**2)[both].sum() / 2
-            self.product = 0.9 * self.product + (residual * self.residual)[both].sum()
-            self.square = 0.9 * self.square + squares
-            self.residual, self.was_seen = residual, known_around
             variance = (d * d).mean(axis=1)
-            filled = seen & ~known
-            for _ in range(2):
-                inner = filled[i] & filled[j]
-                sums = variance + sum_to(i[inner], variance[j[inner], None], self.k)[:, 0]
-                counts = 1 + np.bincount(i[inner], minlength=self.k)
-                variance = np.where(filled, sums / counts, variance)
             self.standard_error = np.sqrt(scale * variance)
         else:
-            self.was_seen[:] = False
             self.standard_error = np.zeros(self.k)
         self.standard_error[~seen] = np.inf
-        self.e_u = 0.7 * self.e_u + 0.3 * (after - self.e)
         self.e = after

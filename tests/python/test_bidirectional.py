@@ -62,7 +62,7 @@ def one_way(
 def mean_of(one: Estimate, other: Estimate) -> Estimate:
     points, ages, errors = (np.stack(both).astype(float) for both in zip(one, other, strict=True))
     with np.errstate(divide="ignore"):
-        weights = np.minimum(1 / (errors**2 * (ages + 0.1) ** 0.25), 1e30)
+        weights = np.minimum(errors**-1.5, 1e30)
     weights[:, np.isinf(errors).all(axis=0)] = 1
     weights /= weights.sum(axis=0)
     y = (weights[:, :, None] * points).sum(axis=0)

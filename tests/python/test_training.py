@@ -179,17 +179,6 @@ def test_poses_beyond_the_training_do_no_harm_where_nothing_is_seen() -> None:
     assert errors[1] <= errors[0]
 
 
-def test_the_rim_of_a_hidden_arm_does_not_say_how_it_is_bent() -> None:
-    sequence = dynmesh.synth.walker(seed=1)
-    training, frames = sequence.vertices[87::2], sequence.vertices[20:40]
-    hand = 21
-    masks = np.ones(frames.shape[:2], np.bool_)
-    masks[:, ::3] = False
-    masks[10:, np.linalg.norm(frames[0] - frames[0][hand], axis=1) < 0.55] = False
-    errors = errors_of(sequence, frames, masks[1:], {}, {"training": training})
-    assert errors[1] <= errors[0]
-
-
 @pytest.mark.parametrize("useless", ["noise", "another order", "another subject", "other moves"])
 def test_a_useless_training_does_no_harm(
     data: Path, useless: str, rng: np.random.Generator

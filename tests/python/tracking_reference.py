@@ -41,7 +41,6 @@ class Tracked(reference.Detail):
         self.faces = faces
         self.before = first_frame
         self.searches = 0
-        self.is_stiff = True
         self.preconditioner: Any = None
 
     def track(
@@ -193,7 +192,6 @@ class TrackedTrained(Tracked, training_reference.Trained):
         training_reference.Trained.__init__(self, faces, first_frame, training)
         self.faces = faces
         self.before = first_frame
-        self.is_stiff = True
         self.noise = 1.0  # anchors are weighted
         self.fitted = self.first_memory
 

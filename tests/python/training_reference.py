@@ -44,7 +44,7 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
     return np.vstack([np.ones(k), weight])
 
 
-def modes_of(z: Array, parts: Array) -> tuple[Array, Array]:
+def modes_of(z: Array, parts: Array, mean_edge: float) -> tuple[Array, Array]:
     """The modes of all parts, B, from the shapes (n, k, 3): (modes, k, 3), and the caution."""
     modes = []
     caution = []
@@ -52,7 +52,7 @@ def modes_of(z: Array, parts: Array) -> tuple[Array, Array]:
         gram = np.einsum("i,lic,mic->lm", w, z, z)
         values, vectors = np.linalg.eigh(gram)
         for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
-            if value > 1e-6 * values[-1]:
+            if value > len(z) * w.sum() * (1e-4 * mean_edge) ** 2:
                 modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
                 caution.append(1.0 if part == 0 else 4.0)
     return np.stack(modes), np.array(caution)
@@ -63,7 +63,6 @@ class Posed(reference.Detail):
 
     most_variance = 2.0
     largest_kept = 9.0
-    least_seen = 1e-3
 
     def _begin(self, modes: Array, caution: Array) -> None:
         self.modes = modes  # B
@@ -72,7 +71,7 @@ class Posed(reference.Detail):
         self.sigma2: float | None = None
         self.n_v, self.d_v = 0.03 * len(modes), float(len(modes))
         self.prior_weight = self.prior_share = 0.0
-        self.explained = 0.3
+        self.explained = 0.4
 
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))
@@ -81,7 +80,7 @@ class Posed(reference.Detail):
         return np.asarray(np.einsum("jic,ic->j", self.modes, field))
 
     def _variance(self) -> float:
-        return float(np.clip(self.n_v / self.d_v, 1e-4, self.most_variance))
+        return float(np.clip(self.n_v / self.d_v, 0.03, self.most_variance))
 
     def _found(self, r: Array, *frame: NDArray[Any]) -> tuple[Array, Array]:
         """Fits a to the residual r without a pose; returns the step Y3 and r3."""
@@ -110,11 +109,7 @@ class Posed(reference.Detail):
                 h = (h + sum_to(i, h[j, None], self.k)[:, 0]) / (
                     1 + np.bincount(i, minlength=self.k)
                 )
-            self.is_hidden = h == 0
             d = np.einsum("i,jic->j", h, self.modes**2)
-            if self.least_seen > 0:
-                share = d / np.einsum("jic->j", self.modes**2)
-                penalty = penalty * (1 + self.least_seen / np.maximum(self.least_seen**2, share))
             precondition = 1 / (d + penalty)
             determined = d / (d + penalty)
             kept = self.largest_kept
@@ -122,10 +117,8 @@ class Posed(reference.Detail):
             g = self._project(turned_back(r + r3)) - penalty * (self.a - expected)
             z = precondition * g
             p = z
-            first = slope = g @ z
+            slope = g @ z
             for _ in range(3):
-                if slope <= 1e-8 * first:
-                    break
                 yp, rp = towards(self._field(p))
                 sp = -self._project(turned_back(rp)) + penalty * p
                 length = slope / (p @ sp)
@@ -135,9 +128,8 @@ class Posed(reference.Detail):
                 z = precondition * g
                 last, slope = slope, g @ z
                 p = z + slope / last * p
-            gamma = max(0.5, determined.sum())
             self.n_v = (self.n_v + float(determined @ self.a**2)) / 2
-            self.d_v = (self.d_v + gamma) / 2
+            self.d_v = (self.d_v + determined.sum()) / 2
         left = ((r + r3) ** 2).sum()
         self.prior_share = float(np.clip(1 - left / (r**2).sum(), 0, 1))
         self.explained = 0.9 * self.explained + 0.1 * self.prior_share
@@ -156,21 +148,17 @@ class Trained(Posed):
         noise: float | None = None,
     ) -> None:
         super().__init__(faces, first_frame, noise)
-        self.is_stiff = True
-        shapes, angles = zip(*[self._shape_of(frame) for frame in training], strict=True)
-        if np.mean(angles) > 10:
-            self.is_stiff = False
-            shapes, _ = zip(*[self._shape_of(frame) for frame in training], strict=True)
+        shapes = [self._shape_of(frame) for frame in training]
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
-        self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame)))
+        self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame), self.h))
         self.is_first = True
         self.n_frames = len(training)
 
-    def _shape_of(self, frame: Array) -> tuple[Array, float]:
-        """The deviation of the trained shape from that of frame 0, and the angle."""
+    def _shape_of(self, frame: Array) -> Array:
+        """The deviation of the trained shape from that of frame 0."""
         self._fit(frame)  # by singular values: wherever the pose is
         turned = np.einsum("nji,nj->ni", self.q, self.operator @ frame)
-        return np.asarray(turned - self.first_memory), self.angle
+        return np.asarray(turned - self.first_memory)
 
     def _posed(
         self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
@@ -179,6 +167,7 @@ class Trained(Posed):
         k = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
         if self.noise is None:
             k *= float(np.clip(self.explained / 0.2 - 1, 0, 1))
+        k *= float(np.clip(2 - self.n_v / self.d_v / self.n_frames, 0, 1))
         self.prior_weight = k
         rest = detail[1] + k * self._field(self.a)
         return [x[0], x[1] + k * y3], [r[0], r[1] + k * r3], [detail[0], rest, detail[2]]
@@ -187,18 +176,11 @@ class Trained(Posed):
         is_first, self.is_first = self.is_first, False
         return float(np.clip(b, -0.5, 1.5)) if is_first and self.prior_weight > 0 else b
 
-    def _reduced(self, blend: Array) -> Array:
-        if self.prior_weight == 0:
-            return blend
-        share = float(np.clip(2 - self.n_v / self.d_v / self.n_frames, 0, 1))
-        return np.where(self.is_hidden, share * blend, blend)
-
 
 class Learned(Posed):
     """Method detail that learns from its own frames."""
 
     most_variance = 0.03
-    least_seen = 0.0
 
     def __init__(
         self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None
@@ -258,5 +240,5 @@ class Learned(Posed):
                 older, _ = min(pairs, key=distance)
                 del self.library[older]
         if self.offered % 4 == 0 and self.has_changed and len(self.library) > 1:
-            self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts)
+            self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts, self.h)
             self.has_changed = False

@@ -118,7 +118,7 @@ def whole_frame(
     for _, error, age in results.values():
         seen = np.isfinite(age)
         of_age = np.where(seen, 1 / (np.where(seen, age, 0) + 0.1), 1e-6)
-        weights.append(of_age / np.where(here, 1, error) ** 2)
+        weights.append(of_age / np.where(here, 1, error) ** 1.5)
     share = np.array(weights) / np.sum(weights, axis=0)
     found = np.array([position for position, _, _ in results.values()])
     positions = (share[..., None] * found).sum(axis=0)

@@ -40,11 +40,12 @@ Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
   const double b_of_r2 = finite(sums.s12 / s11);
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
   const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
-  const double left = sums.s00 - finite(sums.s01 / s11) * sums.s01;
-  const double explained = finite(h / q * h / left);
-  const double belief = std::clamp(explained / constants.least_explained - 1, 0.0, 1.0);
-  const double c = belief * std::clamp(finite(h / q), 0.0, 1.0);
+  const double c = std::clamp(finite(h / q), 0.0, 1.0);
   return {finite(-(sums.s01 + c * sums.s12) / s11), c};
+}
+
+double bounded_blend(double b, const DetailConstants& constants) {
+  return std::clamp(b, -constants.largest_excess, 1 + constants.largest_excess);
 }
 
 LocalBlend::LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants)
@@ -84,18 +85,9 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
   }
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
-    blend_[i] = std::clamp(std::isfinite(blend) ? blend : global.b, constants_.least_blend,
-                           constants_.largest_blend);
+    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b, constants_);
   });
   return blend_;
-}
-
-void LocalBlend::reduce_hidden(double share, int averagings, const Generations& generations) {
-  if (share == 1) return;
-  const auto generation = generations.of_vertices();
-  for (std::size_t i = 0; i < blend_.size(); ++i) {
-    if (generation[i] > averagings) blend_[i] *= share;
-  }
 }
 
 }  // namespace dynmesh

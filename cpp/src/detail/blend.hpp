@@ -11,7 +11,6 @@
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/shape_terms.hpp"
-#include "generations/generations.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 
@@ -58,11 +57,10 @@ struct ResidualField {
 
 /// Sums of the products of residuals over all vertices; s01 is the sum of r0 . r1.
 struct ResidualSums {
-  double s00 = 0, s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
+  double s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
   double mean_edges = 0;  ///< the value of s11 if r1 were a mean edge length at every vertex
 
   void add(const Residuals& r) {
-    s00 += r.weight * dot(r.r0, r.r0);
     s01 += r.weight * dot(r.r0, r.r1);
     s02 += r.weight * dot(r.r0, r.r2);
     s11 += r.weight * dot(r.r1, r.r1);
@@ -78,9 +76,11 @@ struct ResidualSums {
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
 
 /// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced, or 0 if the respective
-/// residuals are 0. c is between 0 and 1 and is smaller the less it explains, since the change may
-/// have ended and is as noisy as the frames from which it was computed.
+/// residuals are 0. c is between 0 and 1.
 Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
+
+/// Returns b in the range of local blends.
+double bounded_blend(double b, const DetailConstants& constants);
 
 /// The least-squares fit of b at one vertex, given c.
 struct BlendFit {
@@ -104,9 +104,6 @@ class LocalBlend {
   /// is 0.
   std::span<const double> find(const ResidualField& residuals, const ResidualSums& sums,
                                const Blend& global);
-  /// Multiplies by `share` the b_i that were found of vertices more than `averagings` edges from
-  /// all anchors.
-  void reduce_hidden(double share, int averagings, const Generations& generations);
 
  private:
   const Cells& cells_;

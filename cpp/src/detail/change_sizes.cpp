@@ -35,7 +35,7 @@ void ChangeSizes::learn(std::span<Vector3<double>> energies, const DetailOperato
     std::swap(from, to);
   }
   for_each_vertex(workers, [&](std::size_t v) {
-    energies_[v].add({from[v].x, from[v].y}, constants_.kept);
+    energies_[v].add({from[v].x, from[v].y}, constants_.kept_of_sizes);
   });
   find(workers);
 }
@@ -48,8 +48,8 @@ void ChangeSizes::find(Workers& workers) {
   for_each_vertex(workers, [&](std::size_t v) {
     const auto& [found, expected] = energies_[v];
     const double size = std::sqrt((found + prior) / (ratio * expected + prior));
-    sizes_[v] =
-        std::isfinite(size) ? std::clamp(size, constants_.least_size, constants_.largest_size) : 1;
+    const double largest = constants_.largest_size;
+    sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
   });
 }
 

@@ -13,48 +13,35 @@ struct TrainingConstants {
   double reach = 0.7;
   /// Smaller weights of a part at a vertex are dropped.
   double least_weight = 0.15;
-  /// Modes with a smaller eigenvalue, compared with the largest of the part, are dropped.
-  double least_eigenvalue = 1e-6;
-  /// So are modes that change the shape by less than this, the root mean square of a standard
+  /// Modes that change the shape by less than this are dropped, the root mean square of a standard
   /// deviation over the part in mean edge lengths: frames that do not deform, stored in single
   /// precision, have such modes.
   double least_mode = 1e-4;
 
-  /// v, the variance of the coefficients, before anything is known about it. It is also the v below
-  /// which the training sequence is not used; at twice this v, it is used fully.
-  double first_variance = 0.03;
-  /// The same for the share of the residuals that the modes explain: what it is taken to be at
-  /// first, the part of it that a frame keeps, and the share below which the training sequence is
-  /// not used. It counts if anchors are exact; noise would hide it.
-  double first_share = 0.3;
-  double share_kept = 0.9;
-  double least_share = 0.2;
-  double least_variance = 1e-4;
+  /// The least v, the variance of the coefficients, at which the training sequence is not used, and
+  /// the largest one. It is used fully from twice the least. Changes since the last frame, which
+  /// are a fraction of a standard deviation, always have the least.
+  double least_variance = 0.03;
   double largest_variance = 2;
-  /// The same if the coefficients are the change since the last frame. Changes per frame are a
-  /// fraction of a standard deviation.
-  double largest_variance_of_change = 0.03;
-  /// lambda_j is this many times sigma^2 / v for the modes of the local parts, and of the global
-  /// part, whose coefficients the whole surface determines.
+  /// The share of the residuals that the modes explain, below which the training sequence is not
+  /// used, and the part of that share that a frame keeps. It is used fully from twice the least
+  /// share, which is also what it is taken to be at first. The share counts if anchors are exact;
+  /// noise would hide it.
+  double least_share = 0.2;
+  double share_kept = 0.9;
+  /// lambda_j is this many times sigma^2 / v for the modes of the local parts. It is sigma^2 / v
+  /// for those of the global part, whose coefficients the whole surface determines.
   double caution = 4;
-  double caution_of_global_part = 1;
-  /// Where less than this share of a mode is seen, lambda_j is more than twice as large, so that
-  /// the rim of a hidden limb does not say how that limb is bent.
-  double least_seen = 1e-3;
   /// A coefficient that the anchors do not determine is kept up to this size. No frame of a
   /// training of 75 frames has a larger one than the root of 75.
   double largest_kept = 9;
   /// The number of steps of conjugate gradients.
   int steps = 3;
-  /// They stop if the square of the preconditioned gradient falls to this fraction of the first.
-  double settled = 1e-8;
   /// The fit is forgotten if a coefficient exceeds this, which only positions far out of the range
   /// of the subject cause. Coefficients of any size would not be finite in single precision.
   double largest_coefficient = 1e6;
   /// How often the known mask is averaged with the neighbours.
   int averagings = 3;
-  /// The lower bound of the number of coefficients that a frame determines.
-  double least_determined = 0.5;
 };
 
 /// The constants of the error bars.
@@ -64,23 +51,19 @@ struct UncertaintyConstants {
   /// The part of a change, before that, that is the same in all of a cluster, compared with the
   /// part that is each vertex's own.
   double shared_change = 0.5;
-  /// The share of a sum over earlier frames that is kept when a frame is added: over the recent
-  /// ones, and in the long run.
-  double kept = 0.9;
-  double kept_in_the_long_run = 0.98;
-  /// The share of a change that persists to the next frame, as long as no frame has shown it.
-  double first_persistence = 0.5;
-  double largest_persistence = 0.95;
+  /// The share of a change that persists to the next frame.
+  double persistence = 0.75;
+  /// The share of the energies of earlier frames that is kept when a frame is added: over the mesh,
+  /// for the scale, and at each vertex, for the sizes.
+  double kept_of_scale = 0.98;
+  double kept_of_sizes = 0.9;
   /// How often energies are averaged with those of the neighbours, which determines the scale on
   /// which quiet and busy parts are told apart.
   int averagings = 4;
   /// The weight of the mean energy at a vertex, in units of that mean.
   double pull = 0.3;
-  /// The bounds of the size of changes, compared with the mean.
-  double least_size = 0.1;
+  /// The largest size of changes, compared with the mean; the least one is its inverse.
   double largest_size = 10;
-  /// How often variances are averaged over the unknown part of the cell.
-  int variance_averagings = 2;
 };
 
 /// The constants of the first-order step and of its shares.
@@ -93,12 +76,9 @@ struct FirstOrderConstants {
   double left_out = 50;
   double largest_left_out = 0.3;
   double least_kept = 4;
-  /// A test moves the vertices at most this many edges from those left out, or this many times the
-  /// mean distance between anchors.
-  int least_rings = 3;
+  /// A test moves the vertices at most this many times the mean distance between anchors from those
+  /// left out.
   double rings = 1.5;
-  /// There is no test if fewer anchors than this are left out of the mesh.
-  double fewest_left_out = 5;
   /// A component with fewer errors, older ones counting less, shares those of all such components.
   /// With fewer errors, a group has no share.
   double least_count = 30;
@@ -111,18 +91,8 @@ struct FirstOrderConstants {
   double deviations = 0.5;
   double handicap = 0.005;
 
-  /// A frame is tested if the residual of a group is more than this many times that of the last
-  /// test, but not sooner than this many frames after it if all shares are 0.
-  double growth = 2;
-  Index least_gap_without = 8;
-  /// If all shares are at least this, detail leaves out its last round.
-  double large_share = 0.7;
-  /// The next frame is tested if the shares have moved by more than this on average. Otherwise the
-  /// number of frames between tests doubles, up to the largest gap.
-  double moved = 0.1;
-  Index largest_gap = 16;
-  /// If all shares are 0, that number is multiplied by four, up to this gap.
-  Index largest_gap_without = 64;
+  /// The number of frames from test to test, which doubles from 1 to this in the first frames.
+  Index gap = 8;
 };
 
 /// Another value may be better on a single sequence.
@@ -134,26 +104,19 @@ struct DetailConstants {
   /// is the better estimate, by a thousandth. For a degenerate shape, a thousandth would be too
   /// much, so the increase is limited to that of a mean edge length at every vertex.
   double caution = 1.001;
-  /// Rotations are averaged widely if neighbouring clusters of the surface are turned against each
-  /// other by at most this angle on average, in degrees.
-  double largest_stiff_angle = 10;
 
   /// <r2, r2> is multiplied by this, which reduces c by a twentieth. As a result, a part that is
   /// never observed does not change indefinitely, and b is preferred to c if both explain the same
   /// residual.
   double caution_of_change = 1.05;
-  /// The fraction of the residual that c must explain to have an effect. At twice this fraction it
-  /// has its full effect.
-  double least_explained = 0.1;
 
   /// How often residuals are averaged with those of the neighbours, which determines the scale of
   /// the local blend.
   int averagings = 10;
   /// The weight of the regularisation of b_i towards b, in units of the mean of |r1_i|^2.
   double pull = 0.3;
-  /// The range of b_i.
-  double least_blend = -0.5;
-  double largest_blend = 1.5;
+  /// How far b_i may be below 0 and above 1.
+  double largest_excess = 0.5;
 
   /// The weight of the newest change of m in u. Part of an observed change is the error of earlier
   /// frames, which averaging over later frames removes.
@@ -164,11 +127,10 @@ struct DetailConstants {
   /// The weight in C of an edge of a face with a repeated vertex, which has no area.
   double bare_edge_weight = 0.05;
 
-  /// lambda of the first frame, times the squared mean edge length of frame 0, and the bounds of
-  /// later values.
+  /// lambda of the first frame, times the squared mean edge length of frame 0, and how many times
+  /// smaller or larger later values may be.
   double first_lambda = 10;
-  double least_lambda = 1e-3;
-  double largest_lambda = 1e3;
+  double range_of_lambda = 100;
 
   TrainingConstants training;
   UncertaintyConstants uncertainty;

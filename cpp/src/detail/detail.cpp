@@ -78,17 +78,15 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   next_generations_.classify(topology_.cells, known);
   const Anchors& anchors = hold(in_workspace(previous), points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
-  is_stiff_.reset();
   first_order_.shares().count_frame();
   if (!anchors.any_solved()) {
-    if (error_bars_.exist()) error_bars_.pass(generations, rotations_);
+    if (error_bars_.exist()) error_bars_.pass(generations, rotations_.clusters());
     return 0;
   }
 
   // Step 1: find the smoothest motion.
   Positions positions = move_smoothly(workspace_.x, anchors);
-  const bool is_stiff = fit_rotations(positions.x, std::nullopt);
-  is_stiff_ = is_stiff;
+  fit_rotations(positions.x);
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
   const auto [directions, shapes, found] =
@@ -96,29 +94,24 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   const ResidualSums sums = sum_products(directions, mean_edge_);
   Blend blend = global_blend(sums, constants_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
-  if (found.is_first)
-    blend.b = std::clamp(blend.b, constants_.least_blend, constants_.largest_blend);
+  if (found.is_first) blend.b = bounded_blend(blend.b, constants_);
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
-  local_blend_.reduce_hidden(found.hidden_share, constants_.training.averagings, generations);
   positions = take_directions(positions, directions, blend);
 
   // Step 4: fit rotations and solve again.
   Field shape;
-  // A first-order step with a large share takes the place of the last round.
-  const bool is_exact = first_order_.shares().least() < constants_.first_order.large_share;
-  const int rounds = is_exact ? constants_.rounds : std::max(constants_.rounds - 1, 2);
-  for (int round = 1; round < rounds; ++round) {
-    fit_rotations(positions.x, is_stiff);
+  for (int round = 1; round < constants_.rounds; ++round) {
+    fit_rotations(positions.x);
     shape = blended(turn(shapes), b, blend.c);
     positions = take_shape(positions, shape, anchors);
   }
 
   if (noise_) weigh_anchors(positions, shape, anchors);
   if (error_bars_.exist()) {
-    error_bars_.update({positions.x, positions.kx, shape, directions.rounding}, blend.c, anchors,
-                       generations, system_, rotations_);
+    error_bars_.update({positions.x, positions.kx, shape, directions.rounding}, anchors,
+                       generations, system_, rotations_.clusters());
   }
 
   // Step 5: move the satellites by a share of the first-order step.
@@ -127,7 +120,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors.is_solved[v] != 0) points[v] = positions.x[v];
   }
   report_.blend = blend.b;
-  return rounds;
+  return constants_.rounds;
 }
 
 Detail::Field Detail::in_workspace(Frame frame) {
@@ -163,16 +156,9 @@ Detail::Positions Detail::move_smoothly(Field previous, const Anchors& anchors) 
   return take_step(positions, step);
 }
 
-/// Fits Q to the positions, with wide averages if the surface `is_stiff`. Returns whether it is,
-/// which the first fit of a frame finds out.
-bool Detail::fit_rotations(Field positions, std::optional<bool> is_stiff) {
+void Detail::fit_rotations(Field positions) {
   const Stopwatch stopwatch(report_.rotation_seconds);
-  if (is_stiff.value_or(true)) rotations_.fit_widely(positions);
-  if (!is_stiff) {
-    is_stiff = rotations_.mean_angle_between_clusters() <= constants_.largest_stiff_angle;
-  }
-  if (!*is_stiff) rotations_.fit_narrowly(positions);
-  return *is_stiff;
+  rotations_.fit(positions);
 }
 
 /// Q m, Q (m_first - m) and Q u.
@@ -288,7 +274,10 @@ void Detail::weigh_anchors(const Positions& positions, Field shape, const Anchor
   if (!std::isfinite(energy)) return;
   // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
   const double found = energy / (3 * static_cast<double>(anchors.number)) / *noise_ / *noise_;
-  lambda_ = (lambda_ + std::clamp(found, constants_.least_lambda, constants_.largest_lambda)) / 2;
+  const double range = constants_.range_of_lambda;
+  lambda_ = (lambda_ +
+             std::clamp(found, constants_.first_lambda / range, constants_.first_lambda * range)) /
+            2;
 }
 
 /// Returns Q^T K X of a completed frame to which Q has been fitted.
@@ -300,7 +289,7 @@ Detail::Field Detail::detail_turned_back(Field completed) {
 
 void Detail::remember(Frame completed) {
   const Field x = in_workspace(completed);
-  fit_rotations(x, is_stiff_);
+  fit_rotations(x);
   const Stopwatch stopwatch(report_.rotation_seconds);
   memory_.learn(detail_turned_back(x), workers_);
   if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0);
@@ -369,8 +358,10 @@ bool Detail::accepts(const StoredMemory& memory) const {
     const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
-  return std::ranges::all_of(memory.rows, is_sound) && memory.lambda >= constants_.least_lambda &&
-         memory.lambda <= constants_.largest_lambda &&
+  const double first = constants_.first_lambda;
+  return std::ranges::all_of(memory.rows, is_sound) &&
+         memory.lambda >= first / constants_.range_of_lambda &&
+         memory.lambda <= first * constants_.range_of_lambda &&
          (!learned_ || learned_->accepts(memory.fit, memory.shapes)) &&
          (training_.empty() || rest_fit_.accepts(memory.fit)) &&
          error_bars_.accepts(memory.errors) && first_order_.shares().accepts(memory.first_order);

@@ -86,7 +86,7 @@ class Detail final : public Estimator<double> {
   const Anchors& hold(Field previous, std::span<const Vector3<double>> points,
                       const Generations& generations);
   Positions move_smoothly(Field previous, const Anchors& anchors);
-  bool fit_rotations(Field positions, std::optional<bool> is_stiff);
+  void fit_rotations(Field positions);
   std::span<const ShapeTerms> turn(std::span<const ShapeTerms> shapes);
   ResidualField find_directions(const Positions& positions, std::span<const ShapeTerms> turned,
                                 const Anchors& anchors);
@@ -122,9 +122,7 @@ class Detail final : public Estimator<double> {
   FirstOrder first_order_;
   std::optional<double> noise_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
-  // Whether the rotations of the frame are averaged widely; empty if nothing was estimated.
-  std::optional<bool> is_stiff_;
-  double mean_edge_ = 1;  // the mean edge length of frame 0
+  double mean_edge_ = 1;          // the mean edge length of frame 0
   double epsilon_;
   Rounding rounding_;
   double lambda_ = 0;  // in the unit of K

@@ -40,32 +40,22 @@ DetailOperator smoother_of(const Cells& cells) {
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)
-    : cells_(cells),
-      workers_(workers),
-      constants_(constants),
-      sizes_(constants.uncertainty),
-      persistence_(constants.uncertainty) {
+    : cells_(cells), workers_(workers), constants_(constants), sizes_(constants.uncertainty) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
-  for (Members* of : {&errors_, &errors_of_change_, &changes_, &targets_, &next_}) {
-    of->resize(members * k);
-  }
+  for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
   sizes_.allocate(k);
-  persistence_.allocate(k);
   energies_.resize(k);
-  for (auto* of : {&standard_errors_, &variances_, &averaged_}) of->resize(k);
+  standard_errors_.resize(k);
 }
 
 void ErrorBars::reset() {
   if (!exist()) return;
-  for (Members* of : {&errors_, &errors_of_change_, &changes_}) {
-    std::ranges::fill(*of, Vector3<double>{});
-  }
+  for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
   sizes_.reset();
-  persistence_.reset();
-  recent_ = long_run_ = {};
+  energy_ = {};
   frame_ = 0;
   std::ranges::fill(standard_errors_, 0.0);
 }
@@ -94,7 +84,7 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
     apply_operator(smoother_, targets_, static_cast<int>(members), next_, workers_);
     std::swap(targets_, next_);
   }
-  const double kept = frame_ == 0 ? 0 : persistence_.value();
+  const double kept = frame_ == 0 ? 0 : constants.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
   for_each_vertex([&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
@@ -104,11 +94,11 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
   ++frame_;
 }
 
-/// T = e + c e_u + eta, the errors of the shape that the frame was to have.
-void ErrorBars::set_targets(double c) {
+/// T = e + eta, the errors of the shape that the frame was to have.
+void ErrorBars::set_targets() {
   for_each_vertex([&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      targets_[i] = errors_[i] + c * errors_of_change_[i] + sizes_.of_vertex(v) * changes_[i];
+      targets_[i] = errors_[i] + sizes_.of_vertex(v) * changes_[i];
     }
   });
 }
@@ -156,25 +146,21 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
 }
 
 /// Takes the energy of a frame into account, and returns the square of the size of the changes. A
-/// motion that has just begun shows in this frame alone, one that has just ended has left its
-/// errors behind, and a side that is quiet for a while does not vouch for a hidden one.
+/// motion that has just begun shows in this frame alone, one that has ended has left its errors
+/// behind, and a side that is quiet for a while does not vouch for a hidden one.
 double ErrorBars::learn_scale(const Energy& energy) {
-  recent_.add(energy, constants_.uncertainty.kept);
-  long_run_.add(energy, constants_.uncertainty.kept_in_the_long_run);
-  return std::max({energy.ratio(), recent_.ratio(), long_run_.ratio()});
+  energy_.add(energy, constants_.uncertainty.kept_of_scale);
+  return std::max(energy.ratio(), energy_.ratio());
 }
 
 /// The next memory is what the members look like after the frame: K D where an anchor ties them, T
 /// where no anchor does. `next_` holds K D.
 void ErrorBars::advance(const Generations& generations) {
   const auto generation = generations.of_vertices();
-  const double newest = constants_.newest;
   for_each_vertex([&](std::size_t v) {
     const bool is_disconnected = generation[v] == Generations::disconnected;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      const Vector3<double> error = is_disconnected ? targets_[i] : next_[i];
-      errors_of_change_[i] = (1 - newest) * errors_of_change_[i] + newest * (error - errors_[i]);
-      errors_[i] = error;
+      errors_[i] = is_disconnected ? targets_[i] : next_[i];
     }
   });
 }
@@ -184,26 +170,9 @@ void ErrorBars::find_standard_errors(Field steps, double scale, const Generation
   for_each_vertex([&](std::size_t v) {
     double sum = 0;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) sum += squared_norm(steps[i]);
-    variances_[v] = sum / (3 * members);
-  });
-  for (int n = 0; n < constants_.uncertainty.variance_averagings; ++n) {
-    for_each_vertex([&](std::size_t v) {
-      averaged_[v] = variances_[v];
-      if (generation[v] <= 0) return;
-      double count = 1;
-      for (const Index j : cells_[static_cast<Index>(v)]) {
-        const auto other = static_cast<std::size_t>(j);
-        if (generation[other] <= 0) continue;
-        averaged_[v] += variances_[other];
-        ++count;
-      }
-      averaged_[v] /= count;
-    });
-    std::swap(variances_, averaged_);
-  }
-  for_each_vertex([&](std::size_t v) {
-    const double found = std::sqrt(scale * variances_[v]);
-    const bool is_fixed = generation[v] == Generations::anchor && variances_[v] == 0;
+    const double variance = sum / (3 * members);
+    const double found = std::sqrt(scale * variance);
+    const bool is_fixed = generation[v] == Generations::anchor && variance == 0;
     standard_errors_[v] = generation[v] == Generations::disconnected ? infinite
                           : is_fixed                                 ? 0
                           : std::isfinite(found)                     ? found
@@ -211,11 +180,11 @@ void ErrorBars::find_standard_errors(Field steps, double scale, const Generation
   });
 }
 
-void ErrorBars::update(const CompletedShape& frame, double c, const Anchors& anchors,
+void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
-                       const Rotations& rotations) {
-  draw_changes(rotations.clusters());
-  set_targets(c);
+                       const Clusters& clusters) {
+  draw_changes(clusters);
+  set_targets();
   if (anchors.are_noisy()) set_noise(anchors);
   const Field steps = system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
@@ -225,36 +194,29 @@ void ErrorBars::update(const CompletedShape& frame, double c, const Anchors& anc
   const Energy energy = compare(frame, steps, anchors);
   if (!(energy.expected < largest_member)) {  // nothing that was made up makes sense any more
     reset();
-    return pass(generations, rotations);
+    return pass(generations, clusters);
   }
   const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const bool is_at_rest = energy.found <= counted * frame.rounding;
   double scale = infinite;
   if (std::isfinite(energy.found)) {
     scale = learn_scale(energy);
-    // Where rounding errors happen to be large says nothing about the subject, nor how long they
-    // persist.
+    // Where rounding errors happen to be large says nothing about the subject.
     if (is_at_rest) {
       for (Vector3<double>& at_vertex : energies_) at_vertex.x = 0;
     }
     sizes_.learn(energies_, smoother_, workers_);
   }
-  if (is_at_rest) {
-    persistence_.pass();
-  } else {
-    persistence_.learn(frame.kx, frame.shape, cells_, generations, rotations);
-  }
   find_standard_errors(steps, scale, generations);
   advance(generations);
 }
 
-void ErrorBars::pass(const Generations& generations, const Rotations& rotations) {
+void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
   const auto generation = generations.of_vertices();
-  draw_changes(rotations.clusters());
-  set_targets(0);
+  draw_changes(clusters);
+  set_targets();
   std::ranges::fill(next_, Vector3<double>{});
   advance(generations);
-  persistence_.pass();
   std::ranges::transform(generation, standard_errors_.begin(),
                          [](Index g) { return g == Generations::anchor ? 0 : infinite; });
 }

@@ -11,10 +11,9 @@
 
 #include "detail/anchors.hpp"
 #include "detail/change_sizes.hpp"
+#include "detail/clusters.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
-#include "detail/persistence.hpp"
-#include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "generations/generations.hpp"
 #include "support/stored_numbers.hpp"
@@ -49,26 +48,24 @@ class ErrorBars {
   /// Begins a sequence: frame 0 has no error.
   void reset();
 
-  /// Finds the errors of a frame of which some vertices were solved for. `c` is the weight of the
-  /// recent change in the shape of the frame.
-  void update(const CompletedShape& frame, double c, const Anchors& anchors,
-              const Generations& generations, ShapeSystem& system, const Rotations& rotations);
+  /// Finds the errors of a frame of which some vertices were solved for.
+  void update(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
+              ShapeSystem& system, const Clusters& clusters);
 
   /// The same for a frame of which nothing was solved for: everything is known or disconnected.
-  void pass(const Generations& generations, const Rotations& rotations);
+  void pass(const Generations& generations, const Clusters& clusters);
 
   /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
   /// infinity for disconnected vertices. Empty if there are none.
   [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
 
-  /// What later frames depend on. The numbers of a vertex are its errors, those of the recent
-  /// change and the changes (nine each), the last residual (three), whether all of its cell was
-  /// seen, its energies (two), and its standard error. Those of the mesh are the energies of recent
-  /// frames and in the long run, the products of residuals, and the number of frames.
+  /// What later frames depend on. The numbers of a vertex are its errors and the changes (nine
+  /// each), its energies (two), and its standard error. Those of the mesh are the energies of
+  /// earlier frames and the number of frames.
   struct Memory {
-    using Row = std::array<double, 34>;
+    using Row = std::array<double, 21>;
     std::vector<Row> rows;  ///< one for each vertex, or empty
-    std::array<double, 7> sums{};
+    std::array<double, 3> sums{};
   };
   [[nodiscard]] std::size_t memory_size() const;
   void write_memory(Writer& writer) const;
@@ -86,7 +83,7 @@ class ErrorBars {
   template <class Work>
   void for_each_vertex(const Work& work);
   void draw_changes(const Clusters& clusters);
-  void set_targets(double c);
+  void set_targets();
   void set_noise(const Anchors& anchors);
   Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
   [[nodiscard]] double learn_scale(const Energy& energy);
@@ -99,19 +96,16 @@ class ErrorBars {
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:
-  Members errors_;            // e, of the shape in memory
-  Members errors_of_change_;  // e_u, of its recent change
-  Members changes_;           // eta, how the true shape changes, with unit size
+  Members errors_;   // e, of the shape in memory
+  Members changes_;  // eta, how the true shape changes, with unit size
   ChangeSizes sizes_;
-  Persistence persistence_;
-  Energy recent_, long_run_;             // over the mesh
+  Energy energy_;                        // of earlier frames, over the mesh
   std::uint64_t frame_ = 0;              // the number of frames since `reset`
   std::vector<double> standard_errors_;  // (k,)
 
   // Of one frame:
   Members targets_, next_, noise_;
   std::vector<Vector3<double>> energies_;  // (k,) found in x, and expected in y
-  std::vector<double> variances_, averaged_;
 };
 
 }  // namespace dynmesh

@@ -23,19 +23,14 @@ void ErrorBars::write_memory(Writer& writer) const {
     for (const double coordinate : {x.x, x.y, x.z}) writer.write(coordinate);
   };
   for (std::size_t v = 0; v < standard_errors_.size(); ++v) {
-    for (const Members* of : {&errors_, &errors_of_change_, &changes_}) {
+    for (const Members* of : {&errors_, &changes_}) {
       for (std::size_t i = members * v; i < members * (v + 1); ++i) write((*of)[i]);
     }
-    const auto [residual, was_seen] = persistence_.of_vertex(v);
-    write(residual);
-    writer.write(was_seen ? 1.0 : 0.0);
     writer.write(sizes_.energy(v).found);
     writer.write(sizes_.energy(v).expected);
     writer.write(standard_errors_[v]);
   }
-  const auto& [product, square] = persistence_.sums();
-  for (const double sum : {recent_.found, recent_.expected, long_run_.found, long_run_.expected,
-                           product, square, static_cast<double>(frame_)}) {
+  for (const double sum : {energy_.found, energy_.expected, static_cast<double>(frame_)}) {
     writer.write(sum);
   }
 }
@@ -53,15 +48,13 @@ bool ErrorBars::accepts(const Memory& memory) const {
   if (memory.rows.size() != standard_errors_.size()) return false;
   const auto is_sum = [](double x) { return x >= 0 && std::isfinite(x); };
   const auto is_sound = [&](const Memory::Row& row) {
-    const auto end_of_members = row.begin() + 9 * members;
+    const auto end_of_members = row.begin() + 6 * members;
     return std::all_of(row.begin(), end_of_members,
                        [](double x) { return std::abs(x) < largest_member; }) &&
-           is_in_range(Vector3<double>{row[27], row[28], row[29]}) &&
-           (row[30] == 0 || row[30] == 1) && is_sum(row[31]) && is_sum(row[32]) && row[33] >= 0;
+           is_sum(row[18]) && is_sum(row[19]) && row[20] >= 0;
   };
-  const auto& [found, expected, found_long, expected_long, product, square, frame] = memory.sums;
+  const auto& [found, expected, frame] = memory.sums;
   return std::ranges::all_of(memory.rows, is_sound) && is_sum(found) && is_sum(expected) &&
-         is_sum(found_long) && is_sum(expected_long) && std::isfinite(product) && is_sum(square) &&
          is_sum(frame) && frame == std::floor(frame) && frame < largest_frame &&
          (exist() || memory.sums == Memory{}.sums);
 }
@@ -75,20 +68,15 @@ void ErrorBars::recall(const Memory& memory) {
       number += 3;
       return x;
     };
-    for (Members* of : {&errors_, &errors_of_change_, &changes_}) {
+    for (Members* of : {&errors_, &changes_}) {
       for (std::size_t i = members * v; i < members * (v + 1); ++i) (*of)[i] = next();
     }
-    const Vector3<double> residual = next();
-    const bool was_seen = *number++ != 0;
-    persistence_.recall(v, {residual, was_seen});
     const double found = *number++;
     sizes_.recall(v, {found, *number++});
     standard_errors_[v] = *number++;
   }
-  recent_ = {memory.sums[0], memory.sums[1]};
-  long_run_ = {memory.sums[2], memory.sums[3]};
-  persistence_.recall({memory.sums[4], memory.sums[5]});
-  frame_ = static_cast<std::uint64_t>(memory.sums[6]);
+  energy_ = {memory.sums[0], memory.sums[1]};
+  frame_ = static_cast<std::uint64_t>(memory.sums[2]);
   sizes_.find(workers_);
 }
 

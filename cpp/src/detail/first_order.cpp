@@ -33,12 +33,9 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
                            const Generations& generations, ShapeSystem& system) {
   if (generations.reached() == 0) return 0;
   try {
-    if (shares_.is_due(frame.kx, frame.shape, rounding_.mean_square(frame.x), generations)) {
-      test(frame, anchors, generations, system);
-    }
+    if (shares_.is_due()) test(frame, anchors, generations, system);
     return mix(frame, generations, system);
   } catch (const std::bad_alloc&) {
-    shares_.postpone();
     return 0;
   }
 }
@@ -78,7 +75,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
 /// step from there.
 void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generations& generations,
                       ShapeSystem& system) {
-  if (!shares_.draw(generations, is_left_out_)) return shares_.postpone();
+  if (!shares_.draw(generations, is_left_out_)) return;
   leave_out(anchors, generations);
   system.factorize(kept_);
   const Field step = system.solve<1>(

@@ -43,7 +43,7 @@ class FirstOrder {
     Field shape;                   ///< the shape that K X was to have
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
-  /// test. If memory is exhausted, the frame stays as it is and the next one is tested.
+  /// test. If memory is exhausted, the frame stays as it is.
   double improve(const Frame& frame, const Anchors& anchors, const Generations& generations,
                  ShapeSystem& system);
 

@@ -32,11 +32,10 @@ class FirstOrderShares {
   /// Counts a frame. Called once for each frame after frame 0.
   void count_frame() { ++memory_.frame; }
 
-  /// Whether this frame is to be tested: from time to time, and whenever the residuals K X - shape
-  /// of detail have grown. Those with a mean square below `rounding` count as 0.
-  [[nodiscard]] bool is_due(Field kx, Field shape, double rounding, const Generations& generations);
+  /// Whether this frame is to be tested: many of the first ones, and then fewer.
+  [[nodiscard]] bool is_due() const;
 
-  /// Draws the anchors to leave out and sets `is_left_out` (k,). Returns false if they are too few.
+  /// Draws the anchors to leave out and sets `is_left_out` (k,). Returns false if there are none.
   bool draw(const Generations& generations, std::span<std::uint8_t> is_left_out);
 
   /// How many edges around an anchor that `draw` has left out are worth moving.
@@ -47,12 +46,8 @@ class FirstOrderShares {
   void learn(Field detail, Field first_order, Field observed,
              std::span<const std::uint8_t> is_left_out, double rounding);
 
-  /// Lets the next frame be tested.
-  void postpone() { memory_.next = memory_.frame + 1; }
-
   /// The share at a vertex, from 0 to 1.
   [[nodiscard]] double of_vertex(std::size_t v) const;
-  [[nodiscard]] double least() const;
   [[nodiscard]] double largest() const;
 
  private:
@@ -70,16 +65,13 @@ class FirstOrderShares {
   struct Component {
     Gains gains;  // of earlier tests, the less the older
     double share = 0;
-    double residual = 0;  // of its group in the last test, the root mean square per anchor
   };
 
  public:
   /// What later frames depend on.
   struct Memory {
     std::vector<Component> components;
-    double frame = 0;  ///< the number of frames since frame 0
-    double next = 1;   ///< the next frame to be tested
-    double gap = 0;    ///< from the last test to the next; 0 before the first
+    std::uint64_t frame = 0;  ///< the number of frames since frame 0
   };
   [[nodiscard]] std::size_t memory_size() const;
   void write_memory(Writer& writer) const;
@@ -89,13 +81,6 @@ class FirstOrderShares {
   void recall(const Memory& memory) { memory_ = memory; }
 
  private:
-  struct Residuals {
-    double energy = 0;
-    double rows = 0;
-    double anchors = 0;
-    double last = 0;  // root mean square in the last test
-    double now = 0;
-  };
   struct Drawn {
     double anchors = 0;
     double left_out = 0;
@@ -114,7 +99,6 @@ class FirstOrderShares {
   Memory memory_;
 
   // Of one frame. Group 0 is the common one, group c + 1 is component c:
-  std::vector<Residuals> residuals_;  // of groups
   std::vector<Drawn> drawn_;
   std::vector<Gains> newest_, of_groups_, newest_of_groups_;
 };

@@ -60,7 +60,6 @@ FirstOrderStep::Prepared FirstOrderStep::prepare(const DetailOperator& k,
   result.factor = std::make_unique<MaskedFactor>(SymmetricMatrix{l.offsets, l.columns, l.values},
                                                  workers_, Ordering::minimum_degree);
   result.factor->reserve();
-  result.no_cells.resize(k.size() + 1);
   result.edges.resize(l.columns.size());
   result.covariances.resize(k.size());
   result.quaternions.resize(k.size());
@@ -70,12 +69,12 @@ FirstOrderStep::Prepared FirstOrderStep::prepare(const DetailOperator& k,
 /// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
 void FirstOrderStep::fit_rotations(Field positions, Field last) {
   const DetailOperator& l = of_mesh_.laplacian;
-  RotationData data = {l.offsets.data(),
-                       l.columns.data(),
-                       of_mesh_.edges.data(),
-                       positions.data(),
-                       of_mesh_.covariances.data(),
-                       of_mesh_.quaternions.data()};
+  const RotationData data = {l.offsets.data(),
+                             l.columns.data(),
+                             of_mesh_.edges.data(),
+                             positions.data(),
+                             of_mesh_.covariances.data(),
+                             of_mesh_.quaternions.data()};
   const RotationKernels& kernels = best_kernels().rotations;
   workers_.for_each_short_chunk(static_cast<Index>(l.size()), [&](Index first, Index end) {
     for (Index i = first; i < end; ++i) {
@@ -86,9 +85,7 @@ void FirstOrderStep::fit_rotations(Field positions, Field last) {
       of_mesh_.quaternions[at(i)] = {1, 0, 0, 0};
     }
     kernels.measure(data, first, end);
-    RotationData alone = data;
-    alone.cell_offsets = of_mesh_.no_cells.data();
-    kernels.turn(alone, first, end);
+    kernels.turn(data.covariances, data.quaternions, first, end);
     for (Index i = first; i < end; ++i) {
       of_mesh_.covariances[at(i)] = matrix_of(of_mesh_.quaternions[at(i)]);
     }

@@ -32,7 +32,6 @@ class FirstOrderStep {
   struct Prepared {
     DetailOperator laplacian;  // L = diag(sum_j w_ij) - W; its scale is 1
     std::unique_ptr<MaskedFactor> factor;
-    std::vector<Index> no_cells;  // offsets, so that covariances are not averaged
     std::vector<Vector3<double>> edges;
     std::vector<Covariance> covariances;
     std::vector<Quaternion> quaternions;

@@ -98,9 +98,7 @@ void LearnedModes::combine_part(std::size_t part) {
     }
   }
   symmetric_eigen(vectors, values);
-  const double least =
-      std::max(constants_.least_eigenvalue * values[n - 1],
-               scale_.least_eigenvalue(making_.n_members, weights_[part], constants_));
+  const double least = scale_.least_eigenvalue(making_.n_members, weights_[part], constants_);
   const double scale = 1 / std::sqrt(static_cast<double>(n));
   for (std::size_t j = 0; j < modes_of_part; ++j) {
     const bool is_kept = j < n && values[n - 1 - j] > least;

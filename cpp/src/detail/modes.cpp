@@ -61,14 +61,13 @@ struct Leading {
   double share = 0;  // of the sum of all eigenvalues
 };
 
-Leading leading_vectors(const Matrix& products, double least, const TrainingConstants& constants) {
+Leading leading_vectors(const Matrix& products, double least) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(products);  // reads the lower triangle
   const auto& values = solver.eigenvalues();                     // ascending
   const Eigen::Index n = values.size();
-  const double bound = std::max(constants.least_eigenvalue * values[n - 1], least);
   Eigen::Index kept = 0;
   double held = 0;
-  while (kept < std::min<Eigen::Index>(n, modes_of_part) && values[n - 1 - kept] > bound) {
+  while (kept < std::min<Eigen::Index>(n, modes_of_part) && values[n - 1 - kept] > least) {
     held += values[n - 1 - kept++];
   }
   const double all = values.cwiseMax(0).sum();
@@ -103,7 +102,7 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
   const std::vector<double> weights = weights_of(parts);
   for (const Matrix& products : products_of_frames(parts, shapes, n_frames)) {
     const double least = scale.least_eigenvalue(n_frames, weights[leading.size()], constants);
-    leading.push_back(leading_vectors(products, least, constants));
+    leading.push_back(leading_vectors(products, least));
     size_ += static_cast<std::size_t>(leading.back().vectors.cols());
   }
   variance_held_ = leading.front().share;

@@ -1,8 +1,6 @@
 #include "detail/rotations.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "support/geometry.hpp"
@@ -21,12 +19,12 @@ Rotations::Prepared Rotations::prepare(std::span<const Vector3<double>> first_fr
   Clusters clusters = cluster_vertices(cells_, first_frame);
   const std::size_t n = clusters.size();
   return {std::move(clusters), std::vector<Covariance>(n), std::vector<Covariance>(n),
-          std::vector<Quaternion>(n), std::vector<Index>(n + 1)};
+          std::vector<Quaternion>(n)};
 }
 
 void Rotations::reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
                       double mean_edge) noexcept {
-  wide_ = std::move(prepared);
+  of_clusters_ = std::move(prepared);
   std::size_t half_edge = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     for (const Index j : cells_[static_cast<Index>(i)]) {
@@ -43,24 +41,13 @@ RotationData Rotations::data(std::span<const Vector3<double>> frame) {
           frame.data(),          covariances_.data(),      quaternions_.data()};
 }
 
-void Rotations::measure(std::span<const Vector3<double>> frame) {
+void Rotations::fit(std::span<const Vector3<double>> frame) {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     kernels_.measure(data(frame), first, last);
   });
-}
-
-void Rotations::fit_narrowly(std::span<const Vector3<double>> frame) {
-  measure(frame);
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.turn(data(frame), first, last);
-  });
-}
-
-void Rotations::fit_widely(std::span<const Vector3<double>> frame) {
-  measure(frame);
   const auto for_each_cluster = [&](const auto& work) {
     constexpr Index vertices = 7;  // of most clusters
-    workers_.for_each_short_chunk(static_cast<Index>(wide_.clusters.size()), work, vertices);
+    workers_.for_each_short_chunk(static_cast<Index>(of_clusters_.clusters.size()), work, vertices);
   };
   const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists, bool with_own,
                           std::vector<Covariance>& sums) {
@@ -69,37 +56,22 @@ void Rotations::fit_widely(std::span<const Vector3<double>> frame) {
                          sums.data(), first, last);
     });
   };
-  add_up(covariances_, wide_.clusters.members, false, wide_.covariances);
+  add_up(covariances_, of_clusters_.clusters.members, false, of_clusters_.covariances);
   for (int n = 0; n < 2; ++n) {
-    add_up(wide_.covariances, wide_.clusters.neighbours, true, wide_.averaged);
-    std::swap(wide_.covariances, wide_.averaged);
+    add_up(of_clusters_.covariances, of_clusters_.clusters.neighbours, true, of_clusters_.averaged);
+    std::swap(of_clusters_.covariances, of_clusters_.averaged);
   }
-  for (std::size_t c = 0; c < wide_.clusters.size(); ++c) {
-    wide_.quaternions[c] = quaternions_[static_cast<std::size_t>(wide_.clusters.centres[c])];
+  for (std::size_t c = 0; c < of_clusters_.clusters.size(); ++c) {
+    of_clusters_.quaternions[c] =
+        quaternions_[static_cast<std::size_t>(of_clusters_.clusters.centres[c])];
   }
-  RotationData of_clusters = data(frame);
-  of_clusters.cell_offsets = wide_.no_cells.data();
-  of_clusters.covariances = wide_.covariances.data();
-  of_clusters.quaternions = wide_.quaternions.data();
-  for_each_cluster([&](Index first, Index last) { kernels_.turn(of_clusters, first, last); });
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.blend(data(frame), wide_.clusters.of_vertex.data(), wide_.quaternions.data(), first,
-                   last);
+  for_each_cluster([&](Index first, Index last) {
+    kernels_.turn(of_clusters_.covariances.data(), of_clusters_.quaternions.data(), first, last);
   });
-}
-
-double Rotations::mean_angle_between_clusters() const {
-  double sum = 0;
-  for (std::size_t c = 0; c < wide_.clusters.size(); ++c) {
-    const Quaternion& a = wide_.quaternions[c];
-    for (const Index j : wide_.clusters.neighbours[static_cast<Index>(c)]) {
-      const Quaternion& b = wide_.quaternions[static_cast<std::size_t>(j)];
-      const double cosine = std::abs(a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z);
-      sum += 2 * std::acos(std::min(cosine, 1.0));
-    }
-  }
-  const std::size_t n_pairs = wide_.clusters.neighbours.neighbours.size();
-  return n_pairs == 0 ? 0 : sum / static_cast<double>(n_pairs) * 180 / std::numbers::pi;
+  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
+    kernels_.blend(data(frame), of_clusters_.clusters.of_vertex.data(),
+                   of_clusters_.quaternions.data(), first, last);
+  });
 }
 
 void Rotations::turn(std::span<const Vector3<double>> field,

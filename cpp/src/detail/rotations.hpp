@@ -15,10 +15,9 @@ namespace dynmesh {
 
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
 /// edges are weighted by the inverse of their squared length in frame 0, and the covariances are
-/// averaged, narrowly or widely. Where the surface bends little from vertex to vertex, wide
-/// averages are less disturbed by the errors of single positions; cloth needs narrow ones. Each fit
-/// starts from the previous one, so a vertex whose cell does not determine a rotation keeps its
-/// rotation. Allocates memory only in the constructor.
+/// averaged over clusters of vertices, since those of single cells are disturbed by the errors of
+/// single positions. Each fit starts from the previous one, so a vertex whose surroundings do not
+/// determine a rotation keeps its rotation. Allocates memory only in the constructor.
 class Rotations {
  public:
   /// `cells` and `workers` must outlive this object.
@@ -31,21 +30,15 @@ class Rotations {
     std::vector<Covariance> covariances;  // of the clusters
     std::vector<Covariance> averaged;
     std::vector<Quaternion> quaternions;
-    std::vector<Index> no_cells;  // offsets, as if clusters had no neighbours
   };
   [[nodiscard]] Prepared prepare(std::span<const Vector3<double>> first_frame) const;
   /// Sets frame 0, in any unit of length, and resets all rotations to the identity.
   void reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
              double mean_edge) noexcept;
 
-  /// Averages the covariance of each vertex once with those of its neighbours.
-  void fit_narrowly(std::span<const Vector3<double>> frame);
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
   /// clusters. Each vertex then takes the mean rotation of the clusters of its cell.
-  void fit_widely(std::span<const Vector3<double>> frame);
-  /// The mean angle, in degrees, by which the last wide fit turned neighbouring clusters against
-  /// each other; 0 if there is one cluster.
-  [[nodiscard]] double mean_angle_between_clusters() const;
+  void fit(std::span<const Vector3<double>> frame);
 
   /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
   /// frame. The result may be the same memory.
@@ -60,10 +53,9 @@ class Rotations {
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
   /// The clusters of frame 0.
-  [[nodiscard]] const Clusters& clusters() const { return wide_.clusters; }
+  [[nodiscard]] const Clusters& clusters() const { return of_clusters_.clusters; }
 
  private:
-  void measure(std::span<const Vector3<double>> frame);
   [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);
 
   const Cells& cells_;
@@ -73,7 +65,7 @@ class Rotations {
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
-  Prepared wide_;
+  Prepared of_clusters_;
 };
 
 }  // namespace dynmesh

@@ -27,8 +27,8 @@ void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system
 void ModeFit::reset(Modes modes) {
   std::vector<double> coefficients(modes.n_coefficients());
   if (modes.n_coefficients() > 0) {
-    for (auto* values : {&gradient_, &direction_, &product_, &preconditioned_, &squares_,
-                         &penalties_, &shares_, &wholes_}) {
+    for (auto* values :
+         {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
       values->resize(modes.n_coefficients());
     }
     for (auto* values : {&seen_, &averaged_}) values->resize(cells_.size());
@@ -44,29 +44,20 @@ void ModeFit::reset(Modes modes) {
   coefficients_ = std::move(coefficients);
   begin_at_zero();
   begin();
-  weigh_modes();
 }
 
 /// Nothing is known about the coefficients yet.
 void ModeFit::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
-  size_ = constants_.first_variance * determined_;
-  explained_ = constants_.first_share;
+  size_ = constants_.least_variance * determined_;
+  explained_ = 2 * constants_.least_share;
 }
 
 void ModeFit::replace(Modes& modes) {
   const bool is_first = !exists();
   std::swap(modes_, modes);
   if (is_first) begin();
-}
-
-/// Modes that are learned on the way, which replace those of zero, are not weighed: what is added
-/// by them begins at zero in each frame.
-void ModeFit::weigh_modes() {
-  if (!exists()) return;
-  std::ranges::fill(seen_, 1.0);
-  modes_.project_and_weigh(left_, seen_, gradient_, wholes_, workers_);
 }
 
 void ModeFit::store(std::span<double> memory) const {
@@ -133,11 +124,7 @@ void ModeFit::weigh_seen(const Generations& generations) {
 void ModeFit::penalize(double ratio) {
   for (std::size_t j = 0; j < penalties_.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
-    penalties_[j] = (is_global ? constants_.caution_of_global_part : constants_.caution) * ratio;
-    if (wholes_[j] > 0) {
-      const double least = constants_.least_seen;
-      penalties_[j] *= 1 + least / std::max(least * least, squares_[j] / wholes_[j]);
-    }
+    penalties_[j] = (is_global ? 1 : constants_.caution) * ratio;
     const double share = squares_[j] / (squares_[j] + penalties_[j]);
     shares_[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
   }
@@ -208,8 +195,7 @@ double ModeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotat
     }
   };
   const ConjugateVectors<double> vectors = {gradient_, preconditioned_, direction_, product_};
-  return conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
-                                multiply, advance)[0];
+  return conjugate_gradients<1>(vectors, constants_.steps, 0, precondition, multiply, advance)[0];
 }
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is
@@ -222,12 +208,12 @@ void ModeFit::update_evidence() {
     size += shares_[j] * coefficients_[j] * coefficients_[j];
   }
   size_ = (size_ + size) / 2;
-  determined_ = (determined_ + std::max(constants_.least_determined, determined)) / 2;
+  determined_ = (determined_ + determined) / 2;
 }
 
 /// v
 double ModeFit::variance() const {
-  const double found = determined_ > 0 ? size_ / determined_ : constants_.first_variance;
+  const double found = determined_ > 0 ? size_ / determined_ : 0;
   return std::clamp(found, constants_.least_variance, largest_variance_);
 }
 
@@ -276,12 +262,12 @@ FittedModes RestFit::find(const ResidualField& residuals, ShapeSystem& system,
   begin_at_last(residuals.anchors, system, rotations);
   FittedModes found = ModeFit::find(residuals, system, rotations, generations);
   const auto beyond = [](double x, double least) { return std::clamp(x / least - 1, 0.0, 1.0); };
-  found.prior_weight = beyond(variance(), constants().first_variance);
+  found.prior_weight = beyond(variance(), constants().least_variance);
   if (!residuals.anchors.are_noisy()) {
     found.prior_weight *= beyond(explained(), constants().least_share);
   }
   // Poses far beyond those of the training say nothing about what they do not show.
-  found.hidden_share = std::clamp(2 - extrapolation(), 0.0, 1.0);
+  found.prior_weight *= std::clamp(2 - extrapolation(), 0.0, 1.0);
   found.is_first = was_first;
   return found;
 }

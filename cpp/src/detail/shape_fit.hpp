@@ -31,7 +31,6 @@ struct AddedShape {
 struct FittedModes {
   double prior_weight = 1;  ///< k, 0 to 1
   double prior_share = 0;   ///< the share of |r|^2 that the modes explain
-  double hidden_share = 1;  ///< of b where no anchor is near, 0 to 1
   bool is_first = false;    ///< whether this is the first fit of a rest shape
 };
 
@@ -86,7 +85,6 @@ class ModeFit {
   };
 
   void begin();
-  void weigh_modes();
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Generations& generations);
   void penalize(double ratio);
@@ -108,7 +106,6 @@ class ModeFit {
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j
-  std::vector<double> wholes_;     // sum_i |B_j(i)|^2, or 0
   std::vector<double> seen_, averaged_;
   AddedShape added_, direction_added_;
   std::vector<Vector3<double>> left_;  // r + r3, 0 where vertices do not count
@@ -149,7 +146,7 @@ class ChangeFit : public ModeFit {
   /// There is no fit until `modes`, which are zero, are replaced. The other arguments must outlive
   /// this object.
   ChangeFit(const Cells& cells, Workers& workers, const TrainingConstants& constants, Modes modes)
-      : ModeFit(cells, workers, constants, constants.largest_variance_of_change,
+      : ModeFit(cells, workers, constants, constants.least_variance,
                 [](const Residuals& r) { return r.r0; }) {
     reset(std::move(modes));
   }

@@ -60,14 +60,11 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
 
 /// Returns z of all frames: for each vertex, those in all frames, (k, n_frames). Q is fitted to a
 /// frame until it no longer changes, from the rotation that fits the whole frame best, since its
-/// pose may be far from `first`. The rotations of all frames are averaged widely, unless
-/// neighbouring clusters are turned against each other by more than `largest_stiff_angle` degrees,
-/// on average over the training frames.
+/// pose may be far from `first`.
 std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
                                              const DetailOperator& k, const Cells& cells,
                                              std::span<const Vector3<double>> first,
-                                             double mean_edge, double largest_stiff_angle,
-                                             Workers& workers) {
+                                             double mean_edge, Workers& workers) {
   const std::size_t n_vertices = first.size();
   std::vector<Vector3<double>> shapes(n_vertices * training.size());
   std::vector<Vector3<double>> first_shape(n_vertices);
@@ -77,28 +74,20 @@ std::vector<Vector3<double>> training_shapes(const TrainingFrames& training,
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers);
   rotations.reset(rotations.prepare(first), first, mean_edge);
-  // Sets all shapes. Returns the mean angle between clusters, which only wide fits set.
-  const auto find_shapes = [&](auto fit) {
-    double sum_of_angles = 0;
-    for (std::size_t frame = 0; frame < training.size(); ++frame) {
-      std::ranges::copy(training[frame], x.begin());
-      std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
-      for (int n = 0; n < most_fits; ++n) {
-        std::ranges::copy(rotations.quaternions(), before.begin());
-        (rotations.*fit)(x);
-        if (largest_change(before, rotations.quaternions()) <= settled) break;
-      }
-      sum_of_angles += rotations.mean_angle_between_clusters();
-      apply_operator(k, x, 1, kx, workers);
-      rotations.turn_back(kx, kx);
-      for (std::size_t v = 0; v < n_vertices; ++v) {
-        shapes[v * training.size() + frame] = kx[v] - first_shape[v];
-      }
+  for (std::size_t frame = 0; frame < training.size(); ++frame) {
+    std::ranges::copy(training[frame], x.begin());
+    std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
+    for (int n = 0; n < most_fits; ++n) {
+      std::ranges::copy(rotations.quaternions(), before.begin());
+      rotations.fit(x);
+      if (largest_change(before, rotations.quaternions()) <= settled) break;
     }
-    return sum_of_angles / static_cast<double>(training.size());
-  };
-  const double angle = find_shapes(&Rotations::fit_widely);
-  if (!(angle <= largest_stiff_angle)) find_shapes(&Rotations::fit_narrowly);
+    apply_operator(k, x, 1, kx, workers);
+    rotations.turn_back(kx, kx);
+    for (std::size_t v = 0; v < n_vertices; ++v) {
+      shapes[v * training.size() + frame] = kx[v] - first_shape[v];
+    }
+  }
   return shapes;
 }
 
@@ -108,8 +97,7 @@ Modes training_modes(const TrainingFrames& training, const SurfaceParts& parts,
                      const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
                      const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
-  const auto shapes =
-      training_shapes(training, k, cells, first, mean_edge, constants.largest_stiff_angle, workers);
+  const auto shapes = training_shapes(training, k, cells, first, mean_edge, workers);
   ModeScale scale = {mean_edge, 0};
   for (const auto& frame : training) {
     scale.rounding = std::max(scale.rounding, rounding.mean_square(frame));

@@ -158,7 +158,7 @@ struct Covariances {
   }
 }
 
-void turn(const RotationData& data, Index first, Index last) {
+void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index last) {
   constexpr int most_steps = 8;
   constexpr double small_step =
       1e-7;  // squared; the remaining error is about the square of the step
@@ -166,20 +166,17 @@ void turn(const RotationData& data, Index first, Index last) {
     Covariances s;
     Turns q;
     for (int lane = 0; lane < 4; ++lane) {
-      const Index vertex = i + lane < last ? i + lane : last - 1;
-      Rows sum = rows_of(data.covariances[vertex]);
-      for (Index e = data.cell_offsets[vertex]; e < data.cell_offsets[vertex + 1]; ++e) {
-        sum.add(rows_of(data.covariances[data.neighbours[e]]));
-      }
+      const Index at = i + lane < last ? i + lane : last - 1;
+      const Rows rows = rows_of(covariances[at]);
       for (int d = 0; d < 3; ++d) {
-        s.s[0][d][lane] = sum.x[d];
-        s.s[1][d][lane] = sum.y[d];
-        s.s[2][d][lane] = sum.z[d];
+        s.s[0][d][lane] = rows.x[d];
+        s.s[1][d][lane] = rows.y[d];
+        s.s[2][d][lane] = rows.z[d];
       }
-      q.w[lane] = data.quaternions[vertex].w;
-      q.x[lane] = data.quaternions[vertex].x;
-      q.y[lane] = data.quaternions[vertex].y;
-      q.z[lane] = data.quaternions[vertex].z;
+      q.w[lane] = fitted[at].w;
+      q.x[lane] = fitted[at].x;
+      q.y[lane] = fitted[at].y;
+      q.z[lane] = fitted[at].z;
     }
     // Scale each covariance to its largest entry, so that its powers stay in range.
     Doubles largest{};
@@ -203,9 +200,9 @@ void turn(const RotationData& data, Index first, Index last) {
     q.x *= norm;
     q.y *= norm;
     q.z *= norm;
-    if (!all(is_settled)) settle(s, is_settled, data.quaternions, i, last, q);
+    if (!all(is_settled)) settle(s, is_settled, fitted, i, last, q);
     for (int lane = 0; lane < 4 && i + lane < last; ++lane) {
-      data.quaternions[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
+      fitted[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
     }
   }
 }

@@ -24,7 +24,7 @@ struct RotationData {
   const Vector3<double>* rest_edges;  // (half-edges,) weighted
   const Vector3<double>* frame;       // (k,)
   Covariance* covariances;            // (k,)
-  Quaternion* quaternions;            // (k,) in: the last fit; out: the new fit
+  Quaternion* quaternions;            // (k,)
 };
 
 struct RotationKernels {
@@ -34,8 +34,9 @@ struct RotationKernels {
   /// list if `with_own`.
   void (*add_lists)(const Covariance* from, const Index* offsets, const Index* members,
                     bool with_own, Covariance* sums, Index first, Index last);
-  /// Fits the rotations of these vertices, from the covariances of all vertices.
-  void (*turn)(const RotationData& data, Index first, Index last);
+  /// Fits the rotations `first` to `last` - 1 to their covariances. `fitted` holds the last fit and
+  /// receives the new one.
+  void (*turn)(const Covariance* covariances, Quaternion* fitted, Index first, Index last);
   /// Sets the rotations of these vertices to the mean of those of the clusters of their cell, the
   /// vertex included. `cluster_of` has k numbers.
   void (*blend)(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,

@@ -58,8 +58,7 @@ CoarseFit::Fitted CoarseFit::fit(const PointScan& scan, std::span<const Landmark
   draw(scan, landmarks, passes, fitted.x);
   Rotations rotations(mesh_.topology.cells, workers_);
   rotations.reset(rotations.prepare(mesh_.positions), mesh_.positions, mean_edge_);
-  rotations.fit_widely(fitted.x);
-  rotations.fit_narrowly(fitted.x);
+  rotations.fit(fitted.x);
   fitted.rotations.assign(rotations.quaternions().begin(), rotations.quaternions().end());
   fitted.misfit =
       far_share(scan, fitted.x) + mean_stretch(mesh_.topology.cells, mesh_.positions, fitted.x);

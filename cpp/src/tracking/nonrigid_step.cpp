@@ -90,7 +90,7 @@ bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vec
   const auto found = measured.found;
   hold(measured.landmarks);
   if (!choose_components(measured)) return false;
-  rotations_.fit_widely(x);
+  rotations_.fit(x);
   if (fits_modes && rest_.is_trained()) fit_modes(found, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
     const double pull = is_cloth_[v] != 0 ? constants_.cloth_pull : constants_.pull;
@@ -207,18 +207,18 @@ void NonrigidStep::keep_planes(std::span<const Correspondence> found, Field x) {
 void NonrigidStep::measure_errors(const Generations& generations, Field x) {
   if (!error_bars_.exist()) return;
   if (!anchors_.any_solved()) {
-    error_bars_.pass(generations, rotations_);
+    error_bars_.pass(generations, rotations_.clusters());
     return;
   }
   system_.apply(x, 1, kx_);
   anchors_.normals = planes_;
-  error_bars_.update({x, kx_, turned_, rounding_.mean_square(x)}, 0, anchors_, generations, system_,
-                     rotations_);
+  error_bars_.update({x, kx_, turned_, rounding_.mean_square(x)}, anchors_, generations, system_,
+                     rotations_.clusters());
   anchors_.normals = {};
 }
 
 void NonrigidStep::remember(Field completed) {
-  rotations_.fit_widely(completed);
+  rotations_.fit(completed);
   system_.apply(completed, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
 }

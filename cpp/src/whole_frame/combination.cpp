@@ -14,9 +14,9 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Of vertex v on one side; not normalised. Infinity where the standard error is 0.
 double weight_of(const SideResult& side, std::size_t v, const WholeFrameConstants& constants) {
-  const double variance = side.standard_error[v] * side.standard_error[v];
-  if (std::isinf(side.age[v])) return constants.never_seen / variance;
-  return 1 / (variance * (side.age[v] + constants.age_offset));
+  const double weight = std::pow(side.standard_error[v], -1.5);
+  if (std::isinf(side.age[v])) return constants.never_seen * weight;
+  return weight / (side.age[v] + constants.age_offset);
 }
 
 }  // namespace

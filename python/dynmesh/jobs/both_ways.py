@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from ..files import Frame
 
-_LEAST_AGE = 0.1  # frames, so that a vertex observed in this frame has a finite weight
 _SHARED = 0.4
 """The share of the variances of the two estimates that their mean keeps. It would be a half, if
 their errors were independent and equal: they are neither, and how far they disagree is added."""
@@ -14,9 +13,9 @@ their errors were independent and equal: they are neither, and how far they disa
 def combined(one: Frame, other: Frame) -> Frame:
     """Returns the mean of two estimates, weighed for each vertex by how far it may be off.
 
-    The weights are (a + 0.1)^(-1/4) / s^2 for the standard error s and the age a of a vertex. A
-    vertex that both observed exactly stays where it was observed. One that the one accepted and the
-    other rejected as an outlier is where the latter estimates it.
+    The weights are s^(-3/2) for the standard error s of a vertex, rather than s^(-2), since s is
+    known roughly. A vertex that both observed exactly stays where it was observed. One that the one
+    accepted and the other rejected as an outlier is where the latter estimates it.
 
     Args:
         one: an estimate of a frame, with generation, age and standard errors.
@@ -48,7 +47,7 @@ def _weights(ages: NDArray[np.integer], errors: NDArray[np.float64]) -> NDArray[
     rejected = (ages[::-1] > 0) & (ages == 0)  # by the other, though observed
     certain, unknown = (errors == 0) & ~rejected, np.isinf(errors)
     with np.errstate(divide="ignore"):
-        weights = (ages + _LEAST_AGE) ** -0.25 / errors**2
+        weights = errors**-1.5
     weights = np.where(certain.any(axis=0), certain, np.where(rejected | unknown, 0.0, weights))
     weights[:, weights.sum(axis=0) == 0] = 1
     return np.asarray(weights / weights.sum(axis=0))
