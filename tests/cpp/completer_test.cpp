@@ -36,10 +36,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     refused(facts, std::int64_t{-1}, "reports -1 iterations");
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
-    refused(facts + 16, nan, "blend");
-    refused(facts + 24, 1.5, "share");
-    refused(facts + 32, nan, "share");
-    refused(facts + 40, 1.5, "share");
+    for (const std::size_t field : {16U, 24U, 32U, 40U}) refused(facts + field, nan, "not finite");
     refused(ages + sizeof(Index), Index{1}, "vertex 1 has the age 1 after 0 frames");
     refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
@@ -47,7 +44,7 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
     refused(masks + 2, std::uint8_t{2}, "the mask 2");
     if (method == Method::detail) {
       refused(rows, 2.0, "memory");
-      refused(state.size() - 24, 1.5, "memory");  // the share of the first-order step
+      refused(state.size() - 24, nan, "not finite");  // the share of the first-order step
     }
     // It is refused for no other reason.
     CHECK_NOTHROW(completer.restore(state));

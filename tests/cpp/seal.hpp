@@ -6,16 +6,14 @@
 #include <cstring>
 #include <span>
 
+#include "support/stored_numbers.hpp"
+
 namespace dynmesh::testing {
 
-/// Sets the last eight bytes to the FNV-1a hash of the preceding ones.
+/// Sets the last eight bytes to the checksum of the preceding ones.
 inline void seal(std::span<std::byte> state) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  const std::size_t n = state.size() - sizeof hash;
-  for (const std::byte byte : state.first(n)) {
-    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 1099511628211ULL;
-  }
-  std::memcpy(&state[n], &hash, sizeof hash);
+  const std::uint64_t hash = hash_of(state.first(state.size() - sizeof(std::uint64_t)));
+  std::memcpy(&state[state.size() - sizeof hash], &hash, sizeof hash);
 }
 
 }  // namespace dynmesh::testing

@@ -29,29 +29,6 @@ using Clock = std::chrono::steady_clock;
 /// The last character is the version of the format.
 constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'A'}, "completer"};
 
-template <class Real>
-std::unique_ptr<Estimator<Real>> estimator_of(Faces faces, const Numbering& numbering,
-                                              const Topology& topology, const Settings& settings,
-                                              Workers& workers,
-                                              std::span<const std::vector<Real>> training) {
-  if (settings.method == Method::detail) {
-    auto detail = std::make_unique<Detail>(
-        faces_in_internal_order(faces, numbering), topology, settings.noise, workers,
-        DetailConstants{}, take_in_internal_order(training, numbering), settings.learn,
-        settings.uncertainty, std::numeric_limits<Real>::epsilon());
-    if constexpr (std::is_same_v<Real, double>) {
-      return detail;
-    } else {
-      return std::make_unique<InDoublePrecision>(std::move(detail), topology.cells.size());
-    }
-  }
-  const Cells& cells = topology.cells;
-  if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
-    return std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, workers);
-  }
-  return std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
-}
-
 }  // namespace
 
 /// Completes frames after the public functions have checked the arguments.
@@ -67,13 +44,16 @@ struct Completer<Real>::Parts {
                chosen.uncertainty),
         outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(stream.topology->cells)
                                         : nullptr),
-        estimator(estimator_of<Real>(faces, stream.numbering, *stream.topology, chosen,
-                                     stream.workers, training)),
+        triangles(faces_in_internal_order(faces, stream.numbering)),
+        training_frames(take_in_internal_order(training, stream.numbering)),
         training_hash(hash_of_frames(training)) {
     begin(first_frame);
   }
 
   void begin(const Frame& first_frame);
+  void begin(typename Stream<Real>::Prepared prepared,
+             std::unique_ptr<Estimator<Real>> begun) noexcept;
+  std::unique_ptr<Estimator<Real>> estimator_of(const Frame& first);
   void read(Points<const Real> points, KnownMask mask);
   FrameReport complete(Points<Real> completed, Clock::time_point start);
   [[nodiscard]] double mean_standard_error() const;
@@ -81,17 +61,49 @@ struct Completer<Real>::Parts {
   Settings settings;
   Stream<Real> stream;
   std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
-  std::unique_ptr<Estimator<Real>> estimator;
-  std::uint64_t training_hash = 0;  // of its frames; 0 without training
+  std::vector<Triangle> triangles;
+  TrainingFrames training_frames;
+  std::uint64_t training_hash = 0;             // of its frames; 0 without training
+  std::unique_ptr<Estimator<Real>> estimator;  // of this sequence
   FrameReport report;
 };
+
+/// The method of the settings, for a sequence with this frame 0 in the internal order.
+template <class Real>
+std::unique_ptr<Estimator<Real>> Completer<Real>::Parts::estimator_of(const Frame& first) {
+  std::unique_ptr<Estimator<Real>> made;
+  const Cells& cells = stream.topology->cells;
+  if (settings.method == Method::detail) {
+    auto detail =
+        std::make_unique<Detail>(triangles, *stream.topology, settings.noise, stream.workers,
+                                 DetailConstants{}, training_frames, settings.learn,
+                                 settings.uncertainty, std::numeric_limits<Real>::epsilon());
+    if constexpr (std::is_same_v<Real, double>) {
+      made = std::move(detail);
+    } else {
+      made = std::make_unique<InDoublePrecision>(std::move(detail), cells.size());
+    }
+  } else if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
+    made = std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, stream.workers);
+  } else {
+    made = std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
+  }
+  made->reset(first);
+  return made;
+}
 
 /// Begins a sequence. If memory is exhausted, nothing has changed.
 template <class Real>
 void Completer<Real>::Parts::begin(const Frame& first_frame) {
   auto prepared = stream.prepare(first_frame);
-  estimator->reset(prepared.first_frame);
-  // Nothing below can throw.
+  auto begun = estimator_of(prepared.first_frame);
+  begin(std::move(prepared), std::move(begun));
+}
+
+template <class Real>
+void Completer<Real>::Parts::begin(typename Stream<Real>::Prepared prepared,
+                                   std::unique_ptr<Estimator<Real>> begun) noexcept {
+  estimator = std::move(begun);
   stream.begin(std::move(prepared));
   if (outliers) outliers->reset(stream.first_frame);
   report = {};
@@ -302,12 +314,13 @@ void Completer<Real>::restore(std::span<const std::byte> state) {
   Reader reader(state);
   auto stored = read_stream(reader, state, state_size(), kind, parts_->stream, parts_->settings,
                             parts_->training_hash);
-  const auto memory = parts_->estimator->read_memory(reader);
-  parts_->begin(stored.first_frame);
+  auto prepared = parts_->stream.prepare(stored.first_frame);
+  auto estimator = parts_->estimator_of(prepared.first_frame);
+  estimator->read_memory(reader, stored.previous);
   // Nothing below can throw.
+  parts_->begin(std::move(prepared), std::move(estimator));
   parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
                         stored.n_frames);
-  parts_->estimator->recall(memory.get(), parts_->stream.previous);
   parts_->report = stored.report;
   parts_->stream.count(parts_->report);
   parts_->report.standard_error = parts_->mean_standard_error();

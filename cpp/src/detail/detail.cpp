@@ -20,17 +20,17 @@ Detail::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_mod
       steps(has_modes ? n_vertices : 0),
       shapes(steps.size()) {}
 
-Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-               Workers& workers, const DetailConstants& constants, TrainingFrames training,
-               bool learns, bool has_uncertainty, double epsilon)
-    : faces_(std::move(faces)),
+Detail::Detail(std::span<const Triangle> faces, const Topology& topology,
+               std::optional<double> noise, Workers& workers, const DetailConstants& constants,
+               const TrainingFrames& training, bool learns, bool has_uncertainty, double epsilon)
+    : faces_(faces),
       topology_(topology),
       constants_(constants),
       system_(topology.cells, workers),
       rotations_(topology.cells, workers),
       local_blend_(topology.cells, workers, constants_),
       memory_(topology.cells.size(), constants_),
-      training_(std::move(training)),
+      training_(training),
       rest_fit_(topology.cells, workers, constants_.training),
       learns_(learns),
       error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
@@ -43,33 +43,27 @@ Detail::Detail(std::vector<Triangle> faces, const Topology& topology, std::optio
 
 void Detail::reset(Frame first_frame) {
   auto prepared = system_.prepare(faces_, first_frame, constants_);
-  const auto mean_edge = mean_edge_length(topology_.cells, first_frame);
-  const Rounding rounding(prepared.k, mean_edge, epsilon_);
   const Field first = in_workspace(first_frame);
-  auto prepared_rotations = rotations_.prepare(first);
-  auto prepared_first_order = first_order_.prepare(prepared.k);
+  mean_edge_ = mean_edge_length(topology_.cells, first_frame);
+  rounding_ = Rounding(prepared.k, mean_edge_, epsilon_);
   if (!training_.empty()) {
     const auto parts = divide_surface(topology_.cells, first, constants_.training);
-    rest_fit_.reset(training_modes(training_, parts, prepared.k, topology_.cells, first, mean_edge,
-                                   rounding, constants_, workers_));
+    rest_fit_.reset(training_modes(training_, parts, prepared.k, topology_.cells, first, mean_edge_,
+                                   rounding_, constants_, workers_));
   }
   if (learns_) {
     const auto parts = divide_surface(topology_.cells, first, constants_.training);
-    const ModeScale scale = {mean_edge, rounding.mean_square(first)};
+    const ModeScale scale = {mean_edge_, rounding_.mean_square(first)};
     learned_ = std::make_unique<LearnedModes>(parts, topology_.cells, workers_, constants_.training,
                                               scale);
   }
-  // Nothing below can throw.
+  first_order_.reset(prepared.k, rounding_);
   system_.reset(std::move(prepared));
-  mean_edge_ = mean_edge;
-  rounding_ = rounding;
-  rotations_.reset(std::move(prepared_rotations), first, mean_edge_);
+  rotations_.reset(rotations_.prepare(first), first, mean_edge_);
   system_.apply(first, 1, workspace_.kx);
   memory_.reset(workspace_.kx, mean_edge_);
   error_bars_.reset();
-  first_order_.reset(std::move(prepared_first_order), rounding_);
   lambda_ = constants_.first_lambda;
-  report_ = {};
 }
 
 Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
@@ -295,16 +289,6 @@ void Detail::remember(Frame completed) {
   if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0);
 }
 
-/// What a state keeps of the method.
-struct Detail::StoredMemory final : EstimatorMemory {
-  std::vector<std::array<double, 7>> rows;  // Q, as a quaternion w x y z, and u
-  double lambda = 0;
-  FirstOrderShares::Memory first_order;
-  std::vector<double> fit;                // with modes
-  std::vector<LearnedModes::Row> shapes;  // if it learns
-  ErrorBars::Memory errors;
-};
-
 std::size_t Detail::fit_size() const {
   if (learned_) return learned_->memory_size();
   return training_.empty() ? 0 : rest_fit_.memory_size();
@@ -314,7 +298,7 @@ std::size_t Detail::memory_size() const {
   const std::size_t k = topology_.cells.size();
   return (7 * k + 1 + fit_size()) * sizeof(double) +
          (learned_ ? k * sizeof(LearnedModes::Row) : 0) + error_bars_.memory_size() +
-         first_order_.shares().memory_size();
+         stored_size(first_order_.shares());
 }
 
 void Detail::write_memory(Writer& writer) const {
@@ -324,7 +308,7 @@ void Detail::write_memory(Writer& writer) const {
     for (const double number : {q.w, q.x, q.y, q.z, u.x, u.y, u.z}) writer.write(number);
   }
   writer.write(lambda_);
-  first_order_.shares().write_memory(writer);
+  write_fields(writer, first_order_.shares());
   if (learned_) {
     writer.write(std::span<const double>(learned_->memory()));
     for (const auto& shapes : learned_->rows()) writer.write(std::span<const float>(shapes));
@@ -336,52 +320,40 @@ void Detail::write_memory(Writer& writer) const {
   error_bars_.write_memory(writer);
 }
 
-std::unique_ptr<EstimatorMemory> Detail::read_memory(Reader& reader) const {
-  auto memory = std::make_unique<StoredMemory>();
-  memory->rows.resize(topology_.cells.size());
-  for (auto& row : memory->rows) reader.read(std::span<double>(row));
-  memory->lambda = reader.read<double>();
-  memory->first_order = first_order_.shares().read_memory(reader);
-  memory->fit.resize(fit_size());
-  reader.read(std::span<double>(memory->fit));
-  memory->shapes.resize(learned_ ? topology_.cells.size() : 0);
-  for (auto& shapes : memory->shapes) reader.read(std::span<float>(shapes));
-  memory->errors = error_bars_.read_memory(reader);
-  if (!accepts(*memory)) refuse_state("does not contain a valid memory of this method");
-  return memory;
-}
+void Detail::read_memory(Reader& reader, Frame completed) {
+  std::vector<std::array<double, 7>> rows(topology_.cells.size());
+  for (auto& row : rows) reader.read(std::span<double>(row));
+  lambda_ = reader.read<double>();
+  read_fields(reader, first_order_.shares());
+  std::vector<double> fit(fit_size());
+  reader.read(std::span<double>(fit));
+  std::vector<LearnedModes::Row> shapes(learned_ ? rows.size() : 0);
+  for (auto& of_vertex : shapes) reader.read(std::span<float>(of_vertex));
+  const auto errors = error_bars_.read_memory(reader);
 
-/// Whether this method can have produced it.
-bool Detail::accepts(const StoredMemory& memory) const {
   constexpr double rounding = 1e-6;
   const auto is_sound = [](const auto& row) {
     const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
     return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
   };
   const double first = constants_.first_lambda;
-  return std::ranges::all_of(memory.rows, is_sound) &&
-         memory.lambda >= first / constants_.range_of_lambda &&
-         memory.lambda <= first * constants_.range_of_lambda &&
-         (!learned_ || learned_->accepts(memory.fit, memory.shapes)) &&
-         (training_.empty() || rest_fit_.accepts(memory.fit)) &&
-         error_bars_.accepts(memory.errors) && first_order_.shares().accepts(memory.first_order);
-}
-
-void Detail::recall(const EstimatorMemory* stored, Frame completed) {
-  const auto& memory = static_cast<const StoredMemory&>(*stored);
-  std::ranges::transform(memory.rows, rotations_.quaternions().begin(), [](const auto& row) {
+  if (!std::ranges::all_of(rows, is_sound) || !(lambda_ >= first / constants_.range_of_lambda) ||
+      !(lambda_ <= first * constants_.range_of_lambda) ||
+      (learned_ && !learned_->accepts(fit, shapes)) ||
+      (!training_.empty() && !rest_fit_.accepts(fit)) || !error_bars_.accepts(errors)) {
+    refuse_state("does not contain a valid memory of this method");
+  }
+  std::ranges::transform(rows, rotations_.quaternions().begin(), [](const auto& row) {
     return Quaternion{row[0], row[1], row[2], row[3]};
   });
-  lambda_ = memory.lambda;
   const Field detail = detail_turned_back(in_workspace(completed));
-  std::ranges::transform(memory.rows, workspace_.kx.begin(), [](const auto& row) {
+  std::ranges::transform(rows, workspace_.kx.begin(), [](const auto& row) {
     return Vector3<double>{row[4], row[5], row[6]};
   });
   memory_.recall(detail, workspace_.kx);
-  error_bars_.recall(memory.errors);
-  first_order_.shares().recall(memory.first_order);
-  if (learned_) learned_->recall(memory.fit, memory.shapes);
-  if (!training_.empty()) rest_fit_.recall(memory.fit);
+  error_bars_.recall(errors);
+  if (learned_) learned_->recall(fit, shapes);
+  if (!training_.empty()) rest_fit_.recall(fit);
 }
 
 }  // namespace dynmesh

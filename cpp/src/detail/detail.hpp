@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -45,14 +44,13 @@ namespace dynmesh {
 /// Allocates memory in `reset`, and in `estimate` if the factor is larger than all earlier ones.
 class Detail final : public Estimator<double> {
  public:
-  /// `topology` and `workers` must outlive this object. `noise` is the standard deviation of the
-  /// anchors, positive; without it, they are exact. `training` is a training sequence, or empty.
-  /// `learns` is whether modes are made of completed frames, which requires that `training` is
-  /// empty. `epsilon` is that of the type in which positions are given.
-  Detail(std::vector<Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants = {}, TrainingFrames training = {},
-         bool learns = false, bool has_uncertainty = false,
-         double epsilon = std::numeric_limits<double>::epsilon());
+  /// `faces`, `topology`, `workers` and `training` must outlive this object. `noise` is the
+  /// standard deviation of the anchors, positive; without it, they are exact. `training` is a
+  /// training sequence, or empty. `learns` is whether modes are made of completed frames, which
+  /// requires that `training` is empty. `epsilon` is that of the type in which positions are given.
+  Detail(std::span<const Triangle> faces, const Topology& topology, std::optional<double> noise,
+         Workers& workers, const DetailConstants& constants, const TrainingFrames& training,
+         bool learns, bool has_uncertainty, double epsilon);
 
   void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<double>> points,
@@ -60,8 +58,7 @@ class Detail final : public Estimator<double> {
   void remember(Frame completed) override;
   void write_memory(Writer& writer) const override;
   [[nodiscard]] std::size_t memory_size() const override;
-  [[nodiscard]] std::unique_ptr<EstimatorMemory> read_memory(Reader& reader) const override;
-  void recall(const EstimatorMemory* memory, Frame completed) override;
+  void read_memory(Reader& reader, Frame completed) override;
   [[nodiscard]] std::span<const double> standard_error() const override {
     return error_bars_.of_vertices();
   }
@@ -102,19 +99,16 @@ class Detail final : public Estimator<double> {
                           const Anchors& anchors, const Generations& generations);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
-  struct StoredMemory;
   [[nodiscard]] std::size_t fit_size() const;
-  [[nodiscard]] bool accepts(const StoredMemory& memory) const;
 
-  std::vector<Triangle> faces_;
+  std::span<const Triangle> faces_;
   const Topology& topology_;
   DetailConstants constants_;
   ShapeSystem system_;
   Rotations rotations_;
   LocalBlend local_blend_;
   ShapeMemory memory_;
-  TrainingFrames
-      training_;  // the frames of the training sequence, since a new frame 0 has other modes
+  const TrainingFrames& training_;
   RestFit rest_fit_;
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <utility>
 
 #include "support/geometry.hpp"
 #include "support/indices.hpp"
@@ -23,8 +22,8 @@ FirstOrder::FirstOrder(const Topology& topology, Workers& workers,
   nearby_.reserve(topology.cells.size());
 }
 
-void FirstOrder::reset(FirstOrderStep::Prepared prepared, const Rounding& rounding) noexcept {
-  step_.reset(std::move(prepared));
+void FirstOrder::reset(const DetailOperator& k, const Rounding& rounding) {
+  step_.reset(k, constants_);
   shares_.reset();
   rounding_ = rounding;
 }

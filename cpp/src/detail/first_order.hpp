@@ -29,11 +29,8 @@ class FirstOrder {
   FirstOrder(const Topology& topology, Workers& workers, const FirstOrderConstants& constants,
              bool is_noisy);
 
-  [[nodiscard]] FirstOrderStep::Prepared prepare(const DetailOperator& k) const {
-    return step_.prepare(k, constants_);
-  }
-  /// Begins a sequence.
-  void reset(FirstOrderStep::Prepared prepared, const Rounding& rounding) noexcept;
+  /// Begins the sequence with the operator `k` of frame 0.
+  void reset(const DetailOperator& k, const Rounding& rounding);
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {

@@ -28,29 +28,29 @@ FirstOrderShares::FirstOrderShares(const Topology& topology, const FirstOrderCon
       of_groups_(sizes_.size() + 1),
       newest_of_groups_(sizes_.size() + 1) {
   for (const Index c : topology.component) ++sizes_[at(c)];
-  memory_.components.resize(sizes_.size());
+  components_.resize(sizes_.size());
 }
 
 void FirstOrderShares::reset() {
-  std::ranges::fill(memory_.components, Component{});
-  memory_.frame = 0;
+  std::ranges::fill(components_, Component{});
+  frame_ = 0;
 }
 
 std::size_t FirstOrderShares::group_of(std::size_t component) const {
-  return memory_.components[component].gains.count >= constants_.least_count ? component + 1 : 0;
+  return components_[component].gains.count >= constants_.least_count ? component + 1 : 0;
 }
 
 double FirstOrderShares::of_vertex(std::size_t v) const {
-  return memory_.components[component_of(v)].share;
+  return components_[component_of(v)].share;
 }
 
 double FirstOrderShares::largest() const {
-  return std::ranges::max(memory_.components, {}, &Component::share).share;
+  return std::ranges::max(components_, {}, &Component::share).share;
 }
 
 bool FirstOrderShares::is_due() const {
   const auto gap = static_cast<std::uint64_t>(constants_.gap);
-  return memory_.frame % std::min(gap, std::bit_floor(memory_.frame)) == 0;
+  return frame_ % std::min(gap, std::bit_floor(frame_)) == 0;
 }
 
 double FirstOrderShares::probability_of(const Drawn& component) const {
@@ -63,7 +63,7 @@ bool FirstOrderShares::draw(const Generations& generations, std::span<std::uint8
   for (std::size_t v = 0; v < generation.size(); ++v) {
     if (generation[v] == Generations::anchor) ++drawn_[component_of(v)].anchors;
   }
-  const std::uint64_t of_frame = mixed(memory_.frame);
+  const std::uint64_t of_frame = mixed(frame_);
   for (std::size_t v = 0; v < generation.size(); ++v) {
     Drawn& drawn = drawn_[component_of(v)];
     const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
@@ -114,17 +114,16 @@ void FirstOrderShares::learn(Field detail, Field first_order, Field observed,
 
   std::ranges::fill(of_groups_, Gains{});
   std::ranges::fill(newest_of_groups_, Gains{});
-  auto& components = memory_.components;
-  for (std::size_t c = 0; c < components.size(); ++c) {
+  for (std::size_t c = 0; c < components_.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
-    if (newest_[c].count > 0) components[c].gains.add(newest_[c], constants_.kept);
-    of_groups_[group_of(c)].add(components[c].gains);
+    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], constants_.kept);
+    of_groups_[group_of(c)].add(components_[c].gains);
     newest_of_groups_[group_of(c)].add(newest_[c]);
   }
-  for (std::size_t c = 0; c < components.size(); ++c) {
+  for (std::size_t c = 0; c < components_.size(); ++c) {
     const std::size_t group = group_of(c);
     if (newest_of_groups_[group].count == 0) continue;
-    components[c].share = best_share(of_groups_[group], newest_of_groups_[group]);
+    components_[c].share = best_share(of_groups_[group], newest_of_groups_[group]);
   }
 }
 
@@ -144,43 +143,6 @@ double FirstOrderShares::best_share(const Gains& gains, const Gains& newest) con
     share = candidate;
   }
   return share;
-}
-
-std::size_t FirstOrderShares::memory_size() const {
-  return memory_.components.size() * sizeof(Component) + sizeof(std::uint64_t);
-}
-
-void FirstOrderShares::write_memory(Writer& writer) const {
-  for (const auto& [gains, share] : memory_.components) {
-    writer.write(std::span<const double>(gains.sums));
-    writer.write(std::span<const double>(gains.squares));
-    for (const double number : {gains.size, gains.count, share}) writer.write(number);
-  }
-  writer.write(memory_.frame);
-}
-
-FirstOrderShares::Memory FirstOrderShares::read_memory(Reader& reader) const {
-  Memory memory;
-  memory.components.resize(memory_.components.size());
-  for (auto& [gains, share] : memory.components) {
-    reader.read(std::span<double>(gains.sums));
-    reader.read(std::span<double>(gains.squares));
-    for (double* number : {&gains.size, &gains.count, &share}) {
-      *number = reader.read<double>();
-    }
-  }
-  memory.frame = reader.read<std::uint64_t>();
-  return memory;
-}
-
-bool FirstOrderShares::accepts(const Memory& memory) {
-  const auto is_sum = [](double x) { return std::isfinite(x); };
-  const auto is_size = [](double x) { return x >= 0 && std::isfinite(x); };
-  return std::ranges::all_of(memory.components, [&](const Component& component) {
-    const auto& [gains, share] = component;
-    return std::ranges::all_of(gains.sums, is_sum) && std::ranges::all_of(gains.squares, is_size) &&
-           is_size(gains.size) && is_size(gains.count) && is_size(share) && share <= 1;
-  });
 }
 
 }  // namespace dynmesh

@@ -30,7 +30,7 @@ class FirstOrderShares {
   void reset();
 
   /// Counts a frame. Called once for each frame after frame 0.
-  void count_frame() { ++memory_.frame; }
+  void count_frame() { ++frame_; }
 
   /// Whether this frame is to be tested: many of the first ones, and then fewer.
   [[nodiscard]] bool is_due() const;
@@ -69,16 +69,17 @@ class FirstOrderShares {
 
  public:
   /// What later frames depend on.
-  struct Memory {
-    std::vector<Component> components;
-    std::uint64_t frame = 0;  ///< the number of frames since frame 0
-  };
-  [[nodiscard]] std::size_t memory_size() const;
-  void write_memory(Writer& writer) const;
-  [[nodiscard]] Memory read_memory(Reader& reader) const;
-  /// Whether `write_memory` can have written this.
-  [[nodiscard]] static bool accepts(const Memory& memory);
-  void recall(const Memory& memory) { memory_ = memory; }
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& [gains, share] : self.components_) {
+      for (auto& sum : gains.sums) visit(sum);
+      for (auto& square : gains.squares) visit(square);
+      visit(gains.size);
+      visit(gains.count);
+      visit(share);
+    }
+    visit(self.frame_);
+  }
 
  private:
   struct Drawn {
@@ -96,7 +97,8 @@ class FirstOrderShares {
   const Topology& topology_;
   const FirstOrderConstants& constants_;
   std::vector<double> sizes_;  // of the components, in vertices
-  Memory memory_;
+  std::vector<Component> components_;
+  std::uint64_t frame_ = 0;  // since frame 0
 
   // Of one frame. Group 0 is the common one, group c + 1 is component c:
   std::vector<Drawn> drawn_;

@@ -51,50 +51,43 @@ DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
 
 }  // namespace
 
-FirstOrderStep::Prepared FirstOrderStep::prepare(const DetailOperator& k,
-                                                 const FirstOrderConstants& constants) const {
-  Prepared result;
-  result.laplacian = laplacian_of(k, constants.least_weight);
-  const DetailOperator& l = result.laplacian;
+void FirstOrderStep::reset(const DetailOperator& k, const FirstOrderConstants& constants) {
+  laplacian_ = laplacian_of(k, constants.least_weight);
   // Its factor has so few entries that threads would hardly share it.
-  result.factor = std::make_unique<MaskedFactor>(SymmetricMatrix{l.offsets, l.columns, l.values},
-                                                 workers_, Ordering::minimum_degree);
-  result.factor->reserve();
-  result.edges.resize(l.columns.size());
-  result.covariances.resize(k.size());
-  result.quaternions.resize(k.size());
-  return result;
+  factor_ = std::make_unique<MaskedFactor>(
+      SymmetricMatrix{laplacian_.offsets, laplacian_.columns, laplacian_.values}, workers_,
+      Ordering::minimum_degree);
+  factor_->reserve();
+  edges_.resize(laplacian_.columns.size());
+  covariances_.resize(k.size());
+  quaternions_.resize(k.size());
 }
 
 /// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
 void FirstOrderStep::fit_rotations(Field positions, Field last) {
-  const DetailOperator& l = of_mesh_.laplacian;
-  const RotationData data = {l.offsets.data(),
-                             l.columns.data(),
-                             of_mesh_.edges.data(),
-                             positions.data(),
-                             of_mesh_.covariances.data(),
-                             of_mesh_.quaternions.data()};
+  const DetailOperator& l = laplacian_;
+  const RotationData data = {l.offsets.data(), l.columns.data(),    edges_.data(),
+                             positions.data(), covariances_.data(), quaternions_.data()};
   const RotationKernels& kernels = best_kernels().rotations;
   workers_.for_each_short_chunk(static_cast<Index>(l.size()), [&](Index first, Index end) {
     for (Index i = first; i < end; ++i) {
       for (Index e = l.offsets[at(i)]; e < l.offsets[at(i) + 1]; ++e) {
         const std::size_t j = at(l.columns[at(e)]);
-        of_mesh_.edges[at(e)] = -l.values[at(e)] * (last[j] - last[at(i)]);
+        edges_[at(e)] = -l.values[at(e)] * (last[j] - last[at(i)]);
       }
-      of_mesh_.quaternions[at(i)] = {1, 0, 0, 0};
+      quaternions_[at(i)] = {1, 0, 0, 0};
     }
     kernels.measure(data, first, end);
     kernels.turn(data.covariances, data.quaternions, first, end);
     for (Index i = first; i < end; ++i) {
-      of_mesh_.covariances[at(i)] = matrix_of(of_mesh_.quaternions[at(i)]);
+      covariances_[at(i)] = matrix_of(quaternions_[at(i)]);
     }
   });
 }
 
 /// The residual of the equation of vertex v: b_v - (L X)_v.
 Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
-  const DetailOperator& l = of_mesh_.laplacian;
+  const DetailOperator& l = laplacian_;
   const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
     return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
                            dot(rotation.rows[2], edge)};
@@ -102,26 +95,26 @@ Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
   Vector3<double> sum, edges;
   for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
     const std::size_t j = at(l.columns[at(e)]);
-    const Vector3<double>& edge = of_mesh_.edges[at(e)];  // w_vj (G_j - G_v)
+    const Vector3<double>& edge = edges_[at(e)];  // w_vj (G_j - G_v)
     edges = edges + edge;
-    sum = sum - 0.5 * turned(of_mesh_.covariances[j], edge) -
-          l.values[at(e)] * (positions[j] - positions[v]);
+    sum =
+        sum - 0.5 * turned(covariances_[j], edge) - l.values[at(e)] * (positions[j] - positions[v]);
   }
-  return sum - 0.5 * turned(of_mesh_.covariances[v], edges);
+  return sum - 0.5 * turned(covariances_[v], edges);
 }
 
 std::span<Vector3<double>> FirstOrderStep::find(Field positions, Field last,
                                                 std::span<const std::uint8_t> is_free,
                                                 std::span<Vector3<double>> scratch) {
-  of_mesh_.factor->factorize(is_free);
+  factor_->factorize(is_free);
   fit_rotations(positions, last);
-  const auto rows = of_mesh_.factor->order();
+  const auto rows = factor_->order();
   const auto solution = scratch.first(positions.size());
   const auto step = scratch.subspan(positions.size(), positions.size());
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
     for (Index r = first; r < end; ++r) solution[at(r)] = residual(at(rows[at(r)]), positions);
   });
-  of_mesh_.factor->solve(solution, 1);
+  factor_->solve(solution, 1);
   std::ranges::fill(step, Vector3<double>{});
   for (std::size_t r = 0; r < rows.size(); ++r) step[at(rows[r])] = solution[r];
   return step;

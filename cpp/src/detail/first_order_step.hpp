@@ -20,7 +20,7 @@ namespace dynmesh {
 /// then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all others fixed. The
 /// edges and the weights w are those of C, so the result does not depend on the scale of the mesh.
 ///
-/// Allocates memory in `prepare` only.
+/// Allocates memory in `reset` only.
 class FirstOrderStep {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -28,18 +28,8 @@ class FirstOrderStep {
   /// `workers` must outlive this object.
   explicit FirstOrderStep(Workers& workers) : workers_(workers) {}
 
-  /// What depends on frame 0.
-  struct Prepared {
-    DetailOperator laplacian;  // L = diag(sum_j w_ij) - W; its scale is 1
-    std::unique_ptr<MaskedFactor> factor;
-    std::vector<Vector3<double>> edges;
-    std::vector<Covariance> covariances;
-    std::vector<Quaternion> quaternions;
-  };
-  [[nodiscard]] Prepared prepare(const DetailOperator& k,
-                                 const FirstOrderConstants& constants) const;
-  /// Begins a sequence.
-  void reset(Prepared prepared) noexcept { of_mesh_ = std::move(prepared); }
+  /// Begins the sequence with the operator `k` of frame 0.
+  void reset(const DetailOperator& k, const FirstOrderConstants& constants);
 
   /// Returns the step (k,) from the positions X, 0 where `is_free` is 0. Every component with free
   /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
@@ -52,7 +42,11 @@ class FirstOrderStep {
   [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
 
   Workers& workers_;
-  Prepared of_mesh_;
+  DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
+  std::unique_ptr<MaskedFactor> factor_;
+  std::vector<Vector3<double>> edges_;
+  std::vector<Covariance> covariances_;
+  std::vector<Quaternion> quaternions_;
 };
 
 }  // namespace dynmesh

@@ -5,24 +5,12 @@
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 
 #include "generations/generations.hpp"
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {
-
-/// What later estimates depend on in addition to frame 0 and the last completed frame, as it is
-/// read from a state. Only the method knows what is in it.
-struct EstimatorMemory {
-  EstimatorMemory() = default;
-  EstimatorMemory(const EstimatorMemory&) = delete;
-  EstimatorMemory& operator=(const EstimatorMemory&) = delete;
-  EstimatorMemory(EstimatorMemory&&) = delete;
-  EstimatorMemory& operator=(EstimatorMemory&&) = delete;
-  virtual ~EstimatorMemory() = default;
-};
 
 /// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
 template <class Real>
@@ -36,7 +24,7 @@ class Estimator {
   Estimator& operator=(Estimator&&) = delete;
   virtual ~Estimator() = default;
 
-  /// Begins a sequence whose frame 0 is `first_frame`. If it throws, nothing has changed.
+  /// Begins the sequence whose frame 0 is `first_frame`. Called once, before all others.
   virtual void reset(Frame first_frame) = 0;
 
   /// Classifies the vertices and estimates the satellites of `points` from the anchors and from the
@@ -55,12 +43,9 @@ class Estimator {
   /// order of vertices, which follows from the faces.
   virtual void write_memory(Writer& /*writer*/) const {}
   [[nodiscard]] virtual std::size_t memory_size() const { return 0; }
-  /// Reads it again. Refuses a memory that this method cannot have produced.
-  [[nodiscard]] virtual std::unique_ptr<EstimatorMemory> read_memory(Reader& /*reader*/) const {
-    return nullptr;
-  }
-  /// Restores the memory after `reset`. `completed` is the last completed frame.
-  virtual void recall(const EstimatorMemory* /*memory*/, Frame /*completed*/) {}
+  /// Reads it again after `reset`. `completed` is the last completed frame. Refuses a memory that
+  /// this method cannot have produced, after which it is of no use.
+  virtual void read_memory(Reader& /*reader*/, Frame /*completed*/) {}
 
   /// (k,) the standard errors of the last estimate, or empty if they are not computed.
   [[nodiscard]] virtual std::span<const double> standard_error() const { return {}; }

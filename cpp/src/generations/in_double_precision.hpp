@@ -39,11 +39,8 @@ class InDoublePrecision final : public Estimator<float> {
 
   void write_memory(Writer& writer) const override { method_->write_memory(writer); }
   [[nodiscard]] std::size_t memory_size() const override { return method_->memory_size(); }
-  [[nodiscard]] std::unique_ptr<EstimatorMemory> read_memory(Reader& reader) const override {
-    return method_->read_memory(reader);
-  }
-  void recall(const EstimatorMemory* memory, Frame completed) override {
-    method_->recall(memory, widened(completed, points_));
+  void read_memory(Reader& reader, Frame completed) override {
+    method_->read_memory(reader, widened(completed, points_));
   }
   [[nodiscard]] std::span<const double> standard_error() const override {
     return method_->standard_error();

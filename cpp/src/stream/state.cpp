@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
 #include <limits>
@@ -25,9 +24,8 @@ struct Header {
   std::uint64_t cells = 0;     // a hash
   std::uint64_t training = 0;  // a hash of its frames, 0 without one
 
-  /// Calls `visit` with each field, in the order in which they are stored.
   template <class Self, class Visit>
-  static void for_each_field(Self& self, const Visit& visit) {
+  static void fields(Self& self, const Visit& visit) {
     visit(self.real_size);
     visit(self.n_vertices);
     visit(self.cells);
@@ -105,7 +103,7 @@ struct FrameFacts {
   std::uint64_t n_frames = 0;
 
   template <class Self, class Visit>
-  static void for_each_field(Self& self, const Visit& visit) {
+  static void fields(Self& self, const Visit& visit) {
     visit(self.iterations);
     visit(self.rejected);
     visit(self.blend);
@@ -115,26 +113,6 @@ struct FrameFacts {
     visit(self.n_frames);
   }
 };
-
-template <class Fields>
-void write_fields(Writer& writer, const Fields& fields) {
-  Fields::for_each_field(fields, [&](auto field) { writer.write(field); });
-}
-
-template <class Fields>
-Fields read_fields(Reader& reader) {
-  Fields fields;
-  Fields::for_each_field(fields, [&]<class T>(T& field) { field = reader.read<T>(); });
-  return fields;
-}
-
-template <class Fields>
-std::size_t stored_size() {
-  std::size_t size = 0;
-  const Fields fields;
-  Fields::for_each_field(fields, [&](auto field) { size += sizeof field; });
-  return size;
-}
 
 /// A state can be restored only for a mesh of the same connectivity.
 std::uint64_t hash_of_cells(const Cells& cells) {
@@ -186,10 +164,6 @@ void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
     refuse_state("reports " + std::to_string(facts.rejected) + " outliers, but only " +
                  std::to_string(n_unknown) + " vertices were unknown");
   }
-  if (!std::isfinite(facts.blend)) refuse_state("reports a blend that is not finite");
-  for (const double share : {facts.prior_weight, facts.prior_share, facts.first_order_share}) {
-    if (!(share >= 0 && share <= 1)) refuse_state("reports a share that is not between 0 and 1");
-  }
 }
 
 void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
@@ -224,8 +198,8 @@ void check_seal(std::span<const std::byte> state, std::size_t size) {
 template <class Settings, class Real>
 std::size_t size_of_state(const Stream<Real>& stream, std::size_t of_memory) {
   const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
-  return sizeof(StateFormat) + stored_size<Header>() + size_of_settings<Settings>() +
-         stored_size<FrameFacts>() + stream.n_vertices() * of_vertex + of_memory +
+  return sizeof(StateFormat) + stored_size(Header()) + size_of_settings<Settings>() +
+         stored_size(FrameFacts()) + stream.n_vertices() * of_vertex + of_memory +
          sizeof(std::uint64_t);
 }
 
@@ -256,10 +230,13 @@ StoredStream<Real> read_stream(Reader& reader, std::span<const std::byte> state,
   StateFormat format{};
   reader.read(std::span<char>(format));
   check_format(format, kind.format, kind.name);
-  check_header(read_fields<Header>(reader), header_of(stream, training), kind);
+  Header header;
+  read_fields(reader, header);
+  check_header(header, header_of(stream, training), kind);
   check_stored_settings(reader, kind, settings);
   check_seal(state, size);
-  const auto facts = read_fields<FrameFacts>(reader);
+  FrameFacts facts;
+  read_fields(reader, facts);
   const std::size_t k = stream.n_vertices();
   StoredStream<Real> stored;
   stored.first_frame.resize(k);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -40,11 +41,14 @@ inline void check_format(const StateFormat& found, const StateFormat& format,
                kind + " anew");
 }
 
-/// The FNV-1a hash.
+/// A hash like FNV-1a, but of eight bytes at a time, the last ones filled up with zeros.
 inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const std::byte byte : bytes) {
-    hash = (hash ^ static_cast<std::uint64_t>(byte)) * 1099511628211ULL;
+  std::uint64_t hash = 14695981039346656037ULL ^ bytes.size();
+  for (; !bytes.empty(); bytes = bytes.subspan(std::min(bytes.size(), sizeof hash))) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), std::min(bytes.size(), sizeof word));
+    hash = (hash ^ word) * 1099511628211ULL;
+    hash ^= hash >> 32U;  // the product carries upwards only
   }
   return hash;
 }
@@ -121,5 +125,27 @@ class Reader {
   std::size_t size_;
   std::span<const std::byte> rest_;
 };
+
+/// What a state keeps of an object: `T::fields(object, visit)` calls `visit` with each number.
+template <class T>
+std::size_t stored_size(const T& object) {
+  std::size_t size = 0;
+  T::fields(object, [&](const auto& number) { size += sizeof number; });
+  return size;
+}
+template <class T>
+void write_fields(Writer& writer, const T& object) {
+  T::fields(object, [&](const auto& number) { writer.write(number); });
+}
+/// Refuses numbers that are not finite.
+template <class T>
+void read_fields(Reader& reader, T& object) {
+  T::fields(object, [&]<class Number>(Number& number) {
+    number = reader.read<Number>();
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(number)) refuse_state("holds a number that is not finite");
+    }
+  });
+}
 
 }  // namespace dynmesh
