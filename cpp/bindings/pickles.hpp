@@ -65,7 +65,7 @@ inline auto members_of(TrackingReport& report) {
   auto& [points, far_share, disagreeing, distance] = report.agreement;
   return std::tuple_cat(
       members_of(static_cast<FrameReport&>(report)),
-      std::tie(points, far_share, disagreeing, distance, report.aligned, report.recovered));
+      std::tie(points, far_share, disagreeing, distance, report.recovered));
 }
 
 template <class... Value>

@@ -79,16 +79,15 @@ void bind_tracker(py::module_& module) {
                              [](const TrackingReport& r) { return r.agreement.disagreeing; })
       .def_property_readonly("distance",
                              [](const TrackingReport& r) { return r.agreement.distance; })
-      .def_readonly("aligned", &TrackingReport::aligned)
       .def_readonly("recovered", &TrackingReport::recovered)
       .def("__repr__", [](const TrackingReport& report) {
         return py::str(
                    "TrackingReport(known={}, filled={}, disconnected={}, far={:.4g}, "
-                   "disagreeing={:.4g}, distance={:.6g}, aligned={}, recovered={}, iterations={}, "
+                   "disagreeing={:.4g}, distance={:.6g}, recovered={}, iterations={}, "
                    "seconds={:.6f})")
             .format(report.known, report.filled, report.disconnected, report.agreement.far_share,
-                    report.agreement.disagreeing, report.agreement.distance, report.aligned,
-                    report.recovered, report.iterations, report.seconds);
+                    report.agreement.disagreeing, report.agreement.distance, report.recovered,
+                    report.iterations, report.seconds);
       });
 
   const std::string doc =

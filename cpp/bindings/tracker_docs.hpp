@@ -16,9 +16,9 @@ return the tracked frame, an array (k, 3) with the dtype of `first_frame`, and r
 input raises ValueError, or TypeError for a wrong type, with a message that says what is wrong,
 where, and with which value. The tracker is then unchanged.
 
-The first scan must be where the template is. If it is not, a rigid alignment is tried and reported
-as `report.aligned`; if that fails, the scan is refused with the distance. Later scans that are far
-away, or empty, count as frames in which nothing was observed: the template stays where it is.
+The first scan must be where the template is; find_alignment and register put it there. Scans that
+are far away, or empty, count as frames in which nothing was observed: the template stays where it
+is.
 
 A tracker may be used by one thread at a time. A call while another thread is using it raises
 RuntimeError. It can be pickled and copied; see Completer.
@@ -157,7 +157,6 @@ Attributes:
     disagreeing: The share that is near the surface, but whose normal is that of another one.
     distance: The root mean square distance from the surface of those that are not far, in the unit
         of the positions; NaN without any.
-    aligned: Whether the template was not where the first scan is, and was moved there rigidly.
     recovered: Whether the template was lost and found again by a registration.)doc";
 
 }  // namespace dynmesh

@@ -43,7 +43,6 @@ inline dynmesh_tracking_report to_c(const TrackingReport& report) {
           static_cast<std::int64_t>(report.filled),
           static_cast<std::int64_t>(report.disconnected),
           static_cast<std::int64_t>(report.iterations),
-          report.aligned ? 1 : 0,
           report.recovered ? 1 : 0,
           to_c(report.agreement),
           report.seconds};
