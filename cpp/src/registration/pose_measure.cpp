@@ -57,7 +57,7 @@ void PoseMeasure::measure(const PointScan& scan, Pose& pose) const {
 
 Agreement PoseMeasure::agreement_of(const PointScan& scan, Field x, Field normals,
                                     std::span<const std::uint8_t> is_either) const {
-  SurfacePlaces places(faces_);
+  SurfacePlaces places(faces_, x.size());
   places.divide(x);
   places.follow(x);
   return compare(scan, places.nearest_to_all(x, scan, workers_), normals, is_either, mean_edge_,

@@ -2,6 +2,7 @@
 /// lengths of frame 0.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -44,6 +45,14 @@ struct TrackingConstants {
   double first_weight = 0.05;
   double last_weight = 6;
   double cloth_weights = 10;
+  double growth = 2.2;
+  double rigid_from = 0;
+  [[nodiscard]] double weight_before(int left) const {
+    return std::max(first_weight, last_weight * std::pow(growth, -left));
+  }
+  [[nodiscard]] double radius_before(int left) const {
+    return std::min(wide_radius, narrow_radius * std::pow(1.2, left));
+  }
   [[nodiscard]] double weight_at(double progress) const {
     return first_weight * std::pow(last_weight / first_weight, progress);
   }

@@ -32,6 +32,32 @@ std::vector<double> find_outsides(std::span<const Triangle> faces, const Topolog
   return volumes;
 }
 
+/// The numbers of points in an order in which neighbours are near (Morton 1966), so that their
+/// places are near in memory as well.
+std::vector<std::uint32_t> along_curve(std::span<const Vector3<double>> points, double cell) {
+  Vector3<double> least = points.empty() ? Vector3<double>{} : points[0];
+  for (const auto& p : points) {
+    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+  }
+  constexpr int bits = 10;
+  const auto spread = [&](double coordinate) {
+    const auto number = static_cast<std::uint32_t>(std::min(coordinate / cell, 1023.0));
+    std::uint32_t spaced = 0;
+    for (int bit = 0; bit < bits; ++bit) spaced |= (number >> bit & 1U) << (3 * bit);
+    return spaced;
+  };
+  std::vector<std::uint64_t> keys(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto p = points[i] - least;
+    const std::uint64_t code = spread(p.x) | spread(p.y) << 1U | spread(p.z) << 2U;
+    keys[i] = code << 32U | i;
+  }
+  std::ranges::sort(keys);
+  std::vector<std::uint32_t> order(points.size());
+  for (std::size_t r = 0; r < order.size(); ++r) order[r] = static_cast<std::uint32_t>(keys[r]);
+  return order;
+}
+
 }  // namespace
 
 Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
@@ -42,7 +68,7 @@ Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Work
       constants_(constants),
       is_sheet_(find_sheets(faces, topology.component)),
       is_cloth_(topology.cells.size()),
-      places_(faces),
+      places_(faces, topology.cells.size()),
       normals_(topology.cells.size()) {
   find_boundaries();
 }
@@ -145,6 +171,7 @@ void Matches::reset(Field first_frame, double mean_edge, std::span<const std::ui
 void Matches::begin(const PointScan& measurement) {
   measurement_ = &measurement;
   found_.assign(measurement.size(), {});
+  order_ = along_curve(measurement.points, mean_edge_);
 }
 
 void Matches::find_normals(Field x) {
@@ -168,34 +195,49 @@ Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) 
   return cosine > constants_.agreement ? (1 / length) * normal : Vector3<double>{};
 }
 
-/// The nearest place of X within a radius, whatever the normal there. The last place of the point
-/// in the frame is where the search begins.
-Place Matches::place_of(Field x, std::size_t point, double radius) const {
-  const auto position = measurement_->point(point);
-  Place bound = {.squared = radius * radius};
-  if (found_[point].any()) {
-    const Place near = places_.place_on(x, found_[point].face, position);
-    if (near.squared < bound.squared) bound = near;
-  }
-  return places_.nearest(x, position, bound, [](const Place&) { return true; });
+/// Finds the nearest places of all points. A search begins at the place of the point before it on
+/// the curve, which is near.
+void Matches::find_places(Field x, const Search& search) {
+  const double squared_radius = search.radius * search.radius * mean_edge_ * mean_edge_;
+  places_.follow(x);
+  workers_.for_each_short_chunk(static_cast<Index>(order_.size()), [&](Index first, Index last) {
+    Place before;
+    for (auto r = static_cast<std::size_t>(first); r < static_cast<std::size_t>(last); ++r) {
+      const std::size_t i = order_[r];
+      const auto point = measurement_->point(i);
+      Place& place = found_[i];
+      if (place.any() && !search.anew) {
+        place = places_.descend(x, point, place.face);
+      } else {
+        Place bound = {.squared = squared_radius};
+        if (before.any()) {
+          const Place near = places_.descend(x, point, before.face);
+          if (near.squared < bound.squared) bound = near;
+        }
+        place = places_.nearest(x, point, bound, [](const Place&) { return true; });
+      }
+      if (!(place.squared < squared_radius)) place = {};
+      if (place.any()) before = place;
+    }
+  });
 }
 
 SurfaceRows& Matches::find(Field x, const Search& search) {
   find_normals(x);
-  places_.follow(x);
   const PointScan& measurement = *measurement_;
   const double radius = search.radius * mean_edge_;
   const double near = constants_.near * mean_edge_;
+  find_places(x, search);
   auto& rows = rows_.rows;
   rows.assign(measurement.size(), {});
   distances_.resize(measurement.size());
   ends_at_.assign(measurement.size(), 0);
-  workers_.for_each_in_chunks(measurement.size(), [&](std::size_t i) {
-    const auto point = measurement.point(i);
-    Place place = place_of(x, i, radius);
-    found_[i] = place.squared < radius * radius ? place : Place{};
-    if (!(place.squared < radius * radius)) return;
+  workers_.for_each_in_chunks(measurement.size(), [&](std::size_t r) {
+    const std::size_t i = order_[r];
+    Place place = found_[i];
+    if (!place.any()) return;
     auto normal = agreeing_normal(place, i);
+    const auto point = measurement.point(i);
     if (squared_norm(normal) == 0 && place.squared > near * near) {
       // Something else is nearer, as the other side of a thin limb is.
       place = places_.nearest(x, point, {.squared = radius * radius}, [&](const Place& other) {
@@ -208,14 +250,14 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
     auto mean = measurement.normal(i);
     if (dot(mean, normal) < 0) mean = -1.0 * mean;
     mean = mean + normal;
-    SurfaceRow& row = rows[i];
+    SurfaceRow& row = rows[r];
     row.corners = place.corners;
     row.shares = place.shares;
     row.normal = (1 / std::sqrt(squared_norm(mean))) * mean;
     row.point = point;
     row.weight = 1;
-    distances_[i] = static_cast<float>(std::sqrt(place.squared) / mean_edge_);
-    ends_at_[i] = is_on_boundary(place) ? 1 : 0;
+    distances_[r] = static_cast<float>(std::sqrt(place.squared) / mean_edge_);
+    ends_at_[r] = is_on_boundary(place) ? 1 : 0;
   });
   std::size_t n = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {

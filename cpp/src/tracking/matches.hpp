@@ -23,7 +23,8 @@ struct Search {
   double radius = 0;
   double weight = 0;
   double cloth_weight = 0;
-  double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+  double scale = 0;   ///< the distance at which a point counts half; 0: what is usual around it
+  bool anew = false;  ///< whether places are searched in the whole surface
 };
 
 /// The matches of the points of one frame with a surface X. Places that were found before in the
@@ -58,7 +59,7 @@ class Matches {
 
  private:
   [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
-  [[nodiscard]] Place place_of(Field x, std::size_t point, double radius) const;
+  void find_places(Field x, const Search& search);
   void find_normals(Field x);
   void weigh(Field x, const Search& search);
   void find_boundaries();
@@ -83,7 +84,8 @@ class Matches {
   std::vector<Vector3<double>> conormals_;
   SurfacePlaces places_;
   std::vector<Vector3<double>> normals_;
-  std::vector<Place> found_;  // of each point
+  std::vector<std::uint32_t> order_;  // of the points
+  std::vector<Place> found_;          // of each point
   SurfaceRows rows_;
   std::vector<double> usual_;  // of each cluster
   std::vector<std::uint32_t> ends_;

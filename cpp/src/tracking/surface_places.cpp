@@ -51,6 +51,18 @@ std::array<double, 3> nearest_shares(const Vector3<double>& a, const Vector3<dou
 
 }  // namespace
 
+SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, std::size_t n_vertices)
+    : faces_(faces), around_(3 * faces.size()), around_ends_(n_vertices + 1) {
+  for (const Triangle& face : faces) {
+    for (const Index v : face) ++around_ends_[static_cast<std::size_t>(v) + 1];
+  }
+  std::partial_sum(around_ends_.begin(), around_ends_.end(), around_ends_.begin());
+  auto next = around_ends_;
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    for (const Index v : faces[f]) around_[next[static_cast<std::size_t>(v)]++] = f;
+  }
+}
+
 void SurfacePlaces::divide(Field frame) {
   const auto n = static_cast<std::uint32_t>(faces_.size());
   std::vector<Vector3<double>> centres;
@@ -118,6 +130,18 @@ Place SurfacePlaces::place_on(Field x, std::uint32_t face, const Vector3<double>
   place.squared = squared_norm(place.shares[0] * arms[0] + place.shares[1] * arms[1] +
                                place.shares[2] * arms[2]);
   return place;
+}
+
+Place SurfacePlaces::descend(Field x, const Vector3<double>& point, std::uint32_t face) const {
+  Place nearest = place_on(x, face, point);
+  while (true) {
+    const auto corner = nearest.nearest_corner();
+    for (std::uint32_t i = around_ends_[corner]; i < around_ends_[corner + 1]; ++i) {
+      const Place place = place_on(x, around_[i], point);
+      if (place.squared < nearest.squared) nearest = place;
+    }
+    if (nearest.nearest_corner() == corner) return nearest;
+  }
 }
 
 std::vector<Place> SurfacePlaces::nearest_to_all(Field x, const PointScan& scan,

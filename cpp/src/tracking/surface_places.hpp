@@ -45,7 +45,7 @@ class SurfacePlaces {
   using Field = std::span<const Vector3<double>>;
 
   /// `faces` must outlive this object.
-  explicit SurfacePlaces(std::span<const Triangle> faces) : faces_(faces) {}
+  SurfacePlaces(std::span<const Triangle> faces, std::size_t n_vertices);
 
   /// Divides the triangles by where they are in a frame.
   void divide(Field frame);
@@ -80,6 +80,10 @@ class SurfacePlaces {
     }
     return within;
   }
+  /// The nearest place among the triangles at the nearest corner of a place, and so on from there
+  /// until none is nearer. It is the nearest one of X if X and the place have hardly moved since it
+  /// was.
+  [[nodiscard]] Place descend(Field x, const Vector3<double>& point, std::uint32_t face) const;
   /// (n,) the nearest places of X to the points of a scan.
   [[nodiscard]] std::vector<Place> nearest_to_all(Field x, const PointScan& scan,
                                                   Workers& workers) const;
@@ -114,6 +118,7 @@ class SurfacePlaces {
   std::span<const Triangle> faces_;
   std::vector<Node> nodes_;  // children after their parents
   std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> around_, around_ends_;  // the triangles at each vertex
 };
 
 }  // namespace dynmesh

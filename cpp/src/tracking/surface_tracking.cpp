@@ -39,13 +39,9 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement) {
   try {
     predict();
     matches_.begin(measurement);
-    // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
-    if (!is_all_cloth_) move_rigidly();
-    const int iterations = iterations_for();
+    const int iterations = approach();
     for (int i = 0; i < iterations; ++i) {
-      // The first matches are too wrong for more than one fit.
-      iterate(static_cast<double>(i) / (iterations - 1),
-              i > 0 && any_cloth_ ? constants_.cloth_fits : 1, i == 1);
+      iterate(iterations - i - 1, i > 0 && any_cloth_ ? constants_.cloth_fits : 1);
     }
     Found found = observe(measurement);
     found.iterations = iterations;
@@ -63,19 +59,18 @@ void SurfaceTracking::predict() {
   }
 }
 
-/// Moves X as a whole, unless few points are near.
-void SurfaceTracking::move_rigidly() {
-  for (int step = 0; step < constants_.rigid_steps; ++step) {
-    const SurfaceRows& rows =
-        matches_.find(x_, {constants_.wide_radius, 1, 1, constants_.rigid_scale});
-    if (rows.rows.size() < constants_.least_rigid) return;
-    move_by(fit_to_planes(rows.rows, x_, constants_.rigid_caution), x_);
+/// Moves X as a whole to the points, unless few are near, and returns how many iterations are left:
+/// the farther the points are, the more slowly their weight grows.
+int SurfaceTracking::approach() {
+  const Search search = {constants_.wide_radius, 1, 1, constants_.rigid_scale};
+  const SurfaceRows* rows = &matches_.find(x_, search);
+  // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
+  for (int step = 0; step < constants_.rigid_steps && !is_all_cloth_; ++step) {
+    if (rows->rows.size() < constants_.least_rigid) break;
+    if (matches_.distance_of(constants_.far_share) < constants_.rigid_from) break;
+    move_by(fit_to_planes(rows->rows, x_, constants_.rigid_caution), x_);
+    rows = &matches_.find(x_, search);
   }
-}
-
-/// The farther the points are, the more slowly their weight grows.
-int SurfaceTracking::iterations_for() {
-  matches_.find(x_, {constants_.wide_radius, 1, 1, constants_.rigid_scale});
   const double distance = matches_.distance_of(constants_.far_share);
   return std::clamp(static_cast<int>(std::ceil(constants_.fewest_iterations +
                                                constants_.iterations_per_edge * distance)),
@@ -83,17 +78,18 @@ int SurfaceTracking::iterations_for() {
                     constants_.most_iterations);
 }
 
-/// Matches the points with X, and then finds X for these.
-void SurfaceTracking::iterate(double progress, int fits, bool fits_modes) {
-  const double weight = constants_.weight_at(progress);
+/// Matches the points with X, and then finds X for these; `left` iterations are to follow.
+void SurfaceTracking::iterate(int left, int fits) {
+  const double weight = constants_.weight_before(left);
   SurfaceRows& rows = matches_.find(
-      x_, {constants_.radius_at(progress), weight, constants_.cloth_weights * weight});
+      x_, {constants_.radius_before(left), weight, constants_.cloth_weights * weight, 0, true});
   shape_.factorize(rows, {});
+  const bool fits_modes = left == 1;
   for (int fit = 0; fit < fits; ++fit) {
     if (!shape_.take(rows, {}, fits_modes && fit == 0 ? constants_.mode_weight / weight : 0, x_))
       return;
   }
-  if (progress == 1) shape_.keep_rows(rows, x_);
+  if (left == 0) shape_.keep_rows(rows, x_);
 }
 
 /// Which vertices have a measured point in the end, and how far the points are.

@@ -83,9 +83,8 @@ class SurfaceTracking {
 
  private:
   void predict();
-  void move_rigidly();
-  int iterations_for();
-  void iterate(double progress, int fits, bool fits_modes);
+  int approach();
+  void iterate(int left, int fits);
   Found observe(const PointScan& measurement);
 
   TrackingConstants constants_;
