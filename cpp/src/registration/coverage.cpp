@@ -86,7 +86,8 @@ std::vector<std::uint8_t> find_seen(const BentSurface& surface,
     for (std::size_t v = 0; v < n; ++v) {
       const auto& direction = directions.points[v];
       if (seen[v] != 0 || !(depths[v] > 0)) continue;
-      if (surface.is_sheet[v] == 0 && dot(surface.normals[v], direction) >= 0) continue;
+      // The inside of a face or of clothes is not measured: something else is there.
+      if (!(dot(surface.normals[v], direction) < 0)) continue;
       seen[v] = 1;
       directions.for_each_within(direction, surface.mean_edge / depths[v],
                                  [&](std::uint32_t other) {

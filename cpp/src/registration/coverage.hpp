@@ -38,8 +38,8 @@ struct Coverage {
 Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
                      const RegistrationConstants& constants, double agreement);
 
-/// (k,) the vertices that some viewpoint should see, since they face it, or are of a sheet, and
-/// nothing lies before them; all without viewpoints.
+/// (k,) the vertices that some viewpoint should see, since they face it and nothing lies before
+/// them; all without viewpoints.
 std::vector<std::uint8_t> find_seen(const BentSurface& surface,
                                     std::span<const Vector3<double>> viewpoints);
 

@@ -76,7 +76,7 @@ def register_file(
             in the unit of the scan, for all scans; or a folder with such files, named like the
             scan that each is for, as `scan_001.json`. Scans without one are registered without.
         align: whether the rigid motion that puts the template into the scan is sought.
-        scale: whether the template may be in another unit, a power of ten of that of the scan.
+        scale: whether the template may have another size than what was scanned, as in another unit.
         crop: two corners of a box, x, y, z, x, y, z, in the unit of the scan; points outside are
             left out.
         remove_planes: whether floor and walls are left out: the planes in the scan that are larger
