@@ -1,9 +1,5 @@
 #include "registration/candidates.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
 #include <utility>
 
 #include "registration/surface_sample.hpp"
@@ -54,20 +50,11 @@ std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
                                                    const TipConstants& constants) {
   PointScan surface;
   surface.points.assign(x.begin(), x.end());
-  surface.normals.resize(x.size());
   surface.index();
-  constexpr double any_normal = -2;
-  std::vector<std::pair<double, Vector3<double>>> left_out;  // by the distance from x
-  for (const auto& position : tips.positions) {
-    const double distance =
-        std::sqrt(surface.find(position, {}, std::numeric_limits<double>::infinity(), any_normal)
-                      .squared_distance);
-    if (distance > constants.left_out * shape.mean_edge) left_out.emplace_back(distance, position);
-  }
-  std::ranges::stable_sort(left_out, std::greater<>(), &std::pair<double, Vector3<double>>::first);
-  left_out.resize(std::min(left_out.size(), constants.most_left_out));
   std::vector<Candidate> found;
-  for (const auto& [distance, position] : left_out) {
+  const double reach = constants.left_out * shape.mean_edge;
+  for (const auto& position : tips.positions) {
+    if (surface.find_if(position, reach, [](std::uint32_t) { return true; }).any) continue;
     for (const Index moving : tips.vertices) {
       Targets targets;
       for (const Index vertex : tips.vertices) {

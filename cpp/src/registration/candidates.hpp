@@ -43,7 +43,7 @@ std::vector<Candidate> candidates_by_tips(const TemplateShape& shape, const Tips
                                           const TipConstants& constants);
 
 /// For a result x, which has left tips of the scan out: landmarks that bring one of the tips of the
-/// template to one of the farthest of these, and hold the others where they are in x.
+/// template to one of these, and hold the others where they are in x.
 std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
                                                    const TipsOfBoth& tips,
                                                    const Eigen::Isometry3d& motion,

@@ -14,11 +14,7 @@
 #include "tracking/cloth.hpp"
 #include "tracking/robust_size.hpp"
 
-#include <ctime>
-#include <cstdio>
 namespace dynmesh {
-struct Tm { const char* n; double t; static double now() { timespec ts; clock_gettime(CLOCK_THREAD_CPUTIME_ID, &ts); return double(ts.tv_sec) + 1e-9 * double(ts.tv_nsec); }
- Tm(const char* name) : n(name), t(now()) {} ~Tm() { if (std::getenv("R_time")) std::fprintf(stderr, "  %s %.3f\n", n, now() - t); } };
 namespace {
 
 using Cloud = std::vector<Vector3<double>>;
@@ -37,16 +33,17 @@ TrackingConstants for_still() {
   return constants;
 }
 
-TrackingConstants for_fine() {
+TrackingConstants for_fine(const RegistrationConstants& registration) {
   TrackingConstants constants = for_still();
-  constants.pull = dev("R_pull", .3);constants.first_weight = dev("R_first_weight", .05);constants.rigid_steps = (int)dev("R_rigid_steps", 2);constants.fewest_iterations = (int)dev("R_fewest", 3);constants.iterations_per_edge=dev("R_per_edge",2);constants.wide_radius=dev("R_wide",8);constants.membrane=dev("R_membrane",.02);constants.steps=(int)dev("R_steps",20);constants.settled=dev("R_cg",1e-3);
+  constants.first_weight = registration.first_weight;
+  constants.fewest_iterations = registration.fewest_iterations;
   return constants;
 }
 
 TrackingConstants for_coarse(const RegistrationConstants& registration) {
   TrackingConstants constants = for_still();
   constants.rigid_steps = 0;
-  constants.fewest_iterations = constants.most_iterations = registration.coarse_passes;
+  constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
   constants.largest_slippage = 0;
   constants.membrane = registration.coarse_membrane;
   return constants;
@@ -70,15 +67,14 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       is_sheet_(find_sheets(given.faces, topology.component)),
       mesh_(coarse_mesh_of(given.faces, given.frame, constants.most_coarse_vertices)),
       coarse_(mesh_.faces, mesh_.topology, workers, for_coarse(constants)),
-      fine_(given.faces, topology, workers, for_fine(), given.training, settings.uncertainty,
+      fine_(given.faces, topology, workers, for_fine(constants), given.training, settings.uncertainty,
             epsilon) {
-  Tm tm("reset"); coarse_.reset(mesh_.positions);
-  fine_.reset(given.frame); if (std::getenv("R_time")) std::fprintf(stderr, "coarse vertices %zu\n", mesh_.positions.size());
+  coarse_.reset(mesh_.positions);
+  fine_.reset(given.frame);
 }
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
-  Tm tm("all");
   if (!settings_.align) {
     consider({{Eigen::Isometry3d::Identity(), targets}});
     finish(scan);
@@ -97,7 +93,7 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
   if (!is_good && !targets.vertices.empty()) consider(by_points(scan, held_));
   // By one sensor, limbs end where it does not see them.
-  if (!is_good && scan.viewpoints().size() != 1 && !std::getenv("R_notips")) try_tips(scan);
+  if (!is_good && scan.viewpoints().size() != 1) try_tips(scan);
   finish(scan);
   return std::move(*pose_);
 }
@@ -149,7 +145,6 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
 }
 
 std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Targets& targets) const {
-  Tm tm("rigid starts");
   std::vector<Candidate> found;
   for (const RigidStart& start :
        rigid_starts(template_.faces, template_.frame, scan, constants_.rigid)) {
@@ -160,13 +155,14 @@ std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Target
 
 /// Brings tips of limbs to those of the scan: those that the best trial left out, and all of them.
 void PoseSearch::try_tips(const PointScan& scan) {
-  Tm tm("tips");
   const TipConstants& c = constants_.tips;
   TipsOfBoth tips = tips_of_both(shape(), scan, c);
   const auto repair = [&] {
-    for (int n = 0; n < c.repairs; ++n) {
+    while (true) {
       const auto placed = lifted(best_);
-      if (!consider(candidates_by_tips_left_out(shape(), tips, best_.candidate.motion, placed, c))) return;
+      if (!consider(candidates_by_tips_left_out(shape(), tips, best_.candidate.motion, placed, c))) {
+        return;
+      }
     }
   };
   repair();
@@ -179,7 +175,7 @@ void PoseSearch::try_tips(const PointScan& scan) {
 bool PoseSearch::consider(const std::vector<Candidate>& candidates) {
   if (candidates.empty()) return false;
   Trial trial = best_trial(candidates);
-  if (std::getenv("R_time")) std::fprintf(stderr, "  trial %.4f best %.4f\n", trial.misfit, best_.misfit);
+
   const bool is_better = trial.misfit < best_.misfit;
   if (!is_better) return false;
   best_ = std::move(trial);
@@ -189,11 +185,11 @@ bool PoseSearch::consider(const std::vector<Candidate>& candidates) {
 
 /// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best.
 PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidates) {
-  Tm tm("best trial"); if (std::getenv("R_time")) std::fprintf(stderr, "candidates %zu\n", candidates.size());
+
   std::vector<Trial> trials;
   for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const std::size_t n = std::min(trials.size(), constants_.finished);
+  const std::size_t n = std::min(trials.size(), constants_.drawn);
   Trial best;
   for (std::size_t i = 0; i < n; ++i) {
     Trial trial = drawn(std::move(trials[i]));
@@ -206,9 +202,7 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
 PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   coarse_.place(moved(candidate.motion, mesh_.positions), false);
   if (!candidate.landmarks.vertices.empty()) {
-    Tm tm("bend");
-    coarse_.bend(guides_of(candidate, constants_.bending_weight), constants_.bending_steps,
-                 constants_.bending_share);
+    coarse_.bend(guides_of(candidate), constants_.bending_steps);
   }
   const auto found = coarse_.observe(*sample_);
   return {candidate, {found.x.begin(), found.x.end()}, misfit_of(found)};
@@ -216,10 +210,9 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
 
 /// The coarse mesh of a trial, drawn to the scan.
 PoseSearch::Trial PoseSearch::drawn(Trial trial) {
-  Tm tm("coarse track");
   coarse_.place(trial.x, false);
   const auto found =
-      coarse_.track(*sample_, guides_of(trial.candidate, constants_.landmark_weight));
+      coarse_.track(*sample_, guides_of(trial.candidate));
   trial.x.assign(found.x.begin(), found.x.end());
   trial.misfit = misfit_of(found);
   return trial;
@@ -231,8 +224,7 @@ double PoseSearch::misfit_of(const SurfaceTracking::Found& found) const {
 }
 
 /// The landmarks of a candidate on the coarse mesh.
-std::vector<SurfaceTracking::Landmark> PoseSearch::guides_of(const Candidate& candidate,
-                                                             double weight) const {
+std::vector<SurfaceTracking::Landmark> PoseSearch::guides_of(const Candidate& candidate) const {
   std::vector<SurfaceTracking::Landmark> guides;
   for (std::size_t i = 0; i < candidate.landmarks.vertices.size(); ++i) {
     const Index vertex = candidate.landmarks.vertices[i];
@@ -240,7 +232,8 @@ std::vector<SurfaceTracking::Landmark> PoseSearch::guides_of(const Candidate& ca
     const auto arm = mesh_.positions[coarse] - template_.frame[at(vertex)];
     const auto turned = from_eigen(candidate.motion.linear() * to_eigen(arm));
     const bool is_held = std::ranges::find(held_.vertices, vertex) != held_.vertices.end();
-    guides.push_back({coarse, candidate.landmarks.positions[i] + turned, weight, !is_held});
+    guides.push_back({coarse, candidate.landmarks.positions[i] + turned,
+                      constants_.landmark_weight, !is_held});
   }
   return guides;
 }
@@ -253,7 +246,6 @@ PoseSearch::Cloud PoseSearch::lifted(const Trial& trial) {
 
 /// Draws the template into the scan from where the coarse mesh is.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
-  Tm tm("finished");
   fine_.place(lifted(trial), false);
   std::vector<SurfaceTracking::Landmark> landmarks;
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
@@ -261,8 +253,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   }
   Pose pose;
   pose.motion = trial.candidate.motion;
-  while (!pose.converged && pose.rounds < static_cast<std::size_t>(constants_.most_rounds)) {
-    Tm tm2("round");const auto found = fine_.track(scan, landmarks);if (std::getenv("R_time")) std::fprintf(stderr, "iterations %d far %.4f\n", found.iterations, found.agreements.all.far_share);
+  while (!pose.converged && pose.rounds < constants_.most_rounds) {
+    const auto found = fine_.track(scan, landmarks);
     double moved_by = 0;
     for (std::size_t v = 0; v < found.x.size(); ++v) {
       moved_by += std::sqrt(squared_norm(found.x[v] - fine_.last()[v]));
@@ -277,11 +269,11 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       generations.classify(topology_.cells, pose.observed);
       fine_.measure_errors(generations);
     }
-    fine_.place(pose.x, pose.rounds >= (std::size_t)dev("R_stiff", 1));
+    fine_.place(pose.x, pose.rounds >= constants_.rounds_to_template);
   }
   const auto errors = fine_.shape().error_bars().of_vertices();
   if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());
-  { Tm tm3("judge"); judge(scan, pose); } if (std::getenv("R_time")) std::fprintf(stderr, "=> trial misfit %.4f, pose far %.4f dis %.4f stretch %.4f = %.4f\n", trial.misfit, pose.agreement.far_share, pose.agreement.disagreeing, pose.stretch, pose.misfit());
+  judge(scan, pose);
   return pose;
 }
 

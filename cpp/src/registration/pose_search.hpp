@@ -62,8 +62,7 @@ class PoseSearch {
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);
   [[nodiscard]] double misfit_of(const SurfaceTracking::Found& found) const;
-  [[nodiscard]] std::vector<SurfaceTracking::Landmark> guides_of(const Candidate& candidate,
-                                                                 double weight) const;
+  [[nodiscard]] std::vector<SurfaceTracking::Landmark> guides_of(const Candidate& candidate) const;
   [[nodiscard]] Cloud lifted(const Trial& trial);
   Pose finished(const PointScan& scan, const Trial& trial);
   void judge(const PointScan& scan, Pose& pose) const;

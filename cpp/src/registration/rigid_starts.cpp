@@ -154,10 +154,10 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts, const RigidStart
 
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surface,
                                      const PointScan& scan, const RigidStartConstants& c) {
-  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c.fine_normal);
+  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c.normal);
   const RigidStart in_place = fine.improved({}, c.fine_steps, c.kept);
   std::vector<RigidStart> starts;
-  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c.coarse_normal);
+  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c.normal);
   for (int i = 0; i < c.rotations; ++i) {
     const Motion motion = coarse.centred(spread_rotation(i, c.rotations));
     starts.push_back(coarse.improved({motion}, c.coarse_steps, c.kept));

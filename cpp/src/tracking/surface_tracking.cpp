@@ -134,17 +134,17 @@ void SurfaceTracking::place(Field frame, bool has_own_shape) {
   if (!has_own_shape) shape_.forget_shape();
 }
 
-void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps, double share) {
+void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
   SurfaceRows no_points;
   no_points.index(x_.size());
   std::ranges::copy(last_, x_.begin());
   shape_.factorize(no_points, landmarks);
   landmarks_.assign(landmarks.begin(), landmarks.end());
   for (int step = 0; step < steps; ++step) {
-    const double part = std::min(1.0, (step + 1) / (share * steps));
+    const double share = static_cast<double>(step + 1) / steps;
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
       const auto& start = last_[landmarks[i].vertex];
-      landmarks_[i].target = start + part * (landmarks[i].target - start);
+      landmarks_[i].target = start + share * (landmarks[i].target - start);
     }
     shape_.take(no_points, landmarks_, 0, x_);
   }

@@ -60,9 +60,8 @@ class SurfaceTracking {
   /// or, if that is not trusted, that of frame 0.
   void place(Field frame, bool has_own_shape);
 
-  /// Bends the last frame, without points, while its landmarks move to their targets. They arrive
-  /// after that share of the steps.
-  void bend(std::span<const Landmark> landmarks, int steps, double share);
+  /// Bends the last frame, without points, while its landmarks move to their targets.
+  void bend(std::span<const Landmark> landmarks, int steps);
 
   /// Finds the standard errors of the frame that `track` has just found. `generations` are those of
   /// its vertices.
