@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "scans.hpp"
+#include "support/geometry.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/vertex_normals.hpp"
 

@@ -18,7 +18,7 @@ struct RigidStartConstants {
   int coarse_steps = 10;
   std::size_t fine_scan = 1500;
   std::size_t fine_surface = 3000;
-  int fine_steps = 20;
+  int fine_steps = 12;
   /// The length of a unit normal beside positions, in mean distances from the centre.
   double normal = 0.2;
   /// The share of the pairs that is used.

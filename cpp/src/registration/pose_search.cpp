@@ -183,7 +183,8 @@ bool PoseSearch::consider(const std::vector<Candidate>& candidates) {
   return true;
 }
 
-/// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best.
+/// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best; the
+/// best of these as long as that helps.
 PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidates) {
 
   std::vector<Trial> trials;
@@ -194,6 +195,9 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
   for (std::size_t i = 0; i < n; ++i) {
     Trial trial = drawn(std::move(trials[i]));
     if (trial.misfit < best.misfit) best = std::move(trial);
+  }
+  for (Trial again = drawn(best); again.misfit < best.misfit; again = drawn(best)) {
+    best = std::move(again);
   }
   return best;
 }

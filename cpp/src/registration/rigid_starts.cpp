@@ -11,6 +11,7 @@
 #include "support/eigen_points.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/quiet_nanoflann.hpp"
+#include "tracking/rigid_step.hpp"
 
 namespace dynmesh {
 namespace {
@@ -39,7 +40,7 @@ class Pairing {
     for (std::size_t i = 0; i < surface_.points.size(); ++i) {
       rows_.push_back(row(to_eigen(surface_.points[i]), to_eigen(surface_.normals[i])));
     }
-    tree_.buildIndex();
+    if (!rows_.empty()) tree_.buildIndex();
   }
 
   /// Brings the centre of the surface to that of the points.
@@ -50,26 +51,21 @@ class Pairing {
     return motion;
   }
 
-  /// Improves a motion with the nearest pairs, of which that share is kept, until it stops.
-  [[nodiscard]] RigidStart improved(RigidStart start, int steps, double kept) const {
-    constexpr double settled = 0.995;
-    double last = std::numeric_limits<double>::infinity();
+  /// Improves a motion with the nearest pairs, of which that share is kept. Points are drawn to
+  /// points or, which lets surfaces slide into place, to planes (Chen and Medioni 1991).
+  [[nodiscard]] RigidStart improved(RigidStart start, int steps, double kept, bool to_planes) const {
     for (int step = 0;; ++step) {
       auto pairs = nearest_pairs(start.motion);
       const auto n = static_cast<std::size_t>(kept * static_cast<double>(pairs.size()));
       std::ranges::nth_element(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(n), {},
                                &Pair::squared);
       pairs.resize(std::max<std::size_t>(n, 3));
-      std::vector<Vector3<double>> ours, theirs;
       start.distance = 0;
       for (const Pair& pair : pairs) {
         start.distance += std::sqrt(pair.squared) / static_cast<double>(pairs.size());
-        ours.push_back(surface_.points[pair.place]);
-        theirs.push_back(scan_.points[pair.point]);
       }
-      if (step == steps || start.distance > settled * last) return start;
-      last = start.distance;
-      start.motion = to_eigen(fit_rigid_motion<double>(ours, theirs));
+      if (step == steps) return start;
+      start.motion = to_planes ? drawn_to_planes(start.motion, pairs) : drawn_to_points(pairs);
     }
   }
 
@@ -115,6 +111,30 @@ class Pairing {
     return pairs;
   }
 
+  [[nodiscard]] Motion drawn_to_points(const std::vector<Pair>& pairs) const {
+    std::vector<Vector3<double>> ours, theirs;
+    for (const Pair& pair : pairs) {
+      ours.push_back(surface_.points[pair.place]);
+      theirs.push_back(scan_.points[pair.point]);
+    }
+    return to_eigen(fit_rigid_motion<double>(ours, theirs));
+  }
+  [[nodiscard]] Motion drawn_to_planes(const Motion& motion, const std::vector<Pair>& pairs) const {
+    // What the planes do not determine, as of a sphere, stays.
+    constexpr double caution = 1e-6;
+    std::vector<Vector3<double>> ours;
+    std::vector<SurfaceRow> rows;
+    for (const Pair& pair : pairs) {
+      const auto i = static_cast<std::uint32_t>(ours.size());
+      const Eigen::Vector3d normal = motion.linear() * to_eigen(surface_.normals[pair.place]);
+      ours.push_back(from_eigen(motion * to_eigen(surface_.points[pair.place])));
+      rows.push_back({{i, i, i}, {1, 0, 0}, from_eigen(normal), scan_.points[pair.point], 1});
+    }
+    const SmallMotion small = fit_to_planes(rows, ours, caution);
+    return Eigen::Translation3d(to_eigen(small.centre + small.shift)) * rotation_of(small) *
+           Eigen::Translation3d(-to_eigen(small.centre)) * motion;
+  }
+
   SurfaceSample surface_;
   PointScan scan_;
   double normal_length_ = 0;
@@ -155,15 +175,16 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts, const RigidStart
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surface,
                                      const PointScan& scan, const RigidStartConstants& c) {
   const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c.normal);
-  const RigidStart in_place = fine.improved({}, c.fine_steps, c.kept);
+  if (fine.kdtree_get_point_count() == 0) return {{}};  // the surface has no area
+  const RigidStart in_place = fine.improved({}, c.fine_steps, c.kept, true);
   std::vector<RigidStart> starts;
   const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c.normal);
   for (int i = 0; i < c.rotations; ++i) {
     const Motion motion = coarse.centred(spread_rotation(i, c.rotations));
-    starts.push_back(coarse.improved({motion}, c.coarse_steps, c.kept));
+    starts.push_back(coarse.improved({motion}, c.coarse_steps, c.kept, false));
   }
   starts = best_of(std::move(starts), c);
-  for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, c.kept);
+  for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, c.kept, true);
   starts.insert(starts.begin(), in_place);
   return best_of(std::move(starts), c);
 }

@@ -96,7 +96,6 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   if (found.lies_in_scan || found.other_unit) return found;
 
   const auto starts = rigid_starts(faces, frame, scan, {});
-  if (starts.empty()) return found;
   store(starts.front().motion, found);
   const double after = distance_between(surface, starts.front().motion, many, constants.seen);
   found.after = after / mean_edge;
