@@ -2,50 +2,52 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdlib>
 
 #include "tracking/constants.hpp"
 
 namespace dynmesh {
+inline double dev(const char* n, double d) { const char* v = std::getenv(n); return v ? std::atof(v) : d; }
 
 /// The constants of the rigid starts.
 struct RigidStartConstants {
   /// The rotations to begin with, spread evenly (super-Fibonacci spirals, Alexa 2022).
-  int rotations = 64;
+  int rotations = static_cast<int>(dev("R_rotations", 64));
   /// About so many points of the scan and places of the surface are compared, at first and at last,
   /// and how often their pairs are found.
-  std::size_t coarse_scan = 250;
-  std::size_t coarse_surface = 800;
-  int coarse_steps = 10;
-  std::size_t fine_scan = 1500;
-  std::size_t fine_surface = 3000;
-  int fine_steps = 12;
+  std::size_t coarse_scan = static_cast<std::size_t>(dev("R_coarse_scan", 250));
+  std::size_t coarse_surface = static_cast<std::size_t>(dev("R_coarse_surface", 800));
+  int coarse_steps = static_cast<int>(dev("R_coarse_steps", 10));
+  std::size_t fine_scan = static_cast<std::size_t>(dev("R_fine_scan", 1500));
+  std::size_t fine_surface = static_cast<std::size_t>(dev("R_fine_surface", 3000));
+  int fine_steps = static_cast<int>(dev("R_fine_steps", 12));
   /// The length of a unit normal beside positions, in mean distances from the centre.
-  double normal = 0.2;
+  double normal = static_cast<double>(dev("R_normal", 0.2));
   /// The share of the pairs that is used.
-  double kept = 0.8;
+  double kept = static_cast<double>(dev("R_kept", 0.8));
   /// So many starts are returned at most, which differ by at least this angle, in degrees.
-  std::size_t starts = 6;
-  double least_angle = 15;
+  std::size_t starts = static_cast<std::size_t>(dev("R_starts", 6));
+  double least_angle = static_cast<double>(dev("R_least_angle", 15));
 };
 
 /// The constants of the tips of limbs.
 struct TipConstants {
   /// The number of tips of the template, and of the scan, of which some are none.
-  std::size_t of_template = 6;
-  std::size_t of_scan = 8;
+  std::size_t of_template = static_cast<std::size_t>(dev("R_of_template", 6));
+  std::size_t of_scan = static_cast<std::size_t>(dev("R_of_scan", 8));
   /// About so many points of the scan are used. Each is connected with its nearest neighbours, if
   /// they are at most so many mean distances between neighbours away and their normals have at
   /// least this cosine.
-  std::size_t points = 6000;
-  int neighbours = 10;
-  double reach = 3;
-  double least_cosine = -0.3;
+  std::size_t points = static_cast<std::size_t>(dev("R_points", 6000));
+  int neighbours = static_cast<int>(dev("R_neighbours", 10));
+  double reach = static_cast<double>(dev("R_reach", 3));
+  double least_cosine = static_cast<double>(dev("R_least_cosine", -0.3));
   /// The weight of mean distances beside those of pairs, and how many pairings are tried of
   /// all tips, and of all but one.
-  double mean_weight = 0.5;
-  int candidates = 10;
+  double mean_weight = static_cast<double>(dev("R_mean_weight", 0.5));
+  int candidates = static_cast<int>(dev("R_candidates", 10));
   /// A tip of the scan was left out if no vertex is within so many mean edges.
-  double left_out = 3;
+  double left_out = static_cast<double>(dev("R_left_out", 3));
 };
 
 struct RegistrationConstants {
@@ -53,55 +55,55 @@ struct RegistrationConstants {
   TipConstants tips;
 
   /// Without `scale`, a larger ratio of sizes is refused.
-  double largest_ratio = 20;
+  double largest_ratio = static_cast<double>(dev("R_largest_ratio", 20));
   /// How often the scale is sought, each time by the growth of the template that the last one left.
-  int scalings = 3;
+  int scalings = static_cast<int>(dev("R_scalings", 3));
   /// With fewer points, nothing is determined.
-  std::size_t fewest_points = 12;
+  std::size_t fewest_points = static_cast<std::size_t>(dev("R_fewest_points", 12));
 
   /// Larger templates get a coarse mesh. From so many candidates, it is drawn to about so many points
   /// in so many iterations.
-  std::size_t most_coarse_vertices = 4000;
-  std::size_t drawn = 6;
-  std::size_t coarse_points = 3000;
-  int coarse_iterations = 9;
+  std::size_t most_coarse_vertices = static_cast<std::size_t>(dev("R_most_coarse_vertices", 4000));
+  std::size_t drawn = static_cast<std::size_t>(dev("R_drawn", 6));
+  std::size_t coarse_points = static_cast<std::size_t>(dev("R_coarse_points", 3000));
+  int coarse_iterations = static_cast<int>(dev("R_coarse_iterations", 9));
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
-  double held_spacings = 4;
+  double held_spacings = static_cast<double>(dev("R_held_spacings", 4));
 
   /// The weight of landmarks, the steps in which the coarse mesh is bent until they are at their
   /// positions, and the weight of its membrane.
-  double landmark_weight = 10;
-  int bending_steps = 12;
-  double coarse_membrane = 0.3;
+  double landmark_weight = static_cast<double>(dev("R_landmark_weight", 10));
+  int bending_steps = static_cast<int>(dev("R_bending_steps", 12));
+  double coarse_membrane = static_cast<double>(dev("R_coarse_membrane", 0.3));
 
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; so often towards its own shape, and then towards that of the
   /// last time. Each time begins with this weight of a point, and takes so many iterations at least.
-  std::size_t most_rounds = 6;
-  double settled = 0.05;
-  std::size_t rounds_to_template = 2;
-  double first_weight = 0.3;
-  int fewest_iterations = 6;
+  std::size_t most_rounds = static_cast<std::size_t>(dev("R_most_rounds", 6));
+  double settled = static_cast<double>(dev("R_settled", 0.05));
+  std::size_t rounds_to_template = static_cast<std::size_t>(dev("R_rounds_to_template", 2));
+  double first_weight = static_cast<double>(dev("R_first_weight", 0.3));
+  int fewest_iterations = static_cast<int>(dev("R_fewest_iterations", 6));
 
   /// The shares of far points from which on a result is doubtful, and ruined.
-  double doubtful_far = 0.01;
-  double ruined_far = 0.05;
+  double doubtful_far = static_cast<double>(dev("R_doubtful_far", 0.01));
+  double ruined_far = static_cast<double>(dev("R_ruined_far", 0.05));
   /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
   /// many mean distances between them, and the share of the area that is one hole from which on the
   /// result is doubtful. Right results of whole scans reach 0.013.
-  double hole_edges = 1.5;
-  double hole_spacings = 1.9;
-  double doubtful_hole = 0.03;
+  double hole_edges = static_cast<double>(dev("R_hole_edges", 1.5));
+  double hole_spacings = static_cast<double>(dev("R_hole_spacings", 1.9));
+  double doubtful_hole = static_cast<double>(dev("R_doubtful_hole", 0.03));
   /// Vertices within a mean edge of each other and with this cosine between the normals overlap if
   /// the template has them so many mean edges apart; and the share of its area from which on the
   /// result is doubtful. Right results reach 0.002, limbs without points 0.1.
-  double overlap_cosine = 0.5;
-  double overlap_edges = 10;
-  double doubtful_overlap = 0.005;
+  double overlap_cosine = static_cast<double>(dev("R_overlap_cosine", 0.5));
+  double overlap_edges = static_cast<double>(dev("R_overlap_edges", 10));
+  double doubtful_overlap = static_cast<double>(dev("R_doubtful_overlap", 0.005));
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
-  double misplaced_landmark = 0.05;
+  double misplaced_landmark = static_cast<double>(dev("R_misplaced_landmark", 0.05));
 };
 
 }  // namespace dynmesh

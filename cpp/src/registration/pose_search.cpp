@@ -30,6 +30,7 @@ Cloud moved(const Eigen::Isometry3d& motion, std::span<const Vector3<double>> fr
 TrackingConstants for_still() {
   TrackingConstants constants;
   constants.prediction = 0;
+  constants.narrow_radius = dev("R_narrow", 3); constants.wide_radius = dev("R_wide", 8); constants.membrane = dev("R_membrane", .02);
   return constants;
 }
 
@@ -42,7 +43,7 @@ TrackingConstants for_fine(const RegistrationConstants& registration) {
 
 TrackingConstants for_coarse(const RegistrationConstants& registration) {
   TrackingConstants constants = for_still();
-  constants.rigid_steps = 0;
+  constants.rigid_steps = 0; constants.first_weight = dev("R_cw", .05); constants.last_weight = dev("R_clw", 6);
   constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
   constants.largest_slippage = 0;
   constants.membrane = registration.coarse_membrane;
