@@ -154,22 +154,23 @@ std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Target
   return found;
 }
 
-/// Brings tips of limbs to those of the scan: those that the best trial left out, and all of them.
+/// Brings tips of limbs to those of the scan: all of them, and those that the best trial left out or
+/// exchanged, as long as that helps.
 void PoseSearch::try_tips(const PointScan& scan) {
-  const TipConstants& c = constants_.tips;
-  TipsOfBoth tips = tips_of_both(shape(), scan, c);
-  const auto repair = [&] {
-    while (true) {
-      const auto placed = lifted(best_);
-      if (!consider(candidates_by_tips_left_out(shape(), tips, best_.candidate.motion, placed, c))) {
-        return;
-      }
-    }
+  const TipsOfBoth tips = tips_of_both(shape(), scan, constants_.tips);
+  const auto repaired = [&] {
+    const auto x = lifted(best_);
+    const auto& motion = best_.candidate.motion;
+    auto candidates = candidates_by_tips_left_out(shape(), tips, motion, x, constants_.tips);
+    const auto exchanged = candidates_by_exchanged_tips(tips, motion, x);
+    candidates.insert(candidates.end(), exchanged.begin(), exchanged.end());
+    return consider(candidates);
   };
-  repair();
-  if (consider(candidates_by_tips(shape(), tips, c))) repair();
-  const auto placed = lifted(best_);
-  consider(candidates_by_exchanged_tips(tips, best_.candidate.motion, placed));
+  while (repaired()) {
+  }
+  if (!consider(candidates_by_tips(shape(), tips, constants_.tips))) return;
+  while (repaired()) {
+  }
 }
 
 /// Keeps the best trial of these if it is better, and tells whether.
