@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 import dynmesh
 from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.scans import PointScan
 from dynmesh.jobs.single_scans import open_single
+from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
 
 from .subjects import Subject

@@ -32,25 +32,17 @@ from ._core import (
     find_alignment,
 )
 from ._errors import DynmeshError
+from .completion.in_memory import complete
 from .diagnosis import Diagnosis, Finding, diagnose
 from .files import Writer, create, create_like, open, read, write
-from .frames.frame import Frame
-from .frames.header import Header
-from .frames.reader import Reader
-from .jobs import batch
-from .jobs.completion import complete
-from .jobs.converting import ConversionReport, convert, convert_file
-from .jobs.evaluation import Evaluation, FrameErrors, evaluate
-from .jobs.file_completion import complete_file
-from .jobs.registering import register_file
-from .jobs.report import FileReport
-from .jobs.showing import picture, view
-from .jobs.track_report import TrackFileReport
-from .jobs.tracking import track_file
+from .files.frame import Frame
+from .files.header import Header
+from .files.reader import Reader
 from .matrices import adjacency, laplacian
 from .polygons import Polygons
 from .registration import Registration, register, register_depth
 from .sequence import Description, Sequence
+from .verbs.complete import FileReport, complete_file
 from .whole_frames import WholeFrame, whole_frame
 
 __all__ = [

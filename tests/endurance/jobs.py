@@ -15,7 +15,7 @@ import numpy as np
 import dynmesh
 from dynmesh import cli, degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
-from dynmesh.files.scans import DepthFolder, PointFolder, Rig, ScanCamera
+from dynmesh.scans import DepthFolder, PointFolder, Rig, ScanCamera
 
 COMMANDS = {
     "npz": "complete partial.npz {}/out.npz --provenance",

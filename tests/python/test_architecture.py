@@ -12,12 +12,11 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 
 LAYERS = (
-    ("_settings", "_core", "_checks", "_errors", "_extras", "polygons", "settings"),
-    ("frames.attributes",),
+    ("_settings", "_core", "_checks", "_errors", "_extras", "polygons", "settings", "attributes"),
     ("sequence", "metrics", "calibration", "matrices", "baselines"),
-    ("frames",),
-    ("degrade", "synth", "whole_frames", "registration"),
     ("files",),
+    ("scans",),
+    ("degrade", "synth", "whole_frames", "registration"),
     ("draw",),
     ("diagnosis",),
     ("jobs",),

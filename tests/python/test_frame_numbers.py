@@ -10,8 +10,8 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.frames.header import header_of
-from dynmesh.frames.times import frame_numbers, indices_of, slice_of
+from dynmesh.files.header import header_of
+from dynmesh.files.times import frame_numbers, indices_of, slice_of
 
 N = 8
 FIRST = 1001

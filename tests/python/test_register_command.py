@@ -20,11 +20,11 @@ from test_registration import scan
 from test_tracking import bumpy_torus, error
 
 import dynmesh
-from dynmesh.files.scans import PointScan, write_ply
 from dynmesh.jobs.job_table import read_jobs
 from dynmesh.jobs.landmarks import read_landmarks
 from dynmesh.jobs.register_job import RegisterJob
 from dynmesh.jobs.single_scans import open_single
+from dynmesh.scans import PointScan, write_ply
 
 
 @pytest.fixture

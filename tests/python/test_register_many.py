@@ -14,9 +14,9 @@ from test_registration import scan
 from test_tracking import bumpy_torus, error
 
 import dynmesh
-from dynmesh.files.scans import PointScan, write_ply
 from dynmesh.jobs.batch import run_job
 from dynmesh.jobs.register_job import RegisterJob
+from dynmesh.scans import PointScan, write_ply
 
 APART = 1000.0
 """Between two scans; landmarks of another one are far outside of a scan."""

@@ -14,10 +14,10 @@ from meshes import turned
 from test_track import bumpy
 
 import dynmesh
-from dynmesh.files.scans import Rig, read_cameras, write_cameras
 from dynmesh.jobs.rig import look_at_rig
 from dynmesh.jobs.scan_options import ScanOptions
 from dynmesh.jobs.tracking import track_file
+from dynmesh.scans import Rig, read_cameras, write_cameras
 
 
 @pytest.fixture(scope="module")

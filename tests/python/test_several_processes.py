@@ -226,7 +226,7 @@ def test_scans_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh, kind: 
     what = ("--points", "50") if kind == "--scan" else ("8x8",)
     dynmesh_command("degrade", source, folder, kind, *what, "--cameras", "1")
     make_old(folder)
-    scans_of_all = iter(files.scans.open_scans(folder))
+    scans_of_all = iter(dynmesh.scans.open_scans(folder))
     next(scans_of_all)
     *_, last = sorted({*folder.iterdir()} - {folder / "cameras.json"})
     last.write_bytes(last.read_bytes())

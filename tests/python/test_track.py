@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.draw.page import page
-from dynmesh.files.scans import (
+from dynmesh.jobs.tracking import track_file
+from dynmesh.scans import (
     DepthScan,
     PointScan,
     Rig,
@@ -28,7 +29,6 @@ from dynmesh.files.scans import (
     read_cameras,
     write_ply,
 )
-from dynmesh.jobs.tracking import track_file
 
 N_FRAMES = 6
 

@@ -13,7 +13,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
-from dynmesh.frames.memory import SequenceReader
+from dynmesh.files.memory import SequenceReader
 
 
 @pytest.fixture

@@ -1,13 +1,12 @@
 """Problems of what was observed: missing vertices and unusable positions."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Header
-from ..sequence import Mask, Positions
+from ..sequence import Mask
 from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
@@ -18,23 +17,6 @@ _BACKWARDS = (
 _FEW = 0.1
 _HARDLY_ANY = 0.02
 _LONG = 10  # frames
-
-
-def _largest(dtype: np.dtype[Any]) -> float:
-    """Returns the largest coordinate that a completer of this dtype accepts."""
-    return 1e18 if dtype == np.float32 else 1e200
-
-
-def is_position(points: Positions) -> Mask:
-    """Returns a (k,) bool array: which positions are usable."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(points) <= _largest(points.dtype)).all(axis=1))
-
-
-def observed_in(frame: Frame) -> Mask:
-    """Returns a (k,) bool array: which vertices have a usable position in this frame."""
-    there = is_position(frame.points)
-    return there if frame.known is None else there & frame.known
 
 
 class Presence:

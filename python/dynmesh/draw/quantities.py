@@ -9,18 +9,10 @@ import numpy as np
 from .._checks import check_finite
 from .._errors import InputError
 from .._extras import require
+from ..attributes import FUSED
 from ..calibration import RULES
-from ..frames.attributes import FUSED
 from .figures import HEATMAP_RANGE
-from .scales import (
-    MOST_FRAMES,
-    CountScale,
-    KnownScale,
-    MeasureScale,
-    Scale,
-    Values,
-    round_up,
-)
+from .scales import MOST_FRAMES, CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 from .sources import Moment, Sources, visible
 
 Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]

@@ -16,18 +16,17 @@ from numpy.typing import NDArray
 
 from .._checks import check_path
 from .._errors import InputError, KindError
-from ..frames.frame import Frame, frame_of
-from ..frames.header import Header, header_of
-from ..frames.memory import SequenceReader
-from ..frames.naming import naming
-from ..frames.reader import Reader
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
-from ..settings import Function, with_keywords
 from .choice import PathLike, check_suffix, format_of, formats, listed
 from .format import Gaps, Template, template_of
+from .frame import Frame, frame_of
+from .header import Header, header_of
 from .masks import MaskedReader, check_missing
-from .target import Target, target_of
+from .memory import SequenceReader
+from .naming import naming
+from .reader import Reader
+from .target import Target, target_of, target_over
 from .template import NoFacesError
 from .writer import Writer
 
@@ -56,27 +55,29 @@ __all__ = [
     "open_with",
     "opened",
     "read",
-    "takes_source",
     "target_of",
+    "target_over",
     "write",
 ]
 
 
 class Source(TypedDict, total=False):
-    """How to read a file; :func:`dynmesh.open` documents the keywords."""
+    """How to read a file; :func:`dynmesh.open` has the same keywords.
 
-    format: str | None
+    Attributes:
+        faces: a mesh with the faces, if the file holds only positions.
+        prim: the path of the mesh, if the file holds several (USD, Alembic).
+        known: which vertices are known, bool (n, k) in a .npy file.
+        missing: "zero" if vertices at exactly (0, 0, 0) after frame 0 are missing.
+        gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
+            which nothing was observed.
+    """
+
     faces: Faces | PathLike | None
     prim: str | None
     known: NDArray[np.bool_] | PathLike | None
     missing: Literal["zero"] | None
     gaps: Gaps
-
-
-def takes_source(function: Function) -> Function:
-    """Shows the keywords of :func:`open` for those of a function with ``**source``."""
-    defaults = dict.fromkeys(Source.__annotations__) | {"gaps": "refuse"}
-    return with_keywords(function, defaults, Source.__annotations__)
 
 
 def open(
@@ -215,10 +216,9 @@ def create_like(
     return target_of(path, format).create(header)
 
 
-@takes_source
-def read(path: PathLike, **source: Unpack[Source]) -> Sequence:
+def read(path: PathLike, *, format: str | None = None, **source: Unpack[Source]) -> Sequence:
     """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
-    with open(path, **source) as reader:
+    with open(path, format=format, **source) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TypeAlias
 
-from ..frames.naming import naming
 from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
 from .model import model
+from .naming import naming
 from .npy import npy
 from .npz import npz
 from .numbered import files_in

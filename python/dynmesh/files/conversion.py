@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from .._checks import check_positive
 from .._errors import InputError
-from ..frames.attributes import ATTRIBUTES
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.times import frame_numbers, indices_of
+from ..attributes import ATTRIBUTES
 from ..sequence import Positions
-from .scans import given_unit
+from .frame import Frame
+from .header import Header
+from .times import frame_numbers, indices_of
+from .units import metres_of
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Unit: TypeAlias = str | float
@@ -30,7 +30,7 @@ def stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
     Raises:
         TypeError, ValueError: the file states others.
     """
-    metres = None if unit is None else given_unit("unit", unit)
+    metres = None if unit is None else metres_of(unit)
     if up is not None and header.up_axis not in (None, up):
         raise InputError(f"the file states {header.up_axis}, not {up}", argument="up")
     said = header.metres_per_unit
@@ -103,7 +103,7 @@ class Conversion:
             turn = _turn("xyz".index(header.up_axis), "xyz".index(to_up))
             made = replace(made, up_axis=to_up)
         if to_unit is not None:
-            metres = given_unit("to_unit", to_unit)
+            metres = metres_of(to_unit, "to_unit")
             if header.metres_per_unit is None:
                 raise InputError(_unknown("unit of length", "--unit", "unit"), argument="to_unit")
             factor *= header.metres_per_unit / metres

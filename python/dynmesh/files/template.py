@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .._errors import InputError
-from ..frames.naming import naming
 from .format import Template
+from .naming import naming
 
 
 class NoFacesError(InputError):

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ..frames.frame import Frame
-from ..frames.times import frame_numbers
 from ..polygons import as_polygons
+from .frame import Frame
+from .times import frame_numbers
 from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
 from .writer import Writer
 

@@ -6,8 +6,8 @@ from typing import TypedDict, get_args
 from .._checks import check_positive
 from .._errors import InputError
 from ..files.conversion import Axis, Conversion, Unit, cut, stated
-from ..frames.header import Header
-from ..frames.times import check_slice, slice_of
+from ..files.header import Header
+from ..files.times import check_slice, slice_of
 from .option import UNIT_NAMES, given, unit_of
 
 CONVERSION = "Frames, axes, units and rates"

@@ -9,7 +9,7 @@ from .. import files
 from .._checks import check_callable, check_path
 from .._errors import KindError
 from ..files import Frame, PathLike, Source
-from ..frames.memory import Collected, SequenceReader
+from ..files.memory import Collected, SequenceReader
 from ..sequence import Sequence
 from .conversion_options import ConversionKeywords, ConversionOptions
 from .option import made_of, takes

@@ -17,8 +17,8 @@ from .._errors import InputError
 from ..calibration import Calibrating, Calibration, estimated
 from ..diagnosis.presence import observed_in
 from ..files import Frame, OneSequence, PathLike, Reader
-from ..frames.reader import check_comparable
-from ..frames.times import frame_numbers, indices_of
+from ..files.reader import check_comparable
+from ..files.times import frame_numbers, indices_of
 from .true_surface import TrueSurface
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._errors import InputError
+from ..files.naming import naming
 from ..files.numbered import files_in
-from ..files.scans.reader import CAMERAS
-from ..frames.naming import naming
 from ..registration import Landmarks
+from ..scans.reader import CAMERAS
 
 _SUFFIX = ".json"
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias, TypeVar
 from .._checks import check_path
 from .._errors import InputError, KindError
 from ..files import PathLike, Source
-from ..files.scans import UNITS
+from ..files.units import UNITS
 from ..settings import SETTINGS, Function, Settings, default_settings, with_keywords
 
 Kind = TypeVar("Kind")

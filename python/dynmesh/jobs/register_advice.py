@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..files.scans import Scan
-from ..frames.scan import PointScan
 from ..registration import Landmarks, Registration
+from ..scans import Scan
+from ..scans.scan import PointScan
 from ..sequence import Positions
 from .register_options import RegisterOptions
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..draw.page import Page, page
 from ..files import Reader
-from ..files.scans import ScanReader
-from ..frames.memory import SequenceReader
+from ..files.memory import SequenceReader
 from ..registration import Registration
+from ..scans import ScanReader
 from ..sequence import Positions, Sequence
 
 _FPS = 0.5

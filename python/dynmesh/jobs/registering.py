@@ -12,12 +12,12 @@ from .._checks import check_path
 from .._errors import InputError, in_one_line
 from ..draw.page import require_page
 from ..files import PathLike, Reader
+from ..files.naming import naming
 from ..files.new_output import check_output, exists_already, new_output
-from ..files.scans import Scan, ScanReader
-from ..frames.naming import naming
-from ..frames.scan import DepthScan
 from ..registration import Landmarks, Registration, register_depth
 from ..registration import register as register_points
+from ..scans import Scan, ScanReader
+from ..scans.scan import DepthScan
 from ..sequence import Positions
 from .landmarks import landmark_files, landmark_remarks, landmarks_of
 from .option import made_of, takes

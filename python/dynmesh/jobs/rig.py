@@ -20,8 +20,8 @@ from .._errors import InputError
 from ..diagnosis.planes import planes_of_room
 from ..diagnosis.surface_distance import Surface
 from ..files import PathLike
-from ..files.scans import DepthScan, Rig, open_scans
-from ..files.scans.reader import DepthReader, read_rig
+from ..scans import DepthScan, Rig, open_scans
+from ..scans.reader import DepthReader, read_rig
 from ..sequence import Positions
 from .fits import Quality
 from .scan_options import ScanOptions

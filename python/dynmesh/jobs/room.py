@@ -9,7 +9,7 @@ from .._checks import check_finite
 from .._errors import InputError, KindError
 from ..degrade.shared import mean_edge_of
 from ..diagnosis.planes import Plane, planes_of_room
-from ..frames.scan import Scan
+from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 
 Crop = float | tuple[float, float, float, float, float, float]

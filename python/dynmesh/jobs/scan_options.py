@@ -6,7 +6,8 @@ from pathlib import Path
 
 from .._errors import InputError
 from ..files import PathLike, Reader
-from ..files.scans import ScanReader, given_unit, unit_of_scans
+from ..files.units import metres_of
+from ..scans import ScanReader, unit_of_scans
 from .option import FILES, UNIT_NAMES, given, unit_of
 
 
@@ -54,7 +55,7 @@ class ScanOptions:
         """
         own = template.header.metres_per_unit
         if self.template_unit is not None:
-            own = given_unit("template_unit", self.template_unit)
+            own = metres_of(self.template_unit, "template_unit")
         theirs = unit_of_scans(scans, self.scan_unit)
         if theirs is None:
             return own, 1.0

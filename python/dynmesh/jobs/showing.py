@@ -15,8 +15,8 @@ from ..draw.picture import evenly_spaced, pictures
 from ..draw.quantities import Colour, Range
 from ..files import OneSequence, PathLike, Reader
 from ..files.new_output import check_output, new_output
-from ..files.scans import ScanReader, open_scans
-from ..frames.times import index_of, mean_rate
+from ..files.times import index_of, mean_rate
+from ..scans import ScanReader, open_scans
 
 if TYPE_CHECKING:
     from PIL import Image

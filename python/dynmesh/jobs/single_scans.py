@@ -10,11 +10,11 @@ from ..files import PathLike
 from ..files.model import model
 from ..files.numbered import Found, files_of
 from ..files.ply import read_elements
-from ..files.scans import PointScan, Scan, ScanReader, open_scans, read_points
-from ..files.scans.cameras import Rig
-from ..files.scans.depth_files import SUFFIX
-from ..files.scans.point_files import point_formats
-from ..files.scans.reader import CAMERAS, read_rig
+from ..scans import PointScan, Scan, ScanReader, open_scans, read_points
+from ..scans.cameras import Rig
+from ..scans.depth_files import SUFFIX
+from ..scans.point_files import point_formats
+from ..scans.reader import CAMERAS, read_rig
 from .start import template_of
 from .true_surface import vertex_normals
 
@@ -75,7 +75,7 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
     """Opens a scan, or those of a folder or pattern: depth images, or point clouds and meshes.
 
     Raises:
-        OSError, ImportError, ValueError: as :func:`dynmesh.files.scans.open_scans`.
+        OSError, ImportError, ValueError: as :func:`dynmesh.scans.open_scans`.
     """
     is_image = path.suffix.lower() == SUFFIX
     if is_image and path.is_file():

@@ -14,10 +14,10 @@ from .._errors import InputError, locating
 from ..degrade.shared import mean_edge_of
 from ..diagnosis.surroundings import shares_in_planes
 from ..files import Header, PathLike, Reader
-from ..files.scans import PointScan, Scan, ScanReader
-from ..files.scans.reader import DepthReader
-from ..frames.memory import Output
+from ..files.memory import Output
 from ..registration import Landmarks, Registration, register, register_depth
+from ..scans import PointScan, Scan, ScanReader
+from ..scans.reader import DepthReader
 from ..sequence import Positions
 from .fit_table import FitTable, fit_table
 from .fits import Fits
@@ -56,7 +56,7 @@ def track_file(
 
     Args:
         scans: a folder, pattern or glob of point clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG
-            with 16 bits); see :func:`dynmesh.files.scans.open_scans`.
+            with 16 bits); see :func:`dynmesh.scans.open_scans`.
         output: path of the tracked sequence.
         template: a mesh file of any format, of which the first frame is tracked.
         landmarks: a JSON file as :func:`register_file` takes it, for a template in another pose

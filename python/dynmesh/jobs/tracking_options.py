@@ -8,7 +8,7 @@ from .._checks import check_integer, check_path
 from .._errors import InputError, KindError
 from ..files import PathLike
 from ..files.format import Gaps
-from ..files.scans import ScanReader, open_scans
+from ..scans import ScanReader, open_scans
 from .option import (
     FILES,
     HOW,

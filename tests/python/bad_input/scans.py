@@ -12,7 +12,7 @@ from PIL import Image
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.files.scans import (
+from dynmesh.scans import (
     PointScan,
     Rig,
     ScanCamera,
@@ -167,9 +167,9 @@ def _track(scans: str, template: str = "template.npz", **options: Any) -> Callab
 
 _points = of("degrade.scan_points")
 _depth = of("degrade.depth_images")
-_read = of("files.scans.read_points")
-_rig = of("files.scans.read_cameras")
-_open = of("files.scans.open_scans")
+_read = of("scans.read_points")
+_rig = of("scans.read_cameras")
+_open = of("scans.open_scans")
 _file = of("track_file")
 
 

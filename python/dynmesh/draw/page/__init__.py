@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..._errors import InputError, locating
 from ..._extras import require_all
 from ...files import Reader
-from ...files.scans import ScanReader, unit_of_scans
-from ...frames.times import mean_rate
+from ...files.times import mean_rate
+from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range

@@ -1,13 +1,12 @@
 """Scans in files: point clouds and depth images, and the cameras that made them."""
 
-from ...frames.scan import DepthScan, PointScan, Scan
-from .cameras import UNITS, Rig, ScanCamera, given_unit, read_cameras, write_cameras
+from .cameras import Rig, ScanCamera, read_cameras, write_cameras
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans, unit_of_scans
+from .scan import DepthScan, PointScan, Scan
 from .writer import DepthFolder, PointFolder
 
 __all__ = [
-    "UNITS",
     "DepthFolder",
     "DepthScan",
     "PointFolder",
@@ -16,7 +15,6 @@ __all__ = [
     "Scan",
     "ScanCamera",
     "ScanReader",
-    "given_unit",
     "open_scans",
     "read_cameras",
     "read_points",

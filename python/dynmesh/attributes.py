@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, KindError
+from ._errors import InputError, KindError
 
 Provenance: TypeAlias = NDArray[np.integer[Any]]
 """The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""

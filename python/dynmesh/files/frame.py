@@ -4,8 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from ..attributes import VertexAttributes
 from ..sequence import Mask, Positions, Sequence
-from .attributes import VertexAttributes
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +25,12 @@ class Frame(VertexAttributes):
     points: Positions
     known: Mask | None = None
 
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool, which vertices have a usable position in this frame."""
+        there = is_position(self.points)
+        return there if self.known is None else there & self.known
+
     def __iter__(self) -> Iterator[Any]:
         """Yields the points and the mask."""
         yield self.points
@@ -33,3 +41,10 @@ def frame_of(sequence: Sequence, number: int) -> Frame:
     """One frame of the sequence."""
     rows: dict[str, Any] = {name: rows[number] for name, rows in sequence.attributes().items()}
     return Frame(sequence.vertices[number], **rows)
+
+
+def is_position(points: Positions) -> Mask:
+    """Returns a (k,) bool array: which positions are finite and not too large for a completer."""
+    largest = 1e18 if points.dtype == np.float32 else 1e200
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(points) <= largest).all(axis=1))

@@ -19,16 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import InputError
-from ...frames.naming import naming
+from ..files.naming import naming
+from ..files.units import UNITS, metres_of
 
 _Floats = NDArray[np.float64]
-
-UNITS = {
-    "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0,
-    "inch": 0.0254, "foot": 0.3048, "yard": 0.9144,
-}  # fmt: skip
-"""The names of units, in metres."""
 
 _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
@@ -125,34 +119,6 @@ def write_cameras(path: Path, rig: Rig) -> None:
     path.write_text(text + "\n", encoding="utf-8")
 
 
-def _unit_of(value: Any) -> float | None:
-    """Returns the metres of a unit in a file: None, a name, or a number of metres."""
-    return None if value is None else _metres_of(value, " or null")
-
-
-def _metres_of(value: Any, more: str = "") -> float:
-    """Returns the metres of a unit: a name, or a number of metres."""
-    if isinstance(value, str) and value in UNITS:
-        return UNITS[value]
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return _positive("unit", value)
-    raise ValueError(
-        f"unit: must be one of {', '.join(UNITS)}, or a number of metres{more}, not {value!r}"
-    )
-
-
-def given_unit(argument: str, value: str | float) -> float:
-    """Returns the metres of a unit that an argument says.
-
-    Raises:
-        ValueError: it is neither a name nor a number of metres; the message names the argument.
-    """
-    try:
-        return _metres_of(value)
-    except ValueError as error:
-        raise InputError(str(error).removeprefix("unit: "), argument=argument) from error
-
-
 def _rig_of(found: Any, file: Path) -> Rig:
     if not isinstance(found, dict):
         raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
@@ -172,7 +138,8 @@ def _rig_of(found: Any, file: Path) -> Rig:
     for number, name in enumerate(names):
         if name in names[:number]:
             raise ValueError(f"camera {number}: name: there is a second {name!r}")
-    return Rig(tuple(cameras), _unit_of(found.get("unit")), file)
+    unit = found.get("unit")
+    return Rig(tuple(cameras), None if unit is None else metres_of(unit), file)
 
 
 def _camera_of(told: Any) -> ScanCamera:

@@ -1,21 +1,46 @@
 """Files with complete frames of the same mesh, from which it is learned how its shape varies."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TypeAlias
 
 from .. import files
+from .._checks import check_path
 from .._core import Completer, Tracker, TrainingSummary, training_summary
-from .._errors import InputError, SettingError, locating
-from ..files import Reader
-from ..frames.scenes import listed
+from .._errors import InputError, KindError, SettingError, locating
+from .._progress import tracked
+from ..files import PathLike, Reader
+from ..files.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
-from .start import check_same_mesh, check_whole, find_whole_frame, frame_at
+from .start import check_same_mesh, check_whole, start_in
 
-WatchTraining: TypeAlias = Callable[[Iterator[Positions], int], Iterator[Positions]]
-"""Is called with the frames of all training files and their number; it must pass the frames on."""
+TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
+"""The path of a training file, or those of several."""
+
+_EXPECTED = "a path or a list of paths"
+
+
+def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
+    """Returns the paths of the training files; none for None.
+
+    Raises:
+        TypeError, ValueError: they are not paths, or there are none.
+    """
+    if training is None:
+        return ()
+    if isinstance(training, str | os.PathLike):
+        training = (training,)
+    elif not isinstance(training, Iterable):
+        raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
+    training_files = list(training)
+    for training_file in training_files:
+        check_path("training", training_file, _EXPECTED)
+    if not training_files:
+        raise InputError("names no file; leave it out if there is none", argument="training")
+    return tuple(map(Path, training_files))
 
 
 class Training:
@@ -25,14 +50,14 @@ class Training:
         self,
         training_files: tuple[Path, ...],
         reader: Reader,
-        watch: WatchTraining | None = None,
+        progress: bool = False,
     ) -> None:
         """Opens each training_file and compares its mesh with that of the sequence.
 
         Args:
             training_files: none if there is no training.
             reader: of the sequence.
-            watch: None if nobody watches.
+            progress: whether to show a bar while they are read.
 
         Raises:
             OSError, ImportError, ValueError: a training file cannot be opened, or has another mesh,
@@ -40,7 +65,7 @@ class Training:
         """
         self._training_files = training_files
         self._reader = reader
-        self._watch = watch
+        self._progress = progress
         self._n_frames = 0
         self.files: list[Path] = []
         for training_file in training_files:
@@ -80,16 +105,16 @@ class Training:
         """Reads the training files and says what the completer of the sequence would learn.
 
         Raises:
-            OSError, ValueError: a training file cannot be read, or no frame of the sequence
-                is whole.
+            OSError, ValueError: a training file cannot be read, or no vertex of the sequence is
+                known.
         """
-        first = frame_at(self._reader, find_whole_frame(self._reader))
+        first = start_in(self._reader)
         with self._naming():
             return training_summary(self._reader.faces, first.points, self._frames())
 
     def _frames(self) -> Iterator[Positions]:
         frames = self._frames_as_read()
-        return frames if self._watch is None else self._watch(frames, self._n_frames)
+        return tracked(frames, self._n_frames, "reading training", self._progress)
 
     def _frames_as_read(self) -> Iterator[Positions]:
         for training_file in self._training_files:

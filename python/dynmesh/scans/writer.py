@@ -10,12 +10,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from ...frames.scan import DepthScan, PointScan
-from ..new_output import check_folder, exchange, exists_already, making
+from ..files.new_output import check_folder, exchange, exists_already, making
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, require_png, write_depth
 from .point_files import write_ply
 from .reader import CAMERAS
+from .scan import DepthScan, PointScan
 
 _OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
+from ..attributes import ATTRIBUTES, Flags, flags_of
 from ..sequence import (
     Description,
     Sequence,
@@ -17,7 +18,6 @@ from ..sequence import (
     check_faces,
     check_vertices,
 )
-from .attributes import ATTRIBUTES, Flags, flags_of
 
 
 @dataclass(frozen=True)

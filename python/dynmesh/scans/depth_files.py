@@ -9,9 +9,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import InputError
-from ..._extras import require
-from ...frames.naming import naming
+from .._errors import InputError
+from .._extras import require
+from ..files.naming import naming
 from .cameras import ScanCamera
 
 SUFFIX = ".png"

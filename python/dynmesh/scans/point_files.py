@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...frames.naming import naming
-from ...frames.scan import PointScan
-from ...sequence import Positions
-from ..comments import Metadata, metadata_in
-from ..npz import check_members, explaining, read_member
-from ..ply import coordinates, ply_header, read_elements
-from ..rows import load_array, native
+from ..files.comments import Metadata, metadata_in
+from ..files.naming import naming
+from ..files.npz import check_members, explaining, read_member
+from ..files.ply import coordinates, ply_header, read_elements
+from ..files.rows import load_array, native
+from ..sequence import Positions
+from .scan import PointScan
 
 _ROUNDED = 0.05
 """By how much the length of a normal may differ from 1, as it was written with a few digits."""

@@ -9,15 +9,13 @@ import numpy as np
 
 from .._core import Completer
 from .._errors import InputError, KindError, locating
-from ..frames.attributes import ATTRIBUTES, as_mask
-from ..frames.memory import Collected, SequenceReader
+from ..attributes import ATTRIBUTES, as_mask
+from ..files.memory import Collected, SequenceReader
 from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
-from ..settings import Settings, all_settings, takes_settings
-from .completion_options import CompletionOptions
-from .directions import complete_frames
-from .option import Start
-from .start import start_in
+from ..settings import Settings, check_settings
+from .start import Start, check_start, start_in
+from .ways import complete_frames, settings_for
 
 
 @overload
@@ -39,7 +37,6 @@ def complete(
     drop_above: float | None = None,
     **settings: Unpack[Settings],
 ) -> Sequence: ...
-@takes_settings
 def complete(
     faces: Faces | Sequence,
     frames: Iterable[Positions] | None = None,
@@ -78,17 +75,17 @@ def complete(
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
     """
-    of_sequence = CompletionOptions(start=start, bidirectional=bidirectional, drop_above=drop_above)
+    check_settings(settings)
     if isinstance(faces, Sequence):
         for name, given in (("frames", frames), ("known", known)):
             if given is not None:
                 raise InputError("is that of the sequence; leave it out", argument=name)
-        return _complete_sequence(faces, replace(of_sequence, settings=settings), training)
+        return _complete_sequence(faces, training, start, bidirectional, drop_above, settings)
     if frames is None:
         raise KindError(
             "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
         )
-    if of_sequence != CompletionOptions():
+    if start != "auto" or bidirectional or drop_above is not None:
         raise InputError(
             "start, bidirectional and drop_above are for a Sequence, whose frames can be read "
             "more than once, not for a stream of frames",
@@ -113,7 +110,7 @@ def _complete_frames(
         raise InputError(
             f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
         )
-    completer = Completer(faces, points, training=training, **all_settings(settings))
+    completer = Completer(faces, points, training=training, **settings)
     if mask is not None:
         given = np.asarray(mask)
         ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
@@ -126,16 +123,41 @@ def _complete_frames(
 
 
 def _complete_sequence(
-    sequence: Sequence, options: CompletionOptions, training: Iterable[Positions] | None
+    sequence: Sequence,
+    training: Iterable[Positions] | None,
+    start: Start,
+    bidirectional: bool,
+    drop_above: float | None,
+    settings: Settings,
 ) -> Sequence:
-    options = replace(options, provenance=True).checked()
-    if training is not None and options.bidirectional:  # instead of what would be learned
-        options = replace(options, settings={**options.settings, "learn": False})
+    check_start(start, None)
+    settings = settings_for(
+        settings,
+        bidirectional=bidirectional,
+        drop_above=drop_above,
+        trained=training is not None,
+    )
     reader = SequenceReader(sequence)
-    made = Collected(options.header(reader.header))
-    start = start_in(reader, options)
-    completer = Completer(sequence.faces, start.points, training=training, **options.settings)
-    complete_frames(reader, start, options, completer, made)
+    whole = start_in(
+        reader,
+        start,
+        noise=settings.get("noise"),
+        outliers=settings.get("reject_outliers", False),
+        threads=settings.get("threads", 1),
+    )
+    completer = Completer(sequence.faces, whole.points, training=training, **settings)
+    made = Collected(
+        replace(
+            reader.header,
+            has_known=drop_above is not None,
+            has_provenance=True,
+            has_standard_error=completer.settings["uncertainty"],
+            standard_error_of="position",
+        )
+    )
+    complete_frames(
+        reader, whole, completer, made, bidirectional=bidirectional, drop_above=drop_above
+    )
     return made.sequence()
 
 

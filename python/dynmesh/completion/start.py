@@ -4,34 +4,31 @@ What a frame of the sequence lacks is put together from the others.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from .. import files
-from .._errors import InputError, locating
+from .._errors import InputError, KindError, locating
+from ..attributes import FUSED
 from ..diagnosis.finding import counted
-from ..diagnosis.presence import observed_in
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
-from ..files import Frame, Reader
-from ..frames.attributes import FUSED
-from ..frames.header import Header
-from ..frames.times import index_of
+from ..files import Frame, PathLike, Reader, Source
+from ..files.header import Header
+from ..files.times import index_of
 from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
-from .completion_options import CompletionOptions
 
-WatchStart: TypeAlias = Callable[[str, int, int], object]
-"""Called with what is being done, the steps that are done and their number; the work has ended when
-they are equal."""
+Start: TypeAlias = int | Literal["auto", "best"]
+"""The frame from which completion starts."""
 
 DOUBTFUL_START = (
     "the frame that was put together is probably wrong, as its edges are far from the lengths that "
-    "other frames show; look at it with dynmesh view, and give a whole mesh with --template FILE"
+    "other frames show; look at it, and start from a template if it is"
 )
 
 _MUCH_NOISE = 0.02  # bounding-box diagonals
@@ -103,8 +100,8 @@ class StartFrame:
             many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
             yield (
                 f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
-                "positions; if nothing was observed there, use --missing zero with --start best "
-                "or --template FILE"
+                "positions; if nothing was observed there, say that zeros are missing, and start "
+                "from the best frame or a template"
             )
         if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
             times = float(f"{self.scale:.3g}")
@@ -137,81 +134,99 @@ class StartFrame:
             f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
             + (f", {unseen} were seen in no frame" if unseen else "")
         )
-        if self.made.doubtful:
-            yield DOUBTFUL_START
+
+
+def check_start(start: object, template: object) -> None:
+    """Refuses what cannot name a whole frame."""
+    if isinstance(start, str):
+        if start not in ("auto", "best"):
+            raise InputError(
+                f"must be 'auto', 'best' or a frame, not {start!r}", argument="start", value=start
+            )
+    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
+        raise KindError(
+            f"must be 'auto', 'best' or a whole number, not {start!r}",
+            argument="start",
+            value=start,
+        )
+    if template is not None and start != "auto":
+        raise InputError(
+            "stands before frame 0, so completion cannot also start at a frame",
+            argument="template",
+            value=template,
+        )
 
 
 @contextlib.contextmanager
 def open_with_template(
-    path: Path, options: CompletionOptions
+    path: PathLike, template: PathLike | None, source: Source
 ) -> Iterator[tuple[Reader, StartFrame | None]]:
-    """Opens a sequence and, if the options name one, the template from which completion starts.
+    """Opens a sequence and, if there is one, the template from which completion starts.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
             template has another mesh or is not whole.
     """
-    if options.template is not None:
-        with _open_with(Path(options.template), path, options) as (reader, first):
-            yield reader, first
+    if template is None:
+        with files.open(path, **source) as reader:
+            yield reader, None
         return
-    with files.open(path, **options.source) as reader:
-        yield reader, None
+    with files.open(template) as whole:
+        first = template_of(whole)
+        with files.open_with(path, template, **source) as reader:
+            reader.whole = None
+            check_same_mesh(whole, reader)
+            # What the output keeps beside positions: texture coordinates, materials and others.
+            reader.header = replace(
+                reader.header,
+                polygons=reader.header.polygons or whole.header.polygons,
+                mesh_file=whole.header.mesh_file or reader.header.mesh_file,
+            )
+            points = first.astype(reader.dtype)
+            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
+            yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
 
 
 def start_in(
-    reader: Reader, options: CompletionOptions, watch: WatchStart | None = None
+    reader: Reader,
+    start: Start = "auto",
+    *,
+    noise: float | None = None,
+    outliers: bool = False,
+    threads: int = 1,
+    progress: bool = False,
 ) -> StartFrame:
     """Returns the frame of the sequence from which its completion starts.
+
+    A frame with missing vertices is put together; the last arguments are then those of
+    :func:`dynmesh.whole_frame`.
 
     Raises:
         OSError, ValueError: the frame does not exist, or no vertex is known in any.
     """
-    start = options.start
     number: int | None = None
-    found: StartFrame | None = None
-    if start == "whole":
-        number = find_whole_frame(reader, watch)
-    elif start in ("auto", "clean"):
-        found = _taken(reader, 0)
-        number = 0 if found else _first_whole_frame(reader, watch)[0]
+    if start == "auto":
+        number = _first_whole_frame(reader)
     elif start != "best":
         with files.naming(reader.path):
-            number = index_of(reader.header, int(start), "start")
-    if number is None or start == "clean":
-        return _put_together(reader, number, options, watch)
-    found = found or _taken(reader, number)
-    if found is None:
-        return _put_together(reader, number, options, watch)
-    return replace(found, sought=isinstance(start, str) and number > 0)
-
-
-def _taken(reader: Reader, number: int) -> StartFrame | None:
-    """The frame with this number, in which zeros are positions, if no vertex is missing."""
-    reader.whole = number
-    frame = frame_at(reader, number)
-    if not observed_in(frame).all():
-        return None
-    return StartFrame(np.array(frame.points), number, zeros=_zeros_in(frame.points, reader))
-
-
-def _put_together(
-    reader: Reader, number: int | None, options: CompletionOptions, watch: WatchStart | None
-) -> StartFrame:
-    """Makes a frame of the sequence whole: the best one, or that with this number."""
-    what = "putting a whole frame together"
+            number = index_of(reader.header, start, "start")
+    if number is not None:
+        reader.whole = number
+        frame = frame_at(reader, number)
+        if frame.observed.all():
+            zeros = _zeros_in(frame.points, reader)
+            sought = start == "auto" and number > 0
+            return StartFrame(np.array(frame.points), number, zeros=zeros, sought=sought)
     with locating(file=reader.path):
         made = whole_frame(
             reader.faces,
             reader,
             frame="best" if number is None else number,
-            noise=options.settings["noise"],
-            outliers=options.start == "clean",
-            threads=options.settings["threads"],
-            progress=None if watch is None else lambda done, of: watch(what, done, of),
+            noise=noise,
+            outliers=outliers,
+            threads=threads,
+            progress=progress,
         )
-    if watch is not None:
-        watch(what, 1, 1)
     reader.whole = None
     return StartFrame(made.positions, made.frame, made=made)
 
@@ -230,67 +245,17 @@ def template_of(reader: Reader) -> Positions:
     return np.array(frame.points)
 
 
-def find_whole_frame(reader: Reader, watch: WatchStart | None = None) -> int:
-    """Returns the index of the first frame in which every vertex was observed.
-
-    Raises:
-        ValueError: no frame is whole.
-    """
-    number, fullest, least = _first_whole_frame(reader, watch)
-    if number is None:
-        raise InputError(
-            f"no frame is whole; frame {reader.header.number(fullest)} lacks the fewest, {least} "
-            f"of {reader.n_vertices} vertices; --start best puts a whole frame together from all "
-            "of them, --template FILE takes one from a file (in Python, start='best', template=)",
-            file=reader.path,
-        )
-    return number
-
-
-def _first_whole_frame(reader: Reader, watch: WatchStart | None) -> tuple[int | None, int, int]:
-    """The first whole frame, or None; the one that lacks the fewest vertices, and their number."""
-    reader.whole = None
-    fullest, least, n = 0, reader.n_vertices + 1, reader.n_frames
-    what = "looking for a whole frame"
+def _first_whole_frame(reader: Reader) -> int | None:
+    """The first frame in which every vertex was observed; in frame 0, zeros are positions."""
+    reader.whole = 0
     with contextlib.closing(reader.frames()) as frames:
-        for number, frame in enumerate(frames):
-            if watch is not None:
-                watch(what, number, n)
-            missing = int(np.count_nonzero(~observed_in(frame)))
-            if missing < least:
-                fullest, least = number, missing
-            if missing == 0:
-                break
-    if watch is not None:
-        watch(what, n, n)
-    return (fullest if least == 0 else None), fullest, least
-
-
-@contextlib.contextmanager
-def _open_with(
-    template: Path, path: Path, options: CompletionOptions
-) -> Iterator[tuple[Reader, StartFrame]]:
-    """Opens a sequence that has the mesh of a template, or no faces of its own."""
-    with files.open(template) as whole:
-        first = template_of(whole)
-        with files.open_with(path, template, **options.source) as reader:
-            reader.whole = None
-            check_same_mesh(whole, reader)
-            # What the output keeps beside positions: texture coordinates, materials and others.
-            reader.header = replace(
-                reader.header,
-                polygons=reader.header.polygons or whole.header.polygons,
-                mesh_file=whole.header.mesh_file or reader.header.mesh_file,
-            )
-            points = first.astype(reader.dtype)
-            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
-            yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
+        return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
 
 
 def _scale_of(points: Positions, reader: Reader) -> float:
     """Compares the edges with those of which both ends were observed in frame 0."""
     first = frame_at(reader, 0)
-    there = observed_in(first) & first.points.any(axis=1)
+    there = first.observed & first.points.any(axis=1)
     ends = edges_of(reader.faces)
     ends = ends[there[ends].all(axis=1)]
     ours, theirs = lengths_of(points, ends), lengths_of(first.points, ends)
@@ -307,7 +272,7 @@ def _zeros_in(points: Positions, reader: Reader) -> int:
 
 def check_whole(frame: Frame, advice: str) -> None:
     """Refuses a frame with missing vertices; the advice ends the message."""
-    missing = np.flatnonzero(~observed_in(frame))
+    missing = np.flatnonzero(~frame.observed)
     if len(missing):
         raise InputError(
             f"{len(missing)} of {len(frame.points)} vertices "

@@ -8,16 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import DynmeshError, InputError
-from ...frames.naming import naming
-from ...frames.scan import DepthScan, PointScan, Scan
-from ...frames.unchanged import Unchanged
-from ..choice import PathLike
-from ..format import Gaps
-from ..numbered import Found, files_in, find_files, matching, with_conversion
-from .cameras import Rig, ScanCamera, given_unit, read_cameras
+from .._errors import DynmeshError, InputError
+from ..files.choice import PathLike
+from ..files.format import Gaps
+from ..files.naming import naming
+from ..files.numbered import Found, files_in, find_files, matching, with_conversion
+from ..files.unchanged import Unchanged
+from ..files.units import metres_of
+from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, is_depth, read_depth, require_png, usual_size
 from .point_files import point_formats, read_points
+from .scan import DepthScan, PointScan, Scan
 from .undistortion import Undistortion
 
 CAMERAS = "cameras.json"
@@ -208,7 +209,7 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
     stated = scans.metres_per_unit
     if given is None:
         return stated
-    said = given_unit("scan_unit", given)
+    said = metres_of(given, "scan_unit")
     if stated is not None and abs(said / stated - 1) > 1e-9:
         file = scans.camera_files[0] if scans.camera_files else scans.path
         raise InputError(

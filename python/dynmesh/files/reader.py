@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import locating
+from ..attributes import as_mask
 from ..sequence import rate, summary
-from .attributes import as_mask
 from .frame import Frame
 from .header import Header
 from .naming import naming

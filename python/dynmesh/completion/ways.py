@@ -6,59 +6,82 @@ On its way, a completer uses only frames that it has already met.
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_positive
 from .._core import Completer
-from .._errors import InputError, locating
+from .._errors import SettingError, locating
+from .._progress import tracked
 from ..files import Frame, Reader, naming
-from ..frames.memory import Output
+from ..files.memory import Output
+from ..settings import Settings
 from .both_ways import combined
-from .completion_options import CompletionOptions
-from .report import Tally
 from .start import StartFrame
-
-Watch = Callable[[Iterator[Any], int], Iterator[Any]]
+from .tally import Tally
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+
+def settings_for(
+    settings: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
+) -> Settings:
+    """Returns the settings of the completer of a sequence, with those that its options imply.
+
+    Raises:
+        TypeError, ValueError: an option is refused, or cannot be combined with the method.
+    """
+    asked = {"bidirectional": bidirectional, "drop_above": drop_above, "training": trained}
+    if drop_above is not None:
+        check_positive("drop_above", drop_above)
+    if settings.get("method", "detail") != "detail":
+        for name, value in asked.items():
+            if value not in (None, False):
+                raise SettingError("is for method detail alone", argument=name, value=value)
+    implied: dict[str, Any] = {}
+    if bidirectional or drop_above is not None:
+        implied["uncertainty"] = True
+    if bidirectional:
+        implied["learn"] = not trained
+    return cast(Settings, {**settings, **implied})
 
 
 def complete_frames(
     reader: Reader,
     start: StartFrame,
-    options: CompletionOptions,
     completer: Completer,
     output: Output,
     *,
+    bidirectional: bool = False,
+    drop_above: float | None = None,
     folder: Path | None = None,
-    watch: Watch | None = None,
+    progress: bool = False,
 ) -> Tally:
     """Completes the frames of a sequence and writes them in order; returns what was done.
 
     Args:
         reader: of the sequence.
         start: the whole frame.
-        options: of the completion, checked.
         completer: begins at the whole frame.
         output: takes the frames.
+        bidirectional: whether to complete each frame from both sides.
+        drop_above: the standard error above which vertices are left missing.
         folder: on whose disk frames wait that cannot be written yet; None keeps them in memory.
-        watch: called with the frames in the order of their completion and their number; it must
-            pass them on. With `bidirectional`, a frame counts as often as it is completed.
+        progress: whether to show a bar; with `bidirectional`, a frame counts as often as it is
+            completed.
 
     Raises:
         OSError, ValueError: a frame cannot be read, completed or written.
     """
-    tally = Tally(options.settings["method"], bool(options.training))
+    tally = Tally(completer.settings["method"])
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
-    out, *further = ways = _ways(start.number, reader.n_frames, options.bidirectional)
-    waiting = _records(
-        whole, reader.n_frames if options.bidirectional else start.number + 1, folder
-    )
+    out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)
+    waiting = _records(whole, reader.n_frames if bidirectional else start.number + 1, folder)
     if start.number >= 0:
         _store(waiting, start.number, whole)
 
@@ -70,20 +93,20 @@ def complete_frames(
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
-            _write(start.add_errors(frame, number), options.drop_above, output, tally)
+            _write(start.add_errors(frame, number), drop_above, output, tally)
 
     with contextlib.closing(_frames(reader, ways)) as read:
-        frames = read if watch is None else watch(read, sum(map(len, ways)))
+        frames = tracked(read, sum(map(len, ways)), "completing", progress)
         for number, frame in go(out, whole):
             _store(waiting, number, frame)
-        if options.bidirectional:
+        if bidirectional:
             there, back = further
             for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
                 _store(waiting, number, frame)
             for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
                 _store(waiting, number, combined(_stored(waiting, number), frame))
         write((number, _stored(waiting, number)) for number in range(len(waiting)))
-        if not options.bidirectional:
+        if not bidirectional:
             write(go(further[0], whole))
         next(frames, None)  # at its end, the reader looks whether the file was changed
     return tally
@@ -127,13 +150,8 @@ def _completed(
     if way and completer.n_frames:
         completer.reset(origin.points)
     for number in way:
-        at = reader.header.number(number)
-        frame = next(frames, None)
-        if frame is None:
-            raise InputError(
-                f"ends before frame {at}, but must pass all frames on", argument="watch"
-            )
-        with locating(frame=at):
+        frame = next(frames)
+        with locating(frame=reader.header.number(number)):
             points = completer.push(frame.points, frame.known)
         since = completer.age >= completer.n_frames  # not observed since
         errors = None

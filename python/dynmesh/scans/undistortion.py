@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import InputError
-from ..._extras import require
+from .._errors import InputError
+from .._extras import require
 from .cameras import ScanCamera
 
 _APART = 1.0
