@@ -43,6 +43,9 @@ from .polygons import Polygons
 from .registration import Registration, register, register_depth
 from .sequence import Description, Sequence
 from .verbs.complete import FileReport, complete_file
+from .verbs.convert import ConversionReport, convert, convert_file
+from .verbs.evaluate import Evaluation, FrameErrors, evaluate
+from .verbs.show import picture, view
 from .whole_frames import WholeFrame, whole_frame
 
 __all__ = [

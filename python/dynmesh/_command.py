@@ -28,29 +28,38 @@ _NAMES = {
     "partial": ("--input",),
     "out": ("--output", "-o"),
     "colour": ("--colour", "--color"),
+    "degrade_file.known": ("--known",),
+    "picture.frames": ("--frame",),
+    "picture.count": ("--sheet",),
 }
-"""Options that are not called like their parameters."""
+"""Options that are not called like their parameters, of all functions or of one."""
 
 
-def option_of(parameter: str) -> str:
+def option_of(function: Callable[..., Any], parameter: str) -> str:
     """The option that stands for a parameter of a function."""
-    return _NAMES.get(parameter, (f"--{parameter.replace('_', '-')}",))[0]
+    return _names(function, parameter)[0]
+
+
+def _names(function: Callable[..., Any], parameter: str) -> tuple[str, ...]:
+    usual = _NAMES.get(parameter, (f"--{parameter.replace('_', '-')}",))
+    return _NAMES.get(f"{function.__name__}.{parameter}", usual)
 
 
 def takes(function: Callable[..., Any], parameter: str | None) -> bool:
     """Whether a function has an option for this parameter."""
-    hints = typing.get_type_hints(function)
-    source = _members(hints["source"])[0].__annotations__ if "source" in hints else ()
-    return parameter in hints or parameter in source
+    parameters = inspect.signature(function).parameters
+    source = parameters.get("source")
+    of_source = () if source is None else _members(source.annotation)[0].__annotations__
+    return parameter in parameters or parameter in of_source
 
 
 def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
     """Returns the function with a signature that says how a command line gives its arguments."""
-    hints = typing.get_type_hints(function, include_extras=True)
     parameters = []
     for one in inspect.signature(function).parameters.values():
         kind = one.POSITIONAL_ONLY if one.default is one.empty else one.KEYWORD_ONLY
-        annotation = _annotation(one.name, hints[one.name], one.default)
+        names = _names(function, one.name)
+        annotation = _annotation(one.name, names, one.annotation, one.default)
         parameters.append(one.replace(annotation=annotation, kind=kind))
 
     @functools.wraps(function)
@@ -97,7 +106,7 @@ def refusal(error: Any) -> InputError:
     return InputError(told)
 
 
-def _annotation(name: str, hint: Any, default: Any) -> Any:
+def _annotation(name: str, names: tuple[str, ...], hint: Any, default: Any) -> Any:
     """The type of a parameter and what cyclopts must know beside it."""
     from cyclopts import Group, Parameter
 
@@ -110,16 +119,15 @@ def _annotation(name: str, hint: Any, default: Any) -> Any:
     if name == "source":
         return Annotated[_source(_members(hint)[0]) | None, Parameter(name="*", **more)]
     if default is not inspect.Parameter.empty:
-        more["name"] = _NAMES.get(name)
+        more |= {"name": names, "required": name == "out"}
     if slice in _members(hint):
         more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
-    if default is False:
-        more |= {"negative": "", "show_default": False}
-    kind, several = _of_shell(hint)
-    if several:
+    if default is not True:
         more["negative"] = ""
-    return Annotated[kind, Parameter(**more)]
+    if default is False:
+        more["show_default"] = False
+    return Annotated[_of_shell(hint), Parameter(**more)]
 
 
 _ORDER = ("what", "how", "output")
@@ -128,25 +136,26 @@ _ORDER = ("what", "how", "output")
 def _source(kind: Any) -> Any:
     """The keywords of reading a file, as options."""
     fields = {
-        name: _annotation(name, hint, None) for name, hint in typing.get_type_hints(kind).items()
+        name: _annotation(name, _NAMES.get(name, (f"--{name}",)), hint, None)
+        for name, hint in typing.get_type_hints(kind).items()
     }
     made: Any = typing.TypedDict(kind.__name__, fields, total=False)  # type: ignore[operator]
     made.__doc__ = kind.__doc__
     return made
 
 
-def _of_shell(hint: Any) -> tuple[Any, bool]:
-    """What a command line can give of the values of a type; whether it is a list of these."""
+def _of_shell(hint: Any) -> Any:
+    """What a command line can give of the values of a type."""
     members = _members(hint)
     empty = (None,) if type(None) in typing.get_args(hint) else ()
     for one in members:
         if typing.get_origin(one) is Iterable:
-            item: Any = _of_shell(typing.get_args(one)[0])[0]
-            return Union[list[item], *empty], True
+            item: Any = _of_shell(typing.get_args(one)[0])
+            return Union[list[item], *empty]
     if any(_is_path(one) for one in members):
-        return Union[Path, *empty], False
+        return Union[Path, *empty]
     simple = [one for one in members if one in _SIMPLE or typing.get_origin(one) is Literal]
-    return Union[*(simple or members), *empty], False
+    return Union[*(simple or members), *empty]
 
 
 _SIMPLE = (int, float, bool, str)

@@ -15,7 +15,7 @@ def steps(what: str, progress: bool) -> Iterator[Callable[[int, int], None]]:
         A function of the number of steps that are done and of all steps.
     """
     if not progress:
-        yield lambda done, total: None
+        yield lambda *_: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn

@@ -14,9 +14,22 @@ from ._command import as_command, option_of, refusal, takes
 from ._errors import DynmeshError
 from ._report import Report
 from .verbs.complete import complete_file
+from .verbs.convert import convert_file
+from .verbs.degrade import degrade_file
+from .verbs.evaluate import evaluate
+from .verbs.info import info
+from .verbs.show import picture, view
+from .verbs.synth import synth_file
 
 VERBS: dict[str, Callable[..., Any]] = {
+    "info": info,
+    "synth": synth_file,
+    "degrade": degrade_file,
     "complete": complete_file,
+    "evaluate": evaluate,
+    "view": view,
+    "picture": picture,
+    "convert": convert_file,
 }
 
 _EXIT_CODES = {"good": 0, "failed": 1}
@@ -56,13 +69,13 @@ def main() -> None:
         _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 1)
     except (ValueError, TypeError, ImportError) as error:
         _fail(str(error), 1)
-    if report is not None:
+    if isinstance(report, Report):
         _show(report, quiet, as_json)
         sys.exit(_EXIT_CODES.get(report.quality, 3))
 
 
-def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
-    """Runs a command line, and shows how far it is in a terminal; returns its report.
+def run(tokens: Sequence[str], *, quiet: bool = False) -> Any:
+    """Runs a command line, and shows how far it is in a terminal; returns what it returns.
 
     Raises:
         CycloptsError: the command line is wrong.
@@ -71,8 +84,7 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     if "progress" in unset:
         given.arguments["progress"] = sys.stderr.isatty() and not quiet
-    made: Report | None = command(*given.args, **given.kwargs)
-    return made
+    return command(*given.args, **given.kwargs)
 
 
 def _told(error: DynmeshError, tokens: Sequence[str]) -> tuple[str, bool]:
@@ -81,7 +93,7 @@ def _told(error: DynmeshError, tokens: Sequence[str]) -> tuple[str, bool]:
     if verb is None or error.argument is None or not takes(verb, error.argument):
         return str(error), False
     is_alone = error.file is None and error.frame is None
-    return error.told(option_of(error.argument)), is_alone
+    return error.told(option_of(verb, error.argument)), is_alone
 
 
 def _common(tokens: list[str]) -> tuple[bool, bool, list[str]]:

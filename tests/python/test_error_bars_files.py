@@ -16,7 +16,7 @@ import dynmesh
 from dynmesh.draw.quantities import QUANTITIES
 from dynmesh.draw.sources import Moment, Sources
 from dynmesh.files import frame_of
-from dynmesh.jobs.true_surface import TrueSurface
+from dynmesh.true_surface import TrueSurface
 
 N_FRAMES = 6
 

@@ -19,7 +19,7 @@ from .motion import Motion
 from .placement import Placement
 from .presence import Presence
 
-__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
+__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
 
 
 def diagnose(
@@ -46,10 +46,11 @@ def diagnose(
         files.naming(reader.path),
         closing(reader.frames()) as frames,
     ):
-        return _diagnose(reader.header, tracked(frames, reader.n_frames, "reading", progress))
+        return diagnose_frames(reader.header, tracked(frames, reader.n_frames, "reading", progress))
 
 
-def _diagnose(header: Header, watched: Iterator[Frame]) -> Diagnosis:
+def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
+    """As :func:`diagnose`, of the frames of a sequence with this header."""
     if header.n_vertices == 0:
         raise ValueError("has no vertices")
     first = next(watched)

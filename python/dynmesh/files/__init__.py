@@ -5,6 +5,7 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` documen
 interface.
 """
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -54,6 +55,7 @@ __all__ = [
     "open",
     "open_with",
     "opened",
+    "opened_beside",
     "read",
     "target_of",
     "target_over",
@@ -136,7 +138,9 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
         return {} if chosen.meshes is None else chosen.meshes(Path(path))
 
 
-def open_with(path: PathLike, template: PathLike | None, **source: Unpack[Source]) -> Reader:
+def open_with(
+    path: PathLike, template: Faces | PathLike | None, **source: Unpack[Source]
+) -> Reader:
     """Opens a sequence or, if it holds no faces, with those of the mesh file `template`."""
     try:
         return open(path, **source)
@@ -155,7 +159,7 @@ OneSequence: TypeAlias = PathLike | Reader | Sequence
 def opened(
     sequence: OneSequence,
     name: str = "sequence",
-    template: PathLike | None = None,
+    template: Faces | PathLike | None = None,
     **source: Unpack[Source],
 ) -> Iterator[Reader]:
     """Yields a reader of a sequence, wherever it is; a reader is not closed.
@@ -163,7 +167,7 @@ def opened(
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
-        template: a mesh file with the faces of a file that holds none.
+        template: the faces of a file that holds none, or a mesh file with them.
         **source: how to read a file, the keywords of :func:`open`.
     """
     if isinstance(sequence, Reader):
@@ -174,6 +178,30 @@ def opened(
         if isinstance(sequence, Sequence)
         else open_with(sequence, template, **source)
     ) as reader:
+        yield reader
+
+
+@contextmanager
+def opened_beside(
+    sequence: OneSequence,
+    name: str,
+    *,
+    faces: Faces | PathLike | None = None,
+    prim: str | None = None,
+    **source: Unpack[Source],
+) -> Iterator[Reader]:
+    """As :func:`opened`, with faces and a mesh for those of several files that need them.
+
+    Args:
+        sequence: the sequence.
+        name: what messages call a sequence in memory.
+        faces: of a file that holds none.
+        prim: the path of the mesh in a file that holds several.
+        **source: how else to read a file.
+    """
+    if isinstance(sequence, str | os.PathLike) and format_of(sequence).meshes is not None:
+        source["prim"] = prim
+    with opened(sequence, name, faces, **source) as reader:
         yield reader
 
 

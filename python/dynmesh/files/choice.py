@@ -28,7 +28,7 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format with --format (in Python, format=)"
+_NAME_IT = "name the format"
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:

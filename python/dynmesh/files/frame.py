@@ -44,7 +44,10 @@ def frame_of(sequence: Sequence, number: int) -> Frame:
 
 
 def is_position(points: Positions) -> Mask:
-    """Returns a (k,) bool array: which positions are finite and not too large for a completer."""
-    largest = 1e18 if points.dtype == np.float32 else 1e200
+    """Returns a (k,) bool array: which positions a completer of their dtype accepts."""
     with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(points) <= largest).all(axis=1))
+        return np.asarray((np.abs(points) <= LARGEST[points.dtype.itemsize]).all(axis=1))
+
+
+LARGEST = {4: 1e18, 8: 1e200}
+"""The largest coordinates that are accepted, by the bytes of a coordinate."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from .._errors import InputError
 from ..polygons import Polygons
 
 
@@ -13,11 +14,17 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
         raise ValueError("contains no polygon mesh")
     if prim is not None:
         if prim not in meshes:
-            raise ValueError(f"has no mesh '{prim}'; the meshes are {listed(list(meshes))}")
+            raise InputError(
+                f"has no mesh {prim!r}; the meshes are {listed(list(meshes))}",
+                argument="prim",
+                value=prim,
+            )
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        raise ValueError(f"contains several meshes; choose one with --prim: {listed(candidates)}")
+        raise ValueError(
+            f"contains several meshes; choose one by its path (prim): {listed(candidates)}"
+        )
     return candidates[0]
 
 

@@ -124,7 +124,7 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None
     """
     path = Path(path)
     with naming(path):
-        otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
+        otherwise = f"write {path / 'frame_%04d.ply'}, or name the format"
         chosen = choose(path, format, otherwise, written=True)
         assert chosen.writer is not None
         if overlay and chosen.overlay is None:

@@ -16,7 +16,7 @@ from ..scans.depth_files import SUFFIX
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS, read_rig
 from .start import template_of
-from .true_surface import vertex_normals
+from ..true_surface import vertex_normals
 
 
 class SingleScans(ScanReader):

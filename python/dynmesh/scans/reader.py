@@ -252,9 +252,9 @@ def open_scans(
         if suffix != SUFFIX:
             return PointReader(path, suffix, rig, gaps)
         if rig is None:
-            raise ValueError(
-                f"depth images need cameras: {CAMERAS} beside them, or --cameras FILE (in Python, "
-                "cameras=)"
+            raise InputError(
+                f"depth images need cameras: {CAMERAS} beside them, or another file",
+                argument="cameras",
             )
         return DepthReader(path, rig, gaps)
 
@@ -371,7 +371,7 @@ def _names(cameras: Iterable[ScanCamera]) -> str:
 
 
 def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]) -> None:
-    advice = "; --gaps lost (in Python, gaps='lost') tracks without it"
+    advice = "; tracking goes on without it if gaps are lost"
     for camera in rig.cameras:
         if not by_camera[camera.name]:  # the names of its files may be wrong
             raise ValueError(

@@ -93,7 +93,8 @@ class FileReport(Report):
             f"{100 * count / whole:.3g} %" for count in (self.known, self.filled, self.disconnected)
         )
         where = "" if self.start is None else f", frame {self.start} not counted"
-        yield f"known {known}, filled in {filled}, disconnected {disconnected} of the vertices{where}"
+        shares = f"known {known}, filled in {filled}, disconnected {disconnected}"
+        yield f"{shares} of the vertices{where}"
         if self.prior_weight == 0:
             yield "the training sequence did not help and was not used"
         elif self.prior_weight is not None:

@@ -1,29 +1,32 @@
 """The error of a whole completed sequence, measured in constant memory."""
 
 import contextlib
-import csv
+import csv as table
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple, dataclass, field, fields
 from itertools import islice, repeat
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files, metrics
+from .. import metrics
+from .._checks import check_path
+from .._command import Output, What
 from .._errors import InputError
+from .._progress import tracked
+from .._report import Report, as_json
 from ..calibration import Calibrating, Calibration, estimated
-from ..diagnosis.presence import observed_in
-from ..files import Frame, OneSequence, PathLike, Reader
+from ..files import Frame, OneSequence, PathLike, Reader, opened_beside
+from ..files.new_output import check_output, new_output
 from ..files.reader import check_comparable
 from ..files.times import frame_numbers, indices_of
-from .true_surface import TrueSurface
+from ..true_surface import TrueSurface
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
-Watch: TypeAlias = Callable[[Iterable[Frame], int], Iterable[Frame]]
 Only: TypeAlias = Literal["all", "missing"]
 
 
@@ -50,8 +53,8 @@ class FrameErrors:
     maximum: float
 
 
-@dataclass(frozen=True)
-class Evaluation:
+@dataclass(frozen=True, kw_only=True)
+class Evaluation(Report):
     """Errors in bounding-box diagonals of frame 0 of the reference.
 
     Attributes:
@@ -75,64 +78,122 @@ class Evaluation:
     frames: int
     bounding_box_diagonal: float
     calibration: Calibration | None
-    each: tuple[FrameErrors, ...] = ()
+    each: tuple[FrameErrors, ...] = field(default=(), repr=False)
+
+    def lines(self) -> list[str]:
+        """Says how large the errors are."""
+        rows = {
+            "NMSVE x 1e4": f"{1e4 * self.nmsve:.4g}",
+            "mean error": f"{self.mean:.4g}, root mean square {self.rms:.4g}",
+            "99th percentile": f"{self.p99:.4g}",
+            "maximum": f"{self.maximum:.4g}",
+            "measured": f"{self.frames} frames, in bounding-box diagonals of the first, "
+            f"{self.bounding_box_diagonal:g}",
+        }
+        if (found := self.calibration) is not None:
+            rows |= {
+                "standard errors": f"of {_ERRORS_OF[found.standard_error_of]}; error / standard "
+                f"error is {found.rms_ratio:.3g}, by root mean squares",
+                "50 % interval": f"holds {100 * found.coverage_50:.3g} % of the errors",
+                "90 % interval": f"holds {100 * found.coverage_90:.3g} % of the errors",
+                "rank correlation": f"{_shown(found.rank_correlation)} with standard errors, "
+                f"{_shown(found.generation_correlation)} with generations",
+            }
+        return [f"{name:18}{value}" for name, value in rows.items()] + super().lines()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the errors of the whole sequence as values that JSON has."""
+        summary = {name: getattr(self, name) for name in ("mean", "rms", "p99", "maximum")}
+        return {
+            "nmsve": self.nmsve,
+            "summary": summary,
+            "frames": self.frames,
+            "bounding_box_diagonal": self.bounding_box_diagonal,
+            "standard_error": as_json(self.calibration),
+        }
 
     def write_csv(self, path: PathLike) -> None:
         """Writes a table with a row for each frame."""
         with Path(path).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
+            writer = table.writer(file)
             writer.writerow(field.name for field in fields(FrameErrors))
             writer.writerows(astuple(errors) for errors in self.each)
+
+
+_ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
+
+
+def _shown(correlation: float | None) -> str:
+    return "none" if correlation is None else f"{correlation:.3g}"
 
 
 def evaluate(
     completed: OneSequence,
     reference: OneSequence,
     *,
-    frames: slice | range | None = None,
-    only: Only = "all",
-    partial: OneSequence | None = None,
-    template: PathLike | None = None,
-    watch: Watch = lambda frames, _: frames,
+    frames: What[slice | range | None] = None,
+    only: What[Only] = "all",
+    partial: What[OneSequence | None] = None,
+    template: What[PathLike | None] = None,
+    prim: What[str | None] = None,
+    csv: Output[PathLike | None] = None,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
 ) -> Evaluation:
-    """Compares two sequences frame by frame.
+    """Measures the error of a completed sequence, frame by frame.
+
+    NMSVE is the normalised mean square visual error of the paper; printed, it is multiplied by 1e4,
+    as in the documentation. The others are distances between vertices and their true positions:
+    mean, root mean square and 99th percentile of a frame, averaged over the frames, and the overall
+    maximum. All are in bounding-box diagonals of the first frame of the reference. Standard errors,
+    if the completed sequence has them, are compared with the errors that they describe.
 
     Args:
-        completed: the completed sequence: a file, a reader or a sequence in memory.
+        completed: the completed sequence.
         reference: the true sequence, with the same mesh and number of frames.
-        frames: a slice or range such as ``range(1001, 1050)``: the numbers, in the completed
-            sequence, of the first frame to measure and of the one after the last; None means all
-            after the first frame.
-        only: "missing" measures the distances of vertices that were not observed in their frame, as
-            `partial` says, or else the generations in `completed`. "all" measures all vertices.
+        frames: from the number of the first frame to measure to that after the last one, such as
+            1001:1050, in the completed sequence; all after the first frame if it is not given.
+        only: "missing" measures the distances of vertices that were not observed, as the sequence
+            that was completed says, or else the generations of the completed one.
         partial: the sequence that was completed; only its missing vertices matter.
         template: a mesh file that provides the faces of those of the files that hold none.
-        watch: called with the frames of `completed` and their number, and must pass them on.
+        prim: the path of the mesh in those of the files that hold several (USD, Alembic).
+        csv: a file to write with a row for each frame.
+        overwrite: whether to replace it if it exists.
+        progress: whether to show a bar on standard error.
 
     Raises:
-        OSError, ImportError, TypeError: a file cannot be read.
+        OSError, ImportError, TypeError: a file cannot be read or written.
         ValueError: the sequences do not have the same mesh and number of frames, no frame is to be
             measured, a position is missing or not finite, or nothing says which vertices were
-            missing. The message names the file.
+            missing.
     """
     if only not in ("all", "missing"):
-        raise InputError(f"must be 'all' or 'missing', not {only!r}", argument="only")
+        raise InputError(f"must be 'all' or 'missing', not {only!r}", argument="only", value=only)
+    if csv is not None:
+        check_path("csv", csv)
+        check_output(Path(csv), overwrite, ".csv")
     with contextlib.ExitStack() as stack:
         ours, truth = (
-            stack.enter_context(files.opened(given, name, template))
+            stack.enter_context(opened_beside(given, name, faces=template, prim=prim))
             for given, name in ((completed, "completed"), (reference, "reference"))
         )
         observed: Reader | None = None
         if partial is not None:
-            observed = stack.enter_context(files.opened(partial, "partial", template))
+            beside = opened_beside(partial, "partial", faces=template, prim=prim)
+            observed = stack.enter_context(beside)
             check_comparable(observed, truth)
         elif only == "missing" and not ours.has_provenance:
             raise InputError(
-                "says of no vertex whether it was observed; give the sequence that was completed "
-                "(--input, in Python partial=), or complete it with --provenance",
+                "says of no vertex whether it was observed; give the sequence that was completed, "
+                "or complete it with provenance",
                 file=ours.path,
             )
-        return _evaluate(ours, truth, observed, only, frames, watch)
+        found = _evaluate(ours, truth, observed, only, frames, progress)
+    if csv is not None:
+        with new_output(Path(csv), overwrite, ".csv") as made:
+            found.write_csv(made)
+    return found
 
 
 def _evaluate(
@@ -141,7 +202,7 @@ def _evaluate(
     partial: Reader | None,
     only: Only,
     frames: slice | range | None,
-    watch: Watch,
+    progress: bool,
 ) -> Evaluation:
     check_comparable(completed, reference)
     if reference.n_frames < 2:
@@ -154,9 +215,10 @@ def _evaluate(
     calibrating = Calibrating(kind)
     surface = TrueSurface(reference.faces, reference.n_vertices) if kind == "surface" else None
     each: list[FrameErrors] = []
+    ours_read = tracked(_frames(completed, numbers), len(numbers), "measuring", progress)
     rows = zip(
         numbers,
-        _whole(watch(_frames(completed, numbers), len(numbers)), numbers, completed),
+        _whole(ours_read, numbers, completed),
         _whole(_frames(reference, numbers), numbers, reference),
         _observed(_frames(partial, numbers) if partial is not None else None, len(numbers)),
         strict=True,
@@ -202,8 +264,8 @@ def _diagonal(reference: Reader) -> float:
     _check_whole(0, first, reference)
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
-        raise ValueError(
-            f"{reference.path}: all vertices of frame {reference.header.number(0)} are at one point"
+        raise InputError(
+            "all vertices are at one point", file=reference.path, frame=reference.header.number(0)
         )
     return unit
 
@@ -216,7 +278,7 @@ def _observed(frames: Iterator[Frame] | None, n: int) -> Iterator[NDArray[np.boo
     """The vertices that were observed in each frame; None where nothing says so."""
     if frames is None:
         return repeat(None, n)
-    return map(observed_in, frames)
+    return (frame.observed for frame in frames)
 
 
 def _missing(frame: Frame, observed: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
@@ -243,9 +305,10 @@ def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[
 
 
 def _check_whole(number: int, frame: Frame, reader: Reader) -> None:
-    missing = np.flatnonzero(~observed_in(frame))
+    missing = np.flatnonzero(~frame.observed)
     if len(missing):
-        raise ValueError(
-            f"{reader.path}: frame {reader.header.number(number)} lacks vertex {missing[0]}; "
-            "the error is measured between complete sequences"
+        raise InputError(
+            f"lacks vertex {missing[0]}; the error is measured between complete sequences",
+            file=reader.path,
+            frame=reader.header.number(number),
         )

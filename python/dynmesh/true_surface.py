@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import Positions
+from .sequence import Positions
 
 Floats = NDArray[np.float64]
 
