@@ -88,13 +88,11 @@ def bound(function: Callable[..., Any], tokens: Sequence[str]) -> inspect.BoundA
 
 def refusal(error: Any) -> InputError:
     """Returns what cyclopts refuses as an error of dynmesh."""
-    from cyclopts import CoercionError, MissingArgumentError, UnusedCliTokensError
+    from cyclopts import CoercionError, UnusedCliTokensError
 
     argument = error.argument.keys[-1] if error.argument and error.argument.keys else None
     if argument is None and error.argument:
         argument = error.argument.field_info.name
-    if isinstance(error, MissingArgumentError) and not error.argument.token_count():
-        return InputError("is missing", argument=argument)
     if isinstance(error, CoercionError) and error.token is not None:
         value = error.token.value
         cause = error.__cause__
@@ -102,7 +100,7 @@ def refusal(error: Any) -> InputError:
         return InputError(told, argument=argument, value=value)
     told = str(error)
     if isinstance(error, UnusedCliTokensError):
-        told = f"too many arguments: {' '.join(error.unused_tokens)}; put patterns in quotes"
+        told = f"too many arguments: {' '.join(error.unused_tokens or ())}; put patterns in quotes"
     return InputError(told)
 
 
@@ -139,7 +137,7 @@ def _source(kind: Any) -> Any:
         name: _annotation(name, _NAMES.get(name, (f"--{name}",)), hint, None)
         for name, hint in typing.get_type_hints(kind).items()
     }
-    made: Any = typing.TypedDict(kind.__name__, fields, total=False)  # type: ignore[operator]
+    made: Any = typing.TypedDict("Source", fields, total=False)  # type: ignore[misc]
     made.__doc__ = kind.__doc__
     return made
 
@@ -173,7 +171,7 @@ def _members(hint: Any) -> list[Any]:
 
 def _told(hint: Any) -> str:
     """What values of a type are, in words."""
-    words = []
+    words: list[str] = []
     for one in _members(hint):
         is_choice = typing.get_origin(one) is Literal
         words += typing.get_args(one) if is_choice else [_WORDS.get(one, "text")]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Header
+from ..files.frame import LARGEST
 from ..sequence import Mask
 from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh

@@ -182,26 +182,16 @@ def opened(
 
 
 @contextmanager
-def opened_beside(
-    sequence: OneSequence,
-    name: str,
-    *,
-    faces: Faces | PathLike | None = None,
-    prim: str | None = None,
-    **source: Unpack[Source],
-) -> Iterator[Reader]:
-    """As :func:`opened`, with faces and a mesh for those of several files that need them.
+def opened_beside(sequence: OneSequence, name: str, source: Source) -> Iterator[Reader]:
+    """As :func:`opened`, for one of several files that share faces and the path of their mesh.
 
-    Args:
-        sequence: the sequence.
-        name: what messages call a sequence in memory.
-        faces: of a file that holds none.
-        prim: the path of the mesh in a file that holds several.
-        **source: how else to read a file.
+    The faces are for a file that holds none, and the path for one with several meshes.
     """
+    own: Source = {**source}
+    faces, prim = own.pop("faces", None), own.pop("prim", None)
     if isinstance(sequence, str | os.PathLike) and format_of(sequence).meshes is not None:
-        source["prim"] = prim
-    with opened(sequence, name, faces, **source) as reader:
+        own["prim"] = prim
+    with opened(sequence, name, faces, **own) as reader:
         yield reader
 
 

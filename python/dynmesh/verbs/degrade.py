@@ -129,8 +129,8 @@ def degrade_file(
         ("room", room, True),
     ):
         if given and is_scan != of_scans:
-            told = "is for scans and depth images alone" if of_scans else "is not for scans"
-            raise InputError(told, argument=name)
+            why = "is for scans and depth images alone" if of_scans else "is not for scans"
+            raise InputError(why, argument=name)
     if is_scan:
         size = _size_of(depth, scan)
         return _scan(
@@ -142,7 +142,8 @@ def degrade_file(
     target = files.target_of(output)
     with files.open(path, **(source or {})) as reader:
         target.check(overwrite=overwrite, reader=reader)
-        shape, guess = (reader.n_frames, reader.n_vertices), ()
+        shape = reader.n_frames, reader.n_vertices
+        guess: tuple[str, ...] = ()
         masks: list[Iterator[Mask]] = []
         if "known" in asked:
             masks.append(degrade.random_known(*shape, asked["known"], seed=seed))
@@ -168,8 +169,7 @@ def degrade_file(
             numbering(reader.path, header),
             target.create(header, overwrite=overwrite) as writer,
         ):
-            given = (frame.known for frame in reader)
-            rows = zip(moved, given, *masks, strict=True)
+            rows = zip(moved, (frame.known for frame in reader), *masks, strict=True)
             for position, *observed in tracked(rows, reader.n_frames, "degrading", progress):
                 if noise and not sigma:
                     sigma = noise * mean_edge_of(position, reader.faces)

@@ -19,7 +19,7 @@ from .._errors import InputError
 from .._progress import tracked
 from .._report import Report, as_json
 from ..calibration import Calibrating, Calibration, estimated
-from ..files import Frame, OneSequence, PathLike, Reader, opened_beside
+from ..files import Frame, OneSequence, PathLike, Reader, Source, opened_beside
 from ..files.new_output import check_output, new_output
 from ..files.reader import check_comparable
 from ..files.times import frame_numbers, indices_of
@@ -173,15 +173,15 @@ def evaluate(
     if csv is not None:
         check_path("csv", csv)
         check_output(Path(csv), overwrite, ".csv")
+    source: Source = {"faces": template, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
-            stack.enter_context(opened_beside(given, name, faces=template, prim=prim))
+            stack.enter_context(opened_beside(given, name, source))
             for given, name in ((completed, "completed"), (reference, "reference"))
         )
         observed: Reader | None = None
         if partial is not None:
-            beside = opened_beside(partial, "partial", faces=template, prim=prim)
-            observed = stack.enter_context(beside)
+            observed = stack.enter_context(opened_beside(partial, "partial", source))
             check_comparable(observed, truth)
         elif only == "missing" and not ours.has_provenance:
             raise InputError(

@@ -224,9 +224,9 @@ def _opened(
     with ExitStack() as stack:
         truth = partial = None
         if reference is not None:
-            truth = stack.enter_context(files.opened_beside(reference, "reference", **shared))
+            truth = stack.enter_context(files.opened_beside(reference, "reference", shared))
         if given is not None:
-            partial = stack.enter_context(files.opened_beside(given, "input", **source))
+            partial = stack.enter_context(files.opened_beside(given, "input", source))
             source = shared
-        own = stack.enter_context(files.opened_beside(sequence, "sequence", **source))
+        own = stack.enter_context(files.opened_beside(sequence, "sequence", source))
         yield own, truth, partial
