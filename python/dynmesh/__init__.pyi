@@ -44,6 +44,8 @@ from .registration import register as register
 from .registration import register_depth as register_depth
 from .sequence import Description as Description
 from .sequence import Sequence as Sequence
+from .verbs.batch import BatchReport as BatchReport
+from .verbs.batch import batch as batch
 from .verbs.complete import FileReport as FileReport
 from .verbs.complete import complete_file as complete_file
 from .verbs.convert import ConversionReport as ConversionReport
@@ -52,8 +54,12 @@ from .verbs.convert import convert_file as convert_file
 from .verbs.evaluate import Evaluation as Evaluation
 from .verbs.evaluate import FrameErrors as FrameErrors
 from .verbs.evaluate import evaluate as evaluate
+from .verbs.register import RegisterReport as RegisterReport
+from .verbs.register import register_file as register_file
 from .verbs.show import picture as picture
 from .verbs.show import view as view
+from .verbs.track import TrackFileReport as TrackFileReport
+from .verbs.track import track_file as track_file
 from .whole_frames import WholeFrame as WholeFrame
 from .whole_frames import whole_frame as whole_frame
 

@@ -1,8 +1,9 @@
 """A function as a command: its signature and docstring say all that a command line can.
 
-Parameters without a default are arguments, all others options. :data:`What`, :data:`How` and
-:data:`Output` around a type say under which heading the help lists the option. What only Python can
-give, such as an array, a command line cannot; `progress` is set by whoever runs the command.
+Positional parameters without a default are arguments, all others options. :data:`What`,
+:data:`How` and :data:`Output` around a type say under which heading the help lists the option. What
+only Python can give, such as an array, a command line cannot; `progress` is set by whoever runs the
+command.
 """
 
 import functools
@@ -28,6 +29,7 @@ _NAMES = {
     "partial": ("--input",),
     "out": ("--output", "-o"),
     "colour": ("--colour", "--color"),
+    "rig.output": ("--output", "-o"),
     "degrade_file.known": ("--known",),
     "picture.frames": ("--frame",),
     "picture.count": ("--sheet",),
@@ -57,8 +59,9 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
     """Returns the function with a signature that says how a command line gives its arguments."""
     parameters = []
     for one in inspect.signature(function).parameters.values():
-        kind = one.POSITIONAL_ONLY if one.default is one.empty else one.KEYWORD_ONLY
-        names = _names(function, one.name)
+        is_option = one.kind == one.KEYWORD_ONLY or one.default is not one.empty
+        kind = one.KEYWORD_ONLY if is_option else one.POSITIONAL_ONLY
+        names = _names(function, one.name) if is_option else None
         annotation = _annotation(one.name, names, one.annotation, one.default)
         parameters.append(one.replace(annotation=annotation, kind=kind))
 
@@ -86,6 +89,21 @@ def bound(function: Callable[..., Any], tokens: Sequence[str]) -> inspect.BoundA
         raise refusal(error) from None
 
 
+def arguments_of(
+    given: inspect.BoundArguments, folder: Path
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """The arguments and keywords that were bound, with paths relative to a folder."""
+
+    def under(value: Any) -> Any:
+        if isinstance(value, Path):
+            return folder / value
+        if isinstance(value, dict):
+            return {name: under(one) for name, one in value.items()}
+        return [under(one) for one in value] if isinstance(value, list) else value
+
+    return tuple(map(under, given.args)), under(given.kwargs)
+
+
 def refusal(error: Any) -> InputError:
     """Returns what cyclopts refuses as an error of dynmesh."""
     from cyclopts import CoercionError, UnusedCliTokensError
@@ -104,7 +122,7 @@ def refusal(error: Any) -> InputError:
     return InputError(told)
 
 
-def _annotation(name: str, names: tuple[str, ...], hint: Any, default: Any) -> Any:
+def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: Any) -> Any:
     """The type of a parameter and what cyclopts must know beside it."""
     from cyclopts import Group, Parameter
 
@@ -113,11 +131,12 @@ def _annotation(name: str, names: tuple[str, ...], hint: Any, default: Any) -> A
     heading = "what"
     if typing.get_origin(hint) is Annotated:
         hint, heading = typing.get_args(hint)
-    more: dict[str, Any] = {"group": Group(heading.capitalize(), sort_key=_ORDER.index(heading))}
+    group = Group(heading.capitalize(), sort_key=_ORDER.index(heading))
     if name == "source":
-        return Annotated[_source(_members(hint)[0]) | None, Parameter(name="*", **more)]
-    if default is not inspect.Parameter.empty:
-        more |= {"name": names, "required": name == "out"}
+        return Annotated[_source(_members(hint)[0]) | None, Parameter(name="*", group=group)]
+    more: dict[str, Any] = {"name": names, "group": group}
+    if name == "out":  # which Python can do without
+        more["required"] = True
     if slice in _members(hint):
         more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None

@@ -13,23 +13,31 @@ from . import __version__, files
 from ._command import as_command, option_of, refusal, takes
 from ._errors import DynmeshError
 from ._report import Report
+from .verbs.batch import batch
 from .verbs.complete import complete_file
 from .verbs.convert import convert_file
 from .verbs.degrade import degrade_file
 from .verbs.evaluate import evaluate
 from .verbs.info import info
+from .verbs.register import register_file
+from .verbs.rig import rig
 from .verbs.show import picture, view
 from .verbs.synth import synth_file
+from .verbs.track import track_file
 
 VERBS: dict[str, Callable[..., Any]] = {
     "info": info,
     "synth": synth_file,
     "degrade": degrade_file,
     "complete": complete_file,
+    "rig": rig,
+    "track": track_file,
+    "register": register_file,
     "evaluate": evaluate,
     "view": view,
     "picture": picture,
     "convert": convert_file,
+    "batch": batch,
 }
 
 _EXIT_CODES = {"good": 0, "failed": 1}
@@ -69,6 +77,8 @@ def main() -> None:
         _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 1)
     except (ValueError, TypeError, ImportError) as error:
         _fail(str(error), 1)
+    except KeyboardInterrupt:
+        sys.exit(130)
     if isinstance(report, Report):
         _show(report, quiet, as_json)
         sys.exit(_EXIT_CODES.get(report.quality, 3))

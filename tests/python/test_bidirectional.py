@@ -1,7 +1,6 @@
 """Files completed from both sides."""
 
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 import dynmesh
 from benchmarks.subjects import Subject, losses
-from dynmesh.jobs.both_ways import combined
+from dynmesh.completion.both_ways import combined
 
 N = 12
 
@@ -122,20 +121,6 @@ def test_a_file_is_completed_from_both_sides(
         assert sequence.known is not None
         np.testing.assert_array_equal(
             made.vertices[sequence.known], sequence.vertices[sequence.known]
-        )
-
-
-@pytest.mark.parametrize("bidirectional", [False, True])
-def test_a_watch_must_pass_all_frames_on(
-    tmp_path: Path, truth: dynmesh.Sequence, bidirectional: bool
-) -> None:
-    dynmesh.write(tmp_path / "whole.npz", partial(truth, 0))
-    with pytest.raises(ValueError, match="watch: ends before frame 3"):
-        dynmesh.complete_file(
-            tmp_path / "whole.npz",
-            tmp_path / "out.npz",
-            bidirectional=bidirectional,
-            watch=lambda frames, *_: islice(frames, 2),
         )
 
 

@@ -28,6 +28,11 @@ class PointScan(NamedTuple):
         """(n, 3) all points."""
         return self.points
 
+    @property
+    def has_points(self) -> bool:
+        """Whether there is a point."""
+        return len(self.points) > 0
+
     def scaled(self, factor: float) -> "PointScan":
         """Returns the scan in another unit of length."""
         viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
@@ -57,6 +62,11 @@ class DepthScan(NamedTuple):
     def cloud(self) -> Positions:
         """(n, 3) the points of all images in the world, float64."""
         return np.concatenate([np.zeros((0, 3)), *self.clouds])
+
+    @property
+    def has_points(self) -> bool:
+        """Whether a pixel measured anything."""
+        return any(bool(depth.any()) for depth in self.depth)
 
     @property
     def clouds(self) -> list[_Floats]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import files
 from .._errors import InputError
+from ..completion.start import template_of
 from ..files import PathLike
 from ..files.model import model
 from ..files.numbered import Found, files_of
@@ -15,7 +16,6 @@ from ..scans.cameras import Rig
 from ..scans.depth_files import SUFFIX
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS, read_rig
-from .start import template_of
 from ..true_surface import vertex_normals
 
 
@@ -81,7 +81,7 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
     if is_image and path.is_file():
         raise InputError(
             "is a single depth image; give the folder of the images of all cameras, with "
-            f"{CAMERAS} in it or --cameras FILE",
+            f"{CAMERAS} in it, or the file of the cameras",
             file=path,
         )
     if is_image or (path.is_dir() and any(path.rglob(f"*{SUFFIX}"))):

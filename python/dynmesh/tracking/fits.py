@@ -2,13 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
 from .._core import Agreement, Tracker, TrackingReport
-
-Quality = Literal["good", "doubtful", "ruined"]
+from .._report import Quality
 
 _DOUBTFUL = 0.02
 """The share of far points of a sequence from which on a part of the mesh is probably wrong."""
@@ -84,7 +82,6 @@ class Fits:
         empty: number of frames without points.
         unmeasured: number of frames of which nothing or hardly anything was measured.
         first_unmeasured: the first of these.
-        lost: a sentence for each lost image.
         mean_edge: of the template.
         advice: what to do if the first frame is ruined or a camera suspected.
         registered: why the registration of the template is doubtful; empty if it is not.
@@ -101,7 +98,6 @@ class Fits:
     empty: int = 0
     unmeasured: int = 0
     first_unmeasured: list[int] = field(default_factory=list)
-    lost: tuple[str, ...] = ()
     mean_edge: float = 1.0
     advice: str = ""
     registered: str = ""
@@ -225,7 +221,7 @@ class Fits:
         if share >= _NAMED_PLANES:
             told.append(
                 f"{share:.0%} of the points lie far from the mesh in a plane, such as a floor; "
-                "they do not count, but --remove-planes or a smaller --crop leaves them out"
+                "they do not count, but removing planes or a smaller crop leaves them out"
             )
         return tuple(told)
 

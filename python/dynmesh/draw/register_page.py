@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..draw.page import Page, page
 from ..files import Reader
 from ..files.memory import SequenceReader
 from ..registration import Registration
 from ..scans import ScanReader
 from ..sequence import Positions, Sequence
+from .page import Page, page
 
 _FPS = 0.5
 """Scans of a folder have nothing to do with each other, so each is shown for two seconds."""

@@ -3,29 +3,19 @@
 Every usual misreading is undone in turn, and the scan compared with the template.
 """
 
-import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
 from .._core import find_alignment
-from .._errors import InputError
 from ..diagnosis.planes import planes_of_room
 from ..diagnosis.surface_distance import Surface
-from ..files import PathLike
-from ..scans import DepthScan, Rig, open_scans
-from ..scans.reader import DepthReader, read_rig
-from ..sequence import Positions
-from .fits import Quality
-from .scan_options import ScanOptions
-from .start import template_of
+from ..scans import DepthScan, Rig
 
 _Floats = NDArray[np.float64]
 
@@ -44,15 +34,9 @@ _COVERED = 0.3
 """If the points of no camera extend over this share of the template, all of them count as far:
 with a depth scale that is far too small, they fall on one place, which may lie on the surface."""
 
-_FIT = 0.12
+FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
-
-_FEWER = 0.5
-_LESS = 0.03
-_AT_MOST = 0.4
-"""A reading is better if it leaves at most this share of the far points, this much less of all
-points, and at most this share of all: a part of a room may be left."""
 
 
 def _flipped(pose: _Floats) -> _Floats:
@@ -175,116 +159,3 @@ def _subject(cloud: _Floats, surface: Surface) -> _Floats:
     for plane in planes_of_room(some, thickness=surface.mean_edge, size=surface.size):
         some = some[~plane.holds(some)]
     return some[:: 1 + len(some) // _POINTS]
-
-
-@dataclass(frozen=True, eq=False)
-class RigReport:
-    """What `dynmesh rig` found.
-
-    Attributes:
-        scan: the first one with points, in the unit of the template, as the cameras are stated.
-        cameras: the names of those that have an image in it.
-        template: its faces and vertices, or None if there is none.
-        up: the up axis that the template states, else "y".
-        stated: how the scan lies on the template; None without one.
-        rig: the corrected cameras; None if no correction is known.
-        reading: what is wrong with them, if it is known.
-        meant: how the scan lies on the template then.
-    """
-
-    scan: DepthScan
-    cameras: tuple[str, ...]
-    template: tuple[NDArray[np.integer[Any]], Positions] | None = None
-    up: str = "y"
-    stated: Fit | None = None
-    rig: Rig | None = None
-    reading: Reading | None = None
-    meant: Fit | None = None
-
-    @property
-    def quality(self) -> Quality:
-        """Whether the cameras fit as they are stated; "good" if nothing is judged."""
-        is_wrong = self.reading is not None or self.rig is None
-        return "doubtful" if self.stated is not None and is_wrong else "good"
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The cameras with their shares of far points."""
-        if self.stated is None:
-            return self.cameras
-        each = zip(self.cameras, self.stated.by_camera, strict=True)
-        return tuple(f"{name}: {far:.0%} far" for name, far in each)
-
-    @property
-    def told(self) -> str:
-        """What was found, in a sentence."""
-        if self.stated is None:
-            return "without a template, nothing is judged"
-        far = f"{self.stated.far:.1%} of the first scan's points are far from the template"
-        if self.reading is not None and self.meant is not None:
-            return f"{self.reading.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
-        if self.rig is not None:
-            return f"the cameras fit: {far}"
-        wrong = np.flatnonzero(np.array(self.stated.by_camera) > _FIT)
-        why = "the cameras or the template's pose, shape or unit are not those of the scan"
-        if len(wrong) == 1 < len(self.cameras):
-            why = f"the pose or the intrinsics of camera {self.cameras[wrong[0]]!r} are wrong"
-        return (
-            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: {why}"
-        )
-
-
-def look_at_rig(scans: PathLike, template: PathLike | None, options: ScanOptions) -> RigReport:
-    """Looks at the cameras of depth images by their first scan.
-
-    Args:
-        scans: as for :func:`dynmesh.track_file`.
-        template: a mesh file, in about the pose of the first scan; None to judge nothing.
-        options: the file of the cameras, and the units.
-
-    Raises:
-        OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
-            no frame has points.
-    """
-    path = Path(scans)
-    rig = read_rig(path, options.cameras)
-    reader = open_scans(path, cameras=rig, gaps="lost")
-    if rig is None or not isinstance(reader, DepthReader):
-        raise InputError(
-            "holds point clouds; of cameras, only those of depth images can be judged", file=path
-        )
-    number, scan = _first(reader)
-    names = tuple(reader.cameras_of(number))
-    if template is None:
-        return RigReport(scan, names)
-    with files.open(template) as mesh:
-        _, factor = options.units(reader, mesh)
-        surface = Surface(mesh.faces, template_of(mesh))
-        up = mesh.header.up_axis or "y"
-    scan = scan.scaled(factor)
-    stated = fit_of(scan, surface)
-    report = RigReport(scan, names, (surface.faces, surface.points), up, stated)
-    if max(stated.by_camera) <= _FIT:
-        return replace(report, rig=rig)
-    fits = []
-    for reading in readings_of(rig):
-        meant = reading.right(rig)
-        # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
-        with contextlib.suppress(InputError):
-            (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
-            if isinstance(other, DepthScan):
-                # Any wrong pose of a single camera becomes right by a rigid motion.
-                fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
-                fits.append((fit, reading, meant))
-    best, reading, meant = min(fits, key=lambda one: one[0].far)
-    if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
-        return report
-    return replace(report, rig=meant, reading=reading, meant=best)
-
-
-def _first(reader: DepthReader) -> tuple[int, DepthScan]:
-    """Returns the first scan with points, and its number, counted from 0."""
-    for number, scan in enumerate(reader):
-        if isinstance(scan, DepthScan) and any(depth.any() for depth in scan.depth):
-            return number, scan
-    raise InputError("no frame has points", file=reader.path)
