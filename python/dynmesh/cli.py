@@ -122,10 +122,10 @@ def _show(report: Report, quiet: bool, as_json: bool) -> None:
         return
     output = getattr(report, "output", None)
     for line in report.lines():
-        if output is None:
+        if not hasattr(report, "output"):
             print(line)
         elif not quiet:
-            print(f"{output}: {line}", file=sys.stderr)
+            print(line if output is None else f"{output}: {line}", file=sys.stderr)
 
 
 def _fail(why: str, code: int) -> NoReturn:

@@ -192,12 +192,14 @@ def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
         dynmesh.complete_file(stored, output)
 
 
-def test_the_best_start_is_without_outliers_if_they_are_rejected(tmp_path: Path, truth: dynmesh.Sequence) -> None:
+def test_the_best_start_is_without_outliers_if_they_are_rejected(
+    tmp_path: Path, truth: dynmesh.Sequence
+) -> None:
     vertices = truth.vertices.copy()
     vertices[0, [40, 77]] += 3
     dynmesh.write(tmp_path / "spikes.npz", replace(truth, vertices=vertices))
     options = ("--start", "best", "--reject-outliers")
-    said = run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", *options)
+    run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", *options)
     made = dynmesh.read(tmp_path / "out.npz").vertices[0]
     edge = np.linalg.norm(truth.vertices[0, 1] - truth.vertices[0, 0])
     assert np.abs(made - truth.vertices[0])[[40, 77]].max() < 0.3 * edge

@@ -16,8 +16,8 @@ from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.diagnosis.planes import planes_of_room
 from dynmesh.diagnosis.surroundings import shares_in_planes
-from dynmesh.jobs.room import Room, crop_of
 from dynmesh.scans import PointFolder, PointScan, Rig, ScanCamera, open_scans
+from dynmesh.tracking.room import Room, crop_of
 
 Array = meshes.Array
 

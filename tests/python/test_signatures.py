@@ -10,6 +10,7 @@ from meshes import Mesh
 import dynmesh
 from dynmesh import _core
 
+
 def test_files_are_opened_with_the_same_options_everywhere() -> None:
     taken = inspect.signature(dynmesh.open).parameters
     options = {name: one.annotation for name, one in taken.items() if one.kind == one.KEYWORD_ONLY}
@@ -53,4 +54,3 @@ def test_a_method_of_something_else_is_refused_in_one_line() -> None:
         "push(): an argument has the wrong type; it takes (self, points, known=None, *, out=None)"
     )
     assert str(refused.value) == expected
-

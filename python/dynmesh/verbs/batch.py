@@ -227,8 +227,8 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
     try:
         arguments = bound(verb, words)
     except InputError as error:
-        option = None if error.argument is None else option_of(verb, error.argument)
-        raise _wrong(path, line, columns.get(option or ""), error.reason) from error
+        option = option_of(verb, error.argument) if error.argument else ""
+        raise _wrong(path, line, columns.get(option), error.reason) from error
     arguments.arguments["overwrite"] = overwrite
     under = arguments_of(arguments, path.parent)
     here = path.parent / row[kind], path.parent / row["output"]

@@ -9,8 +9,8 @@ import numpy as np
 
 import dynmesh
 
-from .case import Case, Printed, World, without_rights
-from .functions import failed_job, of
+from .case import Case, World, without_rights
+from .functions import of
 
 _NAN = float("nan")
 Run = Callable[[World], Any]
@@ -186,7 +186,6 @@ writing = [
 ]  # fmt: skip
 
 _complete = of("complete_file")
-_batch = of("batch.run_job")
 _convert = of("convert")
 
 
@@ -236,8 +235,6 @@ completing = [
     _complete("`drop_above` by method motion", lambda w: _to_new(w, drop_above=1, method="motion"), ValueError, "drop_above:", "requires method='detail'"),
     _complete("`output_format='fbx'`", lambda w: _to_new(w, output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
     _complete("`provenance` in what holds none", lambda _: dynmesh.complete_file("body.npz", "new.pc2", provenance=True), ValueError, "new.pc2:", "generation"),
-    _batch("a file that is not there (the job's reason)", lambda _: failed_job("none.npz"), Printed, "none.npz:"),
-    _batch("`drop_above=-1` (the job's reason)", lambda _: failed_job("body.npz", drop_above=-1.0), Printed, "body.npz: drop_above:", "not -1"),
 ]  # fmt: skip
 
 cases = [*sequences, *frames, *reading, *writing, *completing]
