@@ -140,11 +140,21 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
     if slice in _members(hint):
         more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
+    if _members(hint) == [int]:
+        more["converter"] = _whole
     if default is not True:
         more["negative"] = ""
     if default is False:
         more["show_default"] = False
     return Annotated[_of_shell(hint), Parameter(**more)]
+
+
+def _whole(_: Any, tokens: Any) -> int:
+    """Reads a whole number, of which cyclopts rounds others."""
+    text = tokens[0].value
+    if not text.removeprefix("-").isdecimal():
+        raise ValueError(f"must be a whole number, not {text!r}")
+    return int(text)
 
 
 _ORDER = ("what", "how", "output")

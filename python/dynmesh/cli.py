@@ -55,7 +55,7 @@ app = App(
     "line is wrong, and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
     help_format="markdown",
-    version=__version__,
+    version=f"dynmesh {__version__}",
     version_flags=("--version",),
 )
 for name, function in VERBS.items():

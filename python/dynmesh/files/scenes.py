@@ -22,8 +22,9 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
         return prim
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
-        raise ValueError(
-            f"contains several meshes; choose one by its path (prim): {listed(candidates)}"
+        raise InputError(
+            f"contains several meshes; choose one by its path: {listed(candidates)}",
+            argument="prim",
         )
     return candidates[0]
 

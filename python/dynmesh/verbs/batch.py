@@ -194,8 +194,8 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
 
 
 def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError:
-    place = "" if column is None else f"{column}: "
-    return InputError(f"line {line}: {place}{reason}", argument="jobs", value=column, file=path)
+    place = f"line {line}" if column is None else f"line {line}: {column}"
+    return InputError(reason, argument=place, file=path)
 
 
 def _check_columns(path: Path, columns: Sequence[str]) -> None:
@@ -204,7 +204,7 @@ def _check_columns(path: Path, columns: Sequence[str]) -> None:
             used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
             hint = f"; separate the values by commas instead of {used[0]}" if used else ""
             listed = " or ".join(repr(name) for name in needed)
-            raise InputError(f"has no column {listed}{hint}", argument="jobs", file=path)
+            raise InputError(f"has no column {listed}{hint}", file=path)
 
 
 def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:

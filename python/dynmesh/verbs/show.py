@@ -83,6 +83,8 @@ def view(
             not installed, or an argument is refused.
     """
     output = _output(out, overwrite, ".html")
+    check_integer("max_frames", max_frames, 1)
+    check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
     if scans is not None and not isinstance(scans, ScanReader):
         scans = open_scans(scans, cameras=cameras, gaps="lost")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import files
-from .._checks import check_integer, check_path
+from .._checks import check_flag, check_integer, check_path
 from .._command import How, Output, What
 from .._core import Alignment, Tracker
 from .._errors import InputError, locating
@@ -217,6 +217,13 @@ def track_file(
     for name, given in (("landmarks", landmarks), ("cameras", cameras), ("report", report)):
         if given is not None:
             check_path(name, given)
+    for name, flag in (
+        ("remove_planes", remove_planes),
+        ("recover", recover),
+        ("uncertainty", uncertainty),
+        ("provenance", provenance),
+    ):
+        check_flag(name, flag)
     check_integer("threads", threads, 1)
     room, training_files = Room(crop_of(crop), remove_planes), paths_of(training)
     target = files.target_of(output)
