@@ -9,8 +9,9 @@ from cyclopts import App, CycloptsError
 from rich.console import Console
 from rich.markup import escape
 
-from . import __version__, files
+from . import files
 from ._command import as_command, option_of, refusal, takes
+from ._core import __version__
 from ._errors import DynmeshError
 from ._report import Report
 from .verbs.batch import batch

@@ -168,7 +168,7 @@ def test_a_report_does_not_replace_the_table(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text("input,output\na.npz,b.npz\n")
     before = table.read_bytes()
-    assert "is the table of jobs" in run("batch", table, "--report", table, code=1).stderr
+    assert "is the table of jobs" in run("batch", table, "--report", table, code=2).stderr
     assert table.read_bytes() == before
 
 

@@ -182,7 +182,7 @@ def test_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> None:
 
 
 def test_it_needs_method_detail(tmp_path: Path, stored: Path) -> None:
-    with pytest.raises(ValueError, match="bidirectional: requires method='detail'"):
+    with pytest.raises(ValueError, match=r"^bidirectional: "):
         dynmesh.complete_file(stored, tmp_path / "x.npz", method="motion", bidirectional=True)
     shown = run("complete", stored, "x.npz", "--method", "motion", "--bidirectional", code=2)
     assert "requires --method detail" in shown.stderr

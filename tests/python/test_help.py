@@ -39,12 +39,12 @@ def test_every_command_that_reads_has_the_same_options_of_reading() -> None:
 def test_the_help_and_the_docstring_say_the_same(command: str, most: int) -> None:
     function = cli.VERBS[command]
     shown = run(command, "--help", columns=100).stdout
-    words = re.sub(r"[\s│`]+", " ", shown)
+    words = re.sub(r"[\s│]+", " ", shown)
     listed = re.findall(r"^│[* ]+--[a-z-]+", shown, flags=re.MULTILINE)
     assert len(listed) <= most
     for parameter in docstring_parser.parse(inspect.getdoc(function) or "").params:
         if parameter.arg_name not in ("source", "progress"):
-            said = re.sub(r"[\s`]+", " ", parameter.description or "")
+            said = re.sub(r"\s+", " ", (parameter.description or "").replace("`", ""))
             assert said in words, parameter.arg_name
 
 
