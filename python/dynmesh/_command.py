@@ -142,6 +142,8 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
     if _members(hint) == [int]:
         more["converter"] = _whole
+    if str in _members(hint):
+        more["allow_leading_hyphen"] = True  # of numbers
     if default is not True:
         more["negative"] = ""
     if default is False:

@@ -1,8 +1,11 @@
 """The command `dynmesh`: each verb is a function, whose signature and docstring are the command."""
 
+import inspect
 import json
 import sys
 from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from cyclopts import App, CycloptsError
@@ -14,32 +17,22 @@ from ._command import as_command, option_of, refusal, takes
 from ._core import __version__
 from ._errors import DynmeshError
 from ._report import Report
-from .verbs.batch import batch
-from .verbs.complete import complete_file
-from .verbs.convert import convert_file
-from .verbs.degrade import degrade_file
-from .verbs.evaluate import evaluate
-from .verbs.info import info
-from .verbs.register import register_file
-from .verbs.rig import rig
-from .verbs.show import picture, view
-from .verbs.synth import synth_file
-from .verbs.track import track_file
 
-VERBS: dict[str, Callable[..., Any]] = {
-    "info": info,
-    "synth": synth_file,
-    "degrade": degrade_file,
-    "complete": complete_file,
-    "rig": rig,
-    "track": track_file,
-    "register": register_file,
-    "evaluate": evaluate,
-    "view": view,
-    "picture": picture,
-    "convert": convert_file,
-    "batch": batch,
+VERBS = {
+    "info": "info:info",
+    "synth": "synth:synth_file",
+    "degrade": "degrade:degrade_file",
+    "complete": "complete:complete_file",
+    "rig": "rig:rig",
+    "track": "track:track_file",
+    "register": "register:register_file",
+    "evaluate": "evaluate:evaluate",
+    "view": "show:view",
+    "picture": "show:picture",
+    "convert": "convert:convert_file",
+    "batch": "batch:batch",
 }
+"""The module in `verbs` and the function of each command. Only the one that is run is loaded."""
 
 _EXIT_CODES = {"good": 0, "failed": 1}
 """Of the qualities of reports; of others, whose outputs are written but doubtful, it is 3."""
@@ -55,12 +48,38 @@ app = App(
     "its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
     "line is wrong, and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
-    help_format="markdown",
+    help_format="plaintext",
     version=f"dynmesh {__version__}",
     version_flags=("--version",),
 )
-for name, function in VERBS.items():
-    app.command(as_command(function), name=name)
+
+
+def function_of(verb: str) -> Callable[..., Any]:
+    """The function of a command."""
+    module, _, name = VERBS[verb].partition(":")
+    found: Callable[..., Any] = getattr(import_module(f".verbs.{module}", __package__), name)
+    return found
+
+
+def _description(verb: str) -> str:
+    """The docstring of a verb up to its arguments, read without loading its module."""
+    module, _, name = VERBS[verb].partition(":")
+    source = Path(__file__).with_name("verbs") / f"{module}.py"
+    text = source.read_text(encoding="utf-8").partition(f"\ndef {name}(")[2]
+    return inspect.cleandoc(text.partition('"""')[2].partition("Args:")[0])
+
+
+def __getattr__(name: str) -> Any:
+    """The commands, by the names of the verbs, for the app to load."""
+    if name in VERBS:
+        command = App(name=name, default_command=as_command(function_of(name)))
+        command.help_format = "markdown"
+        return command
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+for _verb in VERBS:
+    app.command(f"{__name__}:{_verb}", name=_verb, help=_description(_verb))
 app.register_install_completion_command()
 
 
@@ -100,7 +119,7 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Any:
 
 def _told(error: DynmeshError, tokens: Sequence[str]) -> tuple[str, bool]:
     """What an error says, with the option that is at fault; whether it is about that alone."""
-    verb = VERBS.get(tokens[0]) if tokens else None
+    verb = function_of(tokens[0]) if tokens and tokens[0] in VERBS else None
     if verb is None or error.argument is None or not takes(verb, error.argument):
         return str(error), False
     is_alone = error.file is None and error.frame is None

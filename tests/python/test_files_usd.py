@@ -97,7 +97,7 @@ def test_a_mesh_is_chosen(tmp_path: Path) -> None:
     assert dynmesh.read(path).name == "/Moving"
     assert dynmesh.read(path, prim="/Still").name == "/Still"
     layer(path, still, moving, other)
-    with pytest.raises(ValueError, match="several meshes; choose one with --prim: /Moving, /Other"):
+    with pytest.raises(ValueError, match="several meshes; choose one by its path: /Moving, /Other"):
         dynmesh.read(path)
     assert dynmesh.read(path, prim="/Other").vertices[0, 0, 2] == 3
     for prim in ("/Nobody", "Moving", "not a path"):

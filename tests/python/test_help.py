@@ -37,7 +37,7 @@ def test_every_command_that_reads_has_the_same_options_of_reading() -> None:
 
 @pytest.mark.parametrize(("command", "most"), [("complete", 18), ("track", 14)])
 def test_the_help_and_the_docstring_say_the_same(command: str, most: int) -> None:
-    function = cli.VERBS[command]
+    function = cli.function_of(command)
     shown = run(command, "--help", columns=100).stdout
     words = re.sub(r"[\s│]+", " ", shown)
     listed = re.findall(r"^│[* ]+--[a-z-]+", shown, flags=re.MULTILINE)

@@ -48,7 +48,7 @@ def test_a_scan_that_fails_stops_no_other(torus: Mesh, truths: list[Array], tmp_
     spoil(tmp_path / "scans")
     beside = ("--report", tmp_path / "report.json", "--page", tmp_path / "page.html")
     words = ("register", tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made", *beside)
-    *_, first, last, counts = run(*words, code=1).stderr.splitlines()
+    *_, first, _, last, counts, _ = run(*words, code=1).stderr.splitlines()
     assert "scan_1.ply: is cut or damaged" in first
     assert "scan_10.ply: points: there are 2" in last
     assert counts.endswith("2 failed, 1 good")

@@ -123,7 +123,7 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     assert re.search(r"2: ([2-9]\d|100)% far", said)
     assert "no usual misreading" in said
     assert "intrinsics of camera '2' are wrong" in said
-    assert "o.json: not written" in said
+    assert "o.json is not written" in said
     assert not (tmp_path / "o.json").exists()
 
 

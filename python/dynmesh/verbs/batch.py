@@ -148,6 +148,7 @@ def batch(
         check_integer("workers", workers, 1)
         if scheduler is not None:
             raise InputError("are those of the cluster", argument="workers", value=workers)
+    require("distributed", extra="batch")
     processors: int = require("dask.system", extra="batch").CPU_COUNT
     rows = read_jobs(table, overwrite=overwrite)
     if report is not None and Path(report).resolve() == table.resolve():

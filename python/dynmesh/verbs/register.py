@@ -109,9 +109,11 @@ class RegisterReport(Report, Mapping[Path, Registration]):
         several = len(self.scans) > 1
         told = []
         for one in self.scans:
-            name = f"{one.scan.name if one.found is None else one.output.name}: " * several
-            good = "" if one.found is None else f"good; {one.found.far:.2%} of the points are far "
-            told.append(f"{name}{one.reason or f'{good}from the mesh'}")
+            if one.found is None:
+                told.append(one.reason)
+                continue
+            good = f"good; {one.found.far:.2%} of the points are far from the mesh"
+            told.append((f"{one.output.name}: " if several else "") + (one.reason or good))
         if several:
             counts = Counter(one.quality for one in self.scans)
             told.append(", ".join(f"{n} {quality}" for quality, n in counts.items()))
