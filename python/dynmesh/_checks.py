@@ -94,12 +94,6 @@ def check_path(name: str, value: object, expected: str = "a path") -> None:
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
 
 
-def check_callable(name: str, value: object) -> None:
-    """Raises an error unless the value is None or can be called."""
-    if value is not None and not callable(value):
-        raise KindError(f"must be callable, not {value!r}", argument=name, value=value)
-
-
 def check_positions(name: str | None, points: NDArray[np.floating[Any]]) -> None:
     """Raises an error unless the array holds (k, 3) positions of at least one vertex."""
     check_array(name, points)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..diagnosis import Diagnosis, diagnose_frames
 from ..diagnosis.finding import MOST_PLACES
 from ..files import Frame, PathLike, Source
 
+_WIDTH = 80  # of findings, which are long
 _REFUSED_SHOWN = 3
 _BRIEF = 5  # indices of each finding
 _OF_TRAINING = ("frames", "variance_held", "rms_distance", "largest_distance")
@@ -54,9 +56,13 @@ class InfoReport(Report):
         if self.training is not None:
             rows += _training_rows(self.training, self.diagnosis.diagonal)
         width = 2 + max(len(name) for name, _ in rows)
-        told += ["", *(f"{name:{width}}{value}" for name, value in rows), ""]
+        told += [*([""] if told else []), *(f"{name:{width}}{value}" for name, value in rows), ""]
         words = in_words(self.distances, self.diagnosis.header.metres_per_unit)
-        return [*told, *str(self.diagnosis).splitlines(), *([words] if words else [])]
+        told.append(self.diagnosis.summary)
+        for one in self.diagnosis.findings:
+            told += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
+            told += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+        return [*told, *([words] if words else [])]
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis, the meshes and what would be learned as values that JSON has."""
