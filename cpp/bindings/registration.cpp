@@ -64,9 +64,8 @@ py::tuple registered(const Request& request, const Call& call) {
   constexpr const char* qualities[] = {"good", "doubtful", "ruined"};
   return py::make_tuple(array_of(found.vertices), array_of(found.observed), errors,
                         py::array_t<double>({4, 4}, found.transform.data()), found.far_share,
-                        found.disagreeing, found.empty_share, found.hole, found.overlap,
-                        found.stretched, found.distance, found.rounds, found.converged,
-                        found.ambiguous, qualities[static_cast<std::size_t>(found.quality)]);
+                        found.hole, found.overlap, found.distance, found.rounds, found.converged,
+                        qualities[static_cast<std::size_t>(found.quality)]);
 }
 
 template <class Call>

@@ -26,7 +26,6 @@ _Registered: TypeAlias = tuple[
     float,
     int,
     bool,
-    bool,
     Literal["good", "doubtful", "ruined"],
 ]
 

@@ -34,21 +34,16 @@ class Registration:
         observed: (k,) bool, whether the vertex has a measured point.
         standard_error: (k,) as :attr:`dynmesh.Tracker.standard_error`; None without `uncertainty`.
         transform: (4, 4) float64, the rigid motion of the template with which the registration
-            began; with `scale`, its rotation is multiplied by the power of ten between the units.
+            began; with `scale`, its rotation is multiplied by the scale that was found.
         far: the share of the points that are farther than a mean edge from the mesh.
-        disagreeing: the share of the points that are near the mesh but face the other way.
-        empty: the share of the vertices without a point, among those whose front the sensors should
-            see; without `viewpoints`, among all.
-        hole: the share of the template's area that is the largest connected piece of such
-            vertices, as of a limb that was not measured.
+        hole: the share of the template's area that is the largest connected piece without a point,
+            as of a limb that was not measured, among what the sensors should see; without
+            `viewpoints`, among all.
         overlap: the share of the template's area where another part lies as well and faces the same
             way.
-        stretched: the share of the edges that are more than 1.5 times as long as in the template,
-            or as short.
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
-        ambiguous: whether another pose fits the scan as well.
         quality: "good"; "doubtful", if a part is probably wrong or missing; "ruined", if the scan
             shows something else or its pose was not found.
         growth: how many times as large as the template the vertices are, by the median of the
@@ -60,15 +55,11 @@ class Registration:
     standard_error: NDArray[np.floating[Any]] | None
     transform: NDArray[np.float64]
     far: float
-    disagreeing: float
-    empty: float
     hole: float
     overlap: float
-    stretched: float
     distance: float
     rounds: int
     converged: bool
-    ambiguous: bool
     quality: Literal["good", "doubtful", "ruined"]
     growth: float
 
@@ -84,17 +75,10 @@ class Registration:
                 f"; the result is {self.growth:.2g} times as large as the template: if their units "
                 "differ so, multiply the template by that (dynmesh convert --scale)"
             )
-        elif self.ambiguous and self.quality == "doubtful":
-            return "another pose fits the scan as well; landmarks can tell them apart"
         shares = {
             "of the points are farther than a mean edge from the mesh": self.far,
-            "of the points are near the mesh but face the other way": self.disagreeing,
-            "of the vertices that should be seen have no point": self.empty,
             "of the template is one piece without a point, so that its place is a guess": self.hole,
             "of the template lies where another part of it lies": self.overlap,
-            "of the edges are more than 1.5 times as long as in the template, or as short": (
-                self.stretched
-            ),
         }
         told = [
             f"{share:.1%} {what}"
@@ -103,7 +87,7 @@ class Registration:
         ]
         if self.quality == "ruined":
             return f"the template does not fit the scan: {', '.join(told)}{size}"
-        unnamed = "landmarks came to lie elsewhere, or edges far from all points are stretched"
+        unnamed = "landmarks came to lie elsewhere"
         return (
             "a part of the template is probably wrong or was not measured: "
             f"{', '.join(told) or unnamed}{size}"
@@ -141,9 +125,8 @@ def register(
         landmarks: vertices of the template, (n,) integers, and (n, 3) their positions in the scan.
             On ends of limbs, they find poses that are far from that of the template more often.
         align: whether the rigid motion is sought. If not, the template must be where the scan is.
-        scale: whether the template may be in another unit of length: if it is more than 1.5 times
-            as large as the scan or as small, it is scaled by the nearest power of ten. Other
-            differences are not undone; if the result is not good, the reason tells them.
+        scale: whether the template may have another size than what was scanned, as in another unit
+            of length.
         viewpoints: (c, 3) the positions of the sensors. Give them if they are known: what no sensor
             can see is then not compared with the scan.
         training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.

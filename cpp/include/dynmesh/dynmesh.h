@@ -519,15 +519,11 @@ enum {
 typedef struct dynmesh_registration_report {
   double transform[16];  ///< row by row
   double far_share;
-  double disagreeing;
-  double empty_share;
   double hole;
   double overlap;
-  double stretched;
   double distance;
   int64_t rounds;
   int32_t converged;  ///< 0 or 1
-  int32_t ambiguous;  ///< 0 or 1
   int32_t quality;    ///< DYNMESH_REGISTRATION_GOOD, _DOUBTFUL or _RUINED
 } dynmesh_registration_report;
 

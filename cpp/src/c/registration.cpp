@@ -55,15 +55,11 @@ void store(const Registration<Real>& found, const dynmesh_output* vertices, std:
   if (report == nullptr) return;
   std::ranges::copy(found.transform, report->transform);
   report->far_share = found.far_share;
-  report->disagreeing = found.disagreeing;
-  report->empty_share = found.empty_share;
   report->hole = found.hole;
   report->overlap = found.overlap;
-  report->stretched = found.stretched;
   report->distance = found.distance;
   report->rounds = static_cast<std::int64_t>(found.rounds);
   report->converged = found.converged ? 1 : 0;
-  report->ambiguous = found.ambiguous ? 1 : 0;
   report->quality = static_cast<std::int32_t>(found.quality);
 }
 

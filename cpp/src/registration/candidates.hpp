@@ -7,35 +7,24 @@
 #include <vector>
 
 #include "mesh/triangle.hpp"
-#include "registration/coarse_fit.hpp"
 #include "registration/constants.hpp"
+#include "registration/targets.hpp"
 #include "registration/tips.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
-/// A rigid motion of the template, landmarks in the axes of the scan, and what became of them on
-/// the coarse mesh.
+/// A rigid motion of the template, and landmarks between which it then bends.
 struct Candidate {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  std::vector<Landmark> landmarks = {};
-  double distance = 0;  ///< of the rigid start, if it was sought
-  double score = 0;
-  std::vector<Vector3<double>> x = {};
+  Targets landmarks = {};
 };
 
-/// A template in the unit of the scan.
 struct TemplateShape {
   std::span<const Triangle> faces;
   std::span<const Vector3<double>> frame;
   double mean_edge;
 };
-
-/// The rigid motions that bring the surface to the points; where it is in place already, only that
-/// one.
-std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const PointScan& scan,
-                                            const std::vector<Landmark>& landmarks,
-                                            const RegistrationConstants& constants);
 
 /// The tips of the limbs of a template, and of a scan.
 struct TipsOfBoth {
@@ -44,9 +33,8 @@ struct TipsOfBoth {
   std::vector<Vector3<double>> positions;  ///< of their tips
 };
 
-/// About `points` of the scan and as many places of the template tell what is connected. Other
-/// numbers find other tips, where limbs touch or are thin.
-TipsOfBoth tips_of_both(const TemplateShape& shape, const PointScan& scan, std::size_t points,
+/// About as many points of the scan as places of the template tell what is connected.
+TipsOfBoth tips_of_both(const TemplateShape& shape, const PointScan& scan,
                         const TipConstants& constants);
 
 /// Landmarks that bring the tips to those of the scan, in the most likely ways, and the motions
@@ -55,7 +43,7 @@ std::vector<Candidate> candidates_by_tips(const TemplateShape& shape, const Tips
                                           const TipConstants& constants);
 
 /// For a result x, which has left tips of the scan out: landmarks that bring one of the tips of the
-/// template to one of the farthest of these, and hold the others where they are in x.
+/// template to one of these, and hold the others where they are in x.
 std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
                                                    const TipsOfBoth& tips,
                                                    const Eigen::Isometry3d& motion,
@@ -63,8 +51,7 @@ std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
                                                    const TipConstants& constants);
 
 /// The same, where two of the tips take each other's place, for limbs that were exchanged.
-std::vector<Candidate> candidates_by_exchanged_tips(const TemplateShape& shape,
-                                                    const TipsOfBoth& tips,
+std::vector<Candidate> candidates_by_exchanged_tips(const TipsOfBoth& tips,
                                                     const Eigen::Isometry3d& motion,
                                                     std::span<const Vector3<double>> x);
 

@@ -51,7 +51,7 @@ bool Recovery<Real>::improve(const PointScan& measurement, SurfaceTracking::Foun
     Reader reader(bytes);
     const auto memory = surface_.read_memory(reader);
     const std::vector<Vector3<double>> last(surface_.last().begin(), surface_.last().end());
-    surface_.place(*start);
+    surface_.place(*start, true);
     try {
       found = surface_.track(measurement);
     } catch (...) {

@@ -218,6 +218,8 @@ void NonrigidStep::remember(Field completed) {
   rotations_.turn_back(wanted_, shape_);
 }
 
+void NonrigidStep::forget_shape() { std::ranges::copy(rest_.shape(), shape_.begin()); }
+
 std::size_t NonrigidStep::memory_size() const {
   return (4 * shape_.size() + 2 + rest_.fit_size()) * sizeof(double) + error_bars_.memory_size();
 }

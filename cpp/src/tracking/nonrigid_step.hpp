@@ -56,6 +56,7 @@ class NonrigidStep {
     std::size_t vertex = 0;
     Vector3<double> target;
     double weight = 0;
+    bool fades = false;  ///< whether the weight falls to 0 during a frame
   };
 
   /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
@@ -74,8 +75,11 @@ class NonrigidStep {
 
   /// Remembers the shape of the completed frame.
   void remember(Field completed);
+  /// Remembers that of frame 0 instead.
+  void forget_shape();
 
   [[nodiscard]] const RestShape& rest() const { return rest_; }
+  [[nodiscard]] const Rotations& rotations() const { return rotations_; }
   [[nodiscard]] const Clusters& clusters() const { return rotations_.clusters(); }
   [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
 

@@ -34,16 +34,17 @@ void SurfaceTracking::reset(Field first_frame) {
   std::ranges::copy(first_frame, before_.begin());
 }
 
-SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement) {
+SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
+                                               std::span<const Landmark> landmarks) {
   shape_.begin_frame();
   try {
     predict();
     matches_.begin(measurement);
     const int iterations = approach();
     for (int i = 0; i < iterations; ++i) {
-      iterate(iterations - i - 1, i > 0 && any_cloth_ ? constants_.cloth_fits : 1);
+      iterate(iterations - i - 1, i > 0 && any_cloth_ ? constants_.cloth_fits : 1, landmarks);
     }
-    Found found = observe(measurement);
+    Found found = compared(measurement);
     found.iterations = iterations;
     return found;
   } catch (...) {
@@ -79,21 +80,25 @@ int SurfaceTracking::approach() {
 }
 
 /// Matches the points with X, and then finds X for these; `left` iterations are to follow.
-void SurfaceTracking::iterate(int left, int fits) {
+void SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> landmarks) {
   const double weight = constants_.weight_before(left);
+  landmarks_.assign(landmarks.begin(), landmarks.end());
+  for (Landmark& landmark : landmarks_) {
+    if (landmark.fades) landmark.weight *= 1 - weight / constants_.last_weight;
+  }
   SurfaceRows& rows = matches_.find(
       x_, {constants_.radius_before(left), weight, constants_.cloth_weights * weight, 0, true});
-  shape_.factorize(rows, {});
+  shape_.factorize(rows, landmarks_);
   const bool fits_modes = left == 1;
   for (int fit = 0; fit < fits; ++fit) {
-    if (!shape_.take(rows, {}, fits_modes && fit == 0 ? constants_.mode_weight / weight : 0, x_))
+    if (!shape_.take(rows, landmarks_, fits_modes && fit == 0 ? constants_.mode_weight / weight : 0, x_))
       return;
   }
   if (left == 0) shape_.keep_rows(rows, x_);
 }
 
 /// Which vertices have a measured point in the end, and how far the points are.
-SurfaceTracking::Found SurfaceTracking::observe(const PointScan& measurement) {
+SurfaceTracking::Found SurfaceTracking::compared(const PointScan& measurement) {
   std::ranges::fill(observed_, std::uint8_t{0});
   const auto& rows =
       matches_.find(x_, {constants_.observed_distance, 1, 1, constants_.rigid_scale});
@@ -107,16 +112,40 @@ SurfaceTracking::Found SurfaceTracking::observe(const PointScan& measurement) {
   return {x_, observed_, 0, std::move(agreements)};
 }
 
+SurfaceTracking::Found SurfaceTracking::observe(const PointScan& measurement) {
+  matches_.begin(measurement);
+  std::ranges::copy(last_, x_.begin());
+  return compared(measurement);
+}
+
 void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
   shape_.remember(last_);
 }
 
-void SurfaceTracking::place(Field frame) {
+void SurfaceTracking::place(Field frame, bool has_own_shape) {
   std::ranges::copy(frame, last_.begin());
   std::ranges::copy(frame, before_.begin());
   shape_.remember(last_);
+  if (!has_own_shape) shape_.forget_shape();
+}
+
+void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
+  SurfaceRows no_points;
+  no_points.index(x_.size());
+  std::ranges::copy(last_, x_.begin());
+  shape_.factorize(no_points, landmarks);
+  landmarks_.assign(landmarks.begin(), landmarks.end());
+  for (int step = 0; step < steps; ++step) {
+    const double share = static_cast<double>(step + 1) / steps;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const auto& start = last_[landmarks[i].vertex];
+      landmarks_[i].target = start + share * (landmarks[i].target - start);
+    }
+    shape_.take(no_points, landmarks_, 0, x_);
+  }
+  place(x_, false);
 }
 
 std::size_t SurfaceTracking::memory_size() const {

@@ -26,6 +26,7 @@ namespace dynmesh {
 class SurfaceTracking {
  public:
   using Field = std::span<const Vector3<double>>;
+  using Landmark = NonrigidStep::Landmark;
 
   /// `topology` and `workers` must outlive this object. `training` is a training sequence, or
   /// empty. `epsilon` is that of the type in which positions are given.
@@ -47,13 +48,20 @@ class SurfaceTracking {
 
   /// Finds the surface in a frame, from the last frames, and does not remember it. If it throws,
   /// nothing has changed.
-  Found track(const PointScan& measurement);
+  Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {});
+
+  /// Compares the last frame with what was measured.
+  Found observe(const PointScan& measurement);
 
   /// Forgets the frame that `track` has just found.
   void undo() { shape_.undo_frame(); }
 
-  /// Makes this the last frame, at rest and in any pose, whatever was before.
-  void place(Field frame);
+  /// Makes this the last frame, at rest and in any pose, whatever was before. Its shape is its own
+  /// or, if that is not trusted, that of frame 0.
+  void place(Field frame, bool has_own_shape);
+
+  /// Bends the last frame, without points, while its landmarks move to their targets.
+  void bend(std::span<const Landmark> landmarks, int steps);
 
   /// Finds the standard errors of the frame that `track` has just found. `generations` are those of
   /// its vertices.
@@ -66,6 +74,7 @@ class SurfaceTracking {
   [[nodiscard]] std::span<const Triangle> faces() const { return faces_; }
   /// (k,) the last frame.
   [[nodiscard]] Field last() const { return last_; }
+  [[nodiscard]] const Matches& matches() const { return matches_; }
 
   /// What later frames depend on, beside frame 0 and the last frame.
   struct Memory {
@@ -84,8 +93,8 @@ class SurfaceTracking {
  private:
   void predict();
   int approach();
-  void iterate(int left, int fits);
-  Found observe(const PointScan& measurement);
+  Found compared(const PointScan& measurement);
+  void iterate(int left, int fits, std::span<const Landmark> landmarks);
 
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
@@ -99,6 +108,7 @@ class SurfaceTracking {
   std::vector<Vector3<double>> before_;  // the frame before the last
   std::vector<Vector3<double>> x_;       // the current frame
   std::vector<std::uint8_t> observed_;
+  std::vector<Landmark> landmarks_;      // of the current iteration
 };
 
 }  // namespace dynmesh

@@ -10,7 +10,7 @@ from .register_options import RegisterOptions
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_MANY_EMPTY = 0.2
+_HOLE = 0.03
 """With more vertices that have no point, the sensors probably did not see them."""
 _MANY_FAR = 0.05
 """With more far points, the scan probably shows other things as well."""
@@ -51,7 +51,7 @@ def advised(
                 f"look at the landmarks: vertex {landmarks[0][worst]} came to lie "
                 f"{distances[worst]:.3g} from its position"
             )
-    if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
+    if isinstance(scan, PointScan) and scan.viewpoints is None and found.hole > _HOLE:
         advice.append("--cameras FILE says what the sensors could not see")
     if found.far > _MANY_FAR and not options.remove_planes:
         advice.append("--remove-planes leaves out floor and walls, --crop other things")

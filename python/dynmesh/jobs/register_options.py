@@ -32,7 +32,7 @@ class RegisterOptions:
     )
     align: bool = given(True, "Find the rigid motion that puts the template there.", HOW, bool)
     scale: bool = given(
-        False, "The template may be in another unit, a power of ten of that of SCAN.", HOW, bool
+        False, "The template may have another size than what was scanned.", HOW, bool
     )
     crop: Crop | None = given(
         None,

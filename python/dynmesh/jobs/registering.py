@@ -76,7 +76,7 @@ def register_file(
             in the unit of the scan, for all scans; or a folder with such files, named like the
             scan that each is for, as `scan_001.json`. Scans without one are registered without.
         align: whether the rigid motion that puts the template into the scan is sought.
-        scale: whether the template may be in another unit, a power of ten of that of the scan.
+        scale: whether the template may have another size than what was scanned, as in another unit.
         crop: two corners of a box, x, y, z, x, y, z, in the unit of the scan; points outside are
             left out.
         remove_planes: whether floor and walls are left out: the planes in the scan that are larger
@@ -262,15 +262,11 @@ def _told(found: Registration) -> dict[str, Any]:
         "quality": found.quality,
         "reason": found.reason,
         "far": found.far,
-        "disagreeing": found.disagreeing,
-        "empty": found.empty,
         "hole": found.hole,
         "overlap": found.overlap,
-        "stretched": found.stretched,
         "distance": found.distance,
         "rounds": found.rounds,
         "converged": found.converged,
-        "ambiguous": found.ambiguous,
         "growth": found.growth,
         "observed": float(found.observed.mean()),
         "transform": found.transform.tolist(),
