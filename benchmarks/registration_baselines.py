@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from dynmesh.files.scans import Scan
+from dynmesh.scans import Scan
 from dynmesh.sequence import Positions
 
 from .subjects import Subject

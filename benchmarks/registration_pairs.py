@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 import dynmesh
 from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.scans import PointScan
-from dynmesh.jobs.single_scans import open_single
+from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
+from dynmesh.tracking.single_scans import open_single
 
 from .subjects import Subject
 from .tracking import around

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from dynmesh import Tracker, degrade
 from dynmesh.degrade import Camera
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.scans import DepthScan, PointScan, Scan
+from dynmesh.scans import DepthScan, PointScan, Scan
 from dynmesh.sequence import Positions
 
 from .subjects import Subject

@@ -32,7 +32,7 @@ from scipy.spatial import cKDTree
 
 from dynmesh import Tracker
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.scans import Scan
+from dynmesh.scans import Scan
 from dynmesh.sequence import Positions
 
 from .cells import ABSENT, Line, by_row_and_column, milliseconds, number, ratio

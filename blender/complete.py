@@ -56,10 +56,7 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
         now = scene.frame_current
         try:
             cache = meshes.cache_path(self.cache, thing, "completed")
-            with (
-                tempfile.TemporaryDirectory() as folder,
-                meshes.progress(context) as watch,
-            ):
+            with tempfile.TemporaryDirectory() as folder:
                 partial = Path(folder) / "partial.npz"
                 mesh = self._write(dynmesh, context, partial)
                 report = dynmesh.complete_file(
@@ -68,7 +65,6 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
                     overwrite=True,
                     bidirectional=self.bidirectional,
                     noise=self.noise or None,
-                    watch=watch,
                 )
         except (OSError, TypeError, ValueError) as error:
             self.report({"ERROR"}, str(error))
@@ -76,8 +72,8 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
         finally:
             scene.frame_set(now)
         meshes.add_played(context, thing, mesh, "completed", cache, scene.frame_start)
-        for remark in report.remarks:
-            self.report({"WARNING" if report.doubtful else "INFO"}, remark)
+        for line in report.lines():
+            self.report({"INFO" if report.quality == "good" else "WARNING"}, line)
         return {"FINISHED"}
 
     def _write(self, dynmesh, context, path):

@@ -76,20 +76,3 @@ def add_played(context, thing, mesh, what, cache, first):
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"  # as they are
     context.view_layer.objects.active = made
     return made
-
-
-@contextmanager
-def progress(context):
-    """Yields what watches a job, and shows how far it is at the pointer."""
-    window = context.window_manager
-    window.progress_begin(0, 1)
-
-    def watch(frames, n):
-        for number, frame in enumerate(frames):
-            window.progress_update(number / max(n, 1))
-            yield frame
-
-    try:
-        yield watch
-    finally:
-        window.progress_end()

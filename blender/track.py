@@ -39,7 +39,6 @@ class Track(meshes.OfMesh, bpy.types.Operator):
             cache = meshes.cache_path(self.cache, thing, "tracked")
             with (
                 tempfile.TemporaryDirectory() as folder,
-                meshes.progress(context) as watch,
                 meshes.evaluated(thing, context) as mesh,
             ):
                 to_world = np.array(thing.matrix_world, np.float32)
@@ -53,7 +52,6 @@ class Track(meshes.OfMesh, bpy.types.Operator):
                     template=template,
                     overwrite=True,
                     remove_planes=self.remove_planes,
-                    watch=watch,
                 )
         except (ImportError, OSError, TypeError, ValueError) as error:
             self.report({"ERROR"}, str(error))
@@ -64,7 +62,6 @@ class Track(meshes.OfMesh, bpy.types.Operator):
         made = meshes.add_played(context, thing, copy, "tracked", cache, context.scene.frame_start)
         made.matrix_world.identity()  # the cache is in the space of the scene
         level = "INFO" if report.quality == "good" else "WARNING"
-        self.report({level}, f"{report.quality}: {report.frames} frames tracked")
-        for remark in report.remarks:
-            self.report({"WARNING"}, remark)
+        for line in report.lines():
+            self.report({level}, line)
         return {"FINISHED"}

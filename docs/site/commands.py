@@ -8,10 +8,7 @@ from mkdocs.exceptions import PluginError
 
 app: Any = None
 with contextlib.suppress(ImportError):  # not built: the pages keep their text
-    import typer
-    from typer.cli import get_docs_for_click
-
-    from dynmesh.cli import app
+    from dynmesh.cli import VERBS, app
 
 FOLDER = PurePosixPath("reference/commands")
 
@@ -21,11 +18,8 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     path = PurePosixPath(page.file.src_uri)
     if app is None or path.parent != FOLDER or path.stem == "index":
         return markdown
-    group: Any = typer.main.get_command(app)
-    if path.stem not in group.commands:
+    if path.stem not in VERBS:
         raise PluginError(f"{path}: there is no command {path.stem}")
-    context = typer.Context(group, info_name="dynmesh")
-    name = f"dynmesh {path.stem}"
-    text = get_docs_for_click(obj=group.commands[path.stem], ctx=context, name=name)
+    text = app[path.stem].generate_docs(usage_name=f"dynmesh {path.stem}")
     title, below_the_title = markdown.partition("\n")[0], text.partition("\n")[2]
     return f"{title}\n{below_the_title}"

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.files.scans import Rig, read_cameras
+from dynmesh.scans import Rig, read_cameras
 
 
 def main(template: Path, cameras: Path, source: IO[bytes], sink: IO[bytes]) -> None:

@@ -17,99 +17,35 @@ The method of the completer is that of Arvanitis, Lalos, Moustakas and Fakotakis
 Effective Dynamic Mesh Completion" (WSCG 2017).
 """
 
-from . import baselines, degrade, draw, metrics, synth
-from ._core import (
-    Agreement,
-    Alignment,
-    Completer,
-    FrameReport,
-    RefusedFace,
-    TopologyReport,
-    Tracker,
-    TrackingReport,
-    __version__,
-    cells,
-    find_alignment,
-)
-from ._errors import DynmeshError
-from .diagnosis import Diagnosis, Finding, diagnose
-from .files import Writer, create, create_like, open, read, write
-from .frames.frame import Frame
-from .frames.header import Header
-from .frames.reader import Reader
-from .jobs import batch
-from .jobs.completion import complete
-from .jobs.converting import ConversionReport, convert, convert_file
-from .jobs.evaluation import Evaluation, FrameErrors, evaluate
-from .jobs.file_completion import complete_file
-from .jobs.registering import register_file
-from .jobs.report import FileReport
-from .jobs.showing import picture, view
-from .jobs.track_report import TrackFileReport
-from .jobs.tracking import track_file
-from .matrices import adjacency, laplacian
-from .polygons import Polygons
-from .registration import Registration, register, register_depth
-from .sequence import Description, Sequence
-from .whole_frames import WholeFrame, whole_frame
+import ast
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-__all__ = [
-    "Agreement",
-    "Alignment",
-    "Completer",
-    "ConversionReport",
-    "Description",
-    "Diagnosis",
-    "DynmeshError",
-    "Evaluation",
-    "FileReport",
-    "Finding",
-    "Frame",
-    "FrameErrors",
-    "FrameReport",
-    "Header",
-    "Polygons",
-    "Reader",
-    "RefusedFace",
-    "Registration",
-    "Sequence",
-    "TopologyReport",
-    "TrackFileReport",
-    "Tracker",
-    "TrackingReport",
-    "WholeFrame",
-    "Writer",
-    "__version__",
-    "adjacency",
-    "baselines",
-    "batch",
-    "cells",
-    "complete",
-    "complete_file",
-    "convert",
-    "convert_file",
-    "create",
-    "create_like",
-    "degrade",
-    "diagnose",
-    "draw",
-    "evaluate",
-    "find_alignment",
-    "info",
-    "laplacian",
-    "metrics",
-    "open",
-    "picture",
-    "read",
-    "register",
-    "register_depth",
-    "register_file",
-    "synth",
-    "track_file",
-    "view",
-    "whole_frame",
-    "write",
-]
+_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 
-info = diagnose
-"""The name of the same in the shell."""
+_HOMES = {
+    alias.asname or alias.name: (node.module, alias.name)
+    for node in _STUB.body
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
+}
+"""What users import from here, and the module that has it under a name; no module of a module."""
+_HOMES["info"] = _HOMES["diagnose"]  # as the shell calls it
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    """Loads what is used for the first time."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    home, own = _HOMES[name]
+    module = import_module(f".{home or own}", __name__)
+    found = globals()[name] = module if home is None else getattr(module, own)
+    return found
+
+
+def __dir__() -> list[str]:
+    """Lists what users import."""
+    return __all__

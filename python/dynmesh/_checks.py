@@ -14,51 +14,59 @@ from ._errors import InputError, KindError
 def check_integer(name: str, value: object, least: int) -> None:
     """Raises an error unless the value is an integer of at least `least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise KindError(f"must be an integer, not {value!r}", argument=name)
+        raise KindError(f"must be an integer, not {value!r}", argument=name, value=value)
     if value < least:
-        raise InputError(f"must be at least {least}, not {value!r}", argument=name)
+        raise InputError(f"must be at least {least}, not {value!r}", argument=name, value=value)
+
+
+def check_flag(name: str, value: object) -> None:
+    """Raises an error unless the value is True or False."""
+    if not isinstance(value, bool):
+        raise KindError(f"must be True or False, not {value!r}", argument=name, value=value)
 
 
 def check_number(name: str, value: object) -> None:
     """Raises an error unless the value is a number."""
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise KindError(f"must be a number, not {value!r}", argument=name)
+        raise KindError(f"must be a number, not {value!r}", argument=name, value=value)
 
 
 def check_between(name: str, value: float, low: float, high: float) -> None:
     """Raises an error unless the value is above `low` and below `high`."""
     check_number(name, value)
     if not low < value < high:
-        raise InputError(f"must be above {low} and below {high}, not {value}", argument=name)
+        raise InputError(
+            f"must be above {low} and below {high}, not {value}", argument=name, value=value
+        )
 
 
 def check_finite(name: str, value: float) -> None:
     """Raises an error if the value is infinite or NaN."""
     check_number(name, value)
     if not math.isfinite(value):
-        raise InputError(f"must be finite, not {value}", argument=name)
+        raise InputError(f"must be finite, not {value}", argument=name, value=value)
 
 
 def check_not_negative(name: str, value: float) -> None:
     """Raises an error unless the value is finite and at least 0."""
     check_finite(name, value)
     if value < 0:
-        raise InputError(f"must be at least 0, not {value}", argument=name)
+        raise InputError(f"must be at least 0, not {value}", argument=name, value=value)
 
 
 def check_positive(name: str, value: float) -> None:
     """Raises an error unless the value is finite and above 0."""
     check_number(name, value)
     if not (math.isfinite(value) and value > 0):
-        raise InputError(f"must be positive and finite, not {value}", argument=name)
+        raise InputError(f"must be positive and finite, not {value}", argument=name, value=value)
 
 
 def check_vector(name: str, value: tuple[float, float, float]) -> None:
     """Raises an error unless the value is three finite numbers."""
     if not hasattr(value, "__len__"):
-        raise KindError(f"must be three numbers, not {value!r}", argument=name)
+        raise KindError(f"must be three numbers, not {value!r}", argument=name, value=value)
     if len(value) != 3:
-        raise InputError(f"must be three numbers, not {value}", argument=name)
+        raise InputError(f"must be three numbers, not {value}", argument=name, value=value)
     for coordinate in value:
         check_finite(name, coordinate)
 
@@ -84,12 +92,6 @@ def check_path(name: str, value: object, expected: str = "a path") -> None:
     """Raises an error unless the value is a path; `expected` names everything that is accepted."""
     if not isinstance(value, str | os.PathLike):
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
-
-
-def check_callable(name: str, value: object) -> None:
-    """Raises an error unless the value is None or can be called."""
-    if value is not None and not callable(value):
-        raise KindError(f"must be callable, not {value!r}", argument=name)
 
 
 def check_positions(name: str | None, points: NDArray[np.floating[Any]]) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer
 
-from ._settings import Settings
 from .polygons import Faces
+from .settings import Settings
 
 __version__: str
 

@@ -1,4 +1,4 @@
-"""Errors that know which argument, frame and file they are about."""
+"""Errors that know which argument, value, frame and file they are about."""
 
 import contextlib
 from collections.abc import Iterator
@@ -9,10 +9,11 @@ class DynmeshError(Exception):
     """What is wrong with an input, and where. Every instance is a ValueError or a TypeError.
 
     Attributes:
-        reason: what is wrong, with which value, without the place.
+        reason: what is wrong, in one sentence, without the place.
         argument: the name of the argument at fault, or None.
-        frame: the number of the frame at fault, in its file if it has one, or None.
+        value: what was given, or None.
         file: the file at fault, or None.
+        frame: the number of the frame at fault, in its file if it has one, or None.
     """
 
     def __init__(
@@ -20,20 +21,26 @@ class DynmeshError(Exception):
         reason: str,
         *,
         argument: str | None = None,
-        frame: float | None = None,
+        value: object = None,
         file: Path | None = None,
+        frame: float | None = None,
     ) -> None:
         """Takes what is known so far; :func:`locating` adds the rest on the way up."""
         super().__init__(reason)
         self.reason = reason
         self.argument = argument
-        self.frame = frame
+        self.value = value
         self.file = file
+        self.frame = frame
 
     def __str__(self) -> str:
         """Joins the place and the reason, as "a.npz: frame 3: points: must be float32"."""
+        return self.told(self.argument)
+
+    def told(self, argument: str | None) -> str:
+        """Joins them with another spelling of the argument, as an option or a column."""
         frame = None if self.frame is None else f"frame {self.frame}"
-        place = [str(part) for part in (self.file, frame, self.argument) if part is not None]
+        place = [str(part) for part in (self.file, frame, argument) if part is not None]
         return ": ".join([*place, self.reason])
 
 
@@ -46,7 +53,7 @@ class KindError(DynmeshError, TypeError):
 
 
 class SettingError(InputError):
-    """A setting of a completer that is refused; `argument` is its name."""
+    """A setting that is refused; `argument` is its name."""
 
 
 def in_one_line(error: Exception) -> str:

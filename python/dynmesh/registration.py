@@ -82,7 +82,7 @@ class Registration:
         if not 1 / _OTHER_SIZE < self.growth / scaled < _OTHER_SIZE:
             size = (
                 f"; the result is {self.growth:.2g} times as large as the template: if their units "
-                "differ so, multiply the template by that (dynmesh convert --scale)"
+                "differ so, multiply the template by that"
             )
         elif self.ambiguous and self.quality == "doubtful":
             return "another pose fits the scan as well; landmarks can tell them apart"

@@ -17,7 +17,7 @@ from ._checks import (
     frame_index,
 )
 from ._errors import InputError, KindError
-from .frames.attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
+from .attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
 from .polygons import Polygons, check_polygons, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from . import _core
 from ._checks import check_integer
 from ._errors import InputError, KindError, locating
-from .frames.frame import Frame
-from .frames.reader import Reader
+from ._progress import steps
+from .files.frame import Frame
+from .files.reader import Reader
 from .polygons import Faces
 from .sequence import Description, Mask, Positions, Sequence
 
@@ -58,7 +59,7 @@ def whole_frame(
     noise: float | None = None,
     outliers: bool = False,
     threads: int = 1,
-    progress: Callable[[int, int], object] | None = None,
+    progress: bool = False,
 ) -> WholeFrame:
     """Puts a whole frame together out of frames of which none need be whole.
 
@@ -83,8 +84,7 @@ def whole_frame(
         outliers: whether known positions that contradict the lengths of the edges around them, as
             other frames know them, count as missing.
         threads: the number of threads that may work.
-        progress: called with the number of steps that are done and that of all steps, which grows
-            if a second attempt is needed.
+        progress: whether to show a bar on standard error.
 
     Raises:
         TypeError: an argument has the wrong kind, or `frames` or `known` can be read only once.
@@ -101,9 +101,10 @@ def whole_frame(
         _numbering(frames),
         _without_whole_frame(frames),
         contextlib.closing(_Source(frames, known)) as source,
+        steps("putting a whole frame together", progress) as show,
     ):
         positions, here, seen, standard_error, number, doubtful = _core.whole_frame(
-            faces, source, source.n_frames, number, noise, outliers, threads, progress
+            faces, source, source.n_frames, number, noise, outliers, threads, show
         )
     return WholeFrame(
         positions.reshape(-1, 3),

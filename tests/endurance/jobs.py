@@ -15,14 +15,14 @@ import numpy as np
 import dynmesh
 from dynmesh import cli, degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
-from dynmesh.files.scans import DepthFolder, PointFolder, Rig, ScanCamera
+from dynmesh.scans import DepthFolder, PointFolder, Rig, ScanCamera
 
 COMMANDS = {
     "npz": "complete partial.npz {}/out.npz --provenance",
     "npz, both ways": "complete partial.npz {}/out.npz --bidirectional --start 8",
     "hdf5": "complete partial.npz {}/out.h5",
     "usd": "convert partial.npz {}/out.usdc",
-    "ply": "complete partial.npz {}/out --output-format ply",
+    "ply": "complete partial.npz {}/out/frame_%04d.ply",
     "obj, by a pattern": "complete partial.npz {}/new/frame_%04d.obj",
     "ply, among others": "convert partial.npz {}/mixed/frame_%04d.ply",
     "npy": "complete partial.npz {}/out.npy --provenance",

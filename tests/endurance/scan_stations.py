@@ -10,7 +10,7 @@ from watched import Array, Watched
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.files.scans import DepthScan, PointScan
+from dynmesh.scans import DepthScan, PointScan
 
 # How often each event occurs in a thousand frames.
 EVENTS = {

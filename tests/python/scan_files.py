@@ -9,7 +9,7 @@ from PIL import Image
 
 from dynmesh import degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
-from dynmesh.files.scans import DepthFolder, DepthScan, PointScan, Rig, ScanCamera, ScanReader
+from dynmesh.scans import DepthFolder, DepthScan, PointScan, Rig, ScanCamera, ScanReader
 
 
 def some_points(dtype: Any = np.float64, n: int = 7) -> PointScan:

@@ -11,20 +11,24 @@ from conftest import REPOSITORY
 
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 
-LAYERS = (
-    ("_settings", "_core", "_checks", "_errors", "_extras", "polygons", "settings"),
-    ("frames.attributes",),
-    ("sequence", "metrics", "calibration", "matrices", "baselines"),
-    ("frames",),
-    ("degrade", "synth", "whole_frames", "registration"),
-    ("files",),
-    ("draw",),
-    ("diagnosis",),
-    ("jobs",),
-    ("cli",),
-)
-"""The parts of the package from low to high, at its top but for one; above all are `__init__` and
-`__main__`. Imports in functions count like all others."""
+WITH = {"sequence": ("metrics", "true_surface", "calibration", "matrices", "baselines")}
+"""Modules that stand with another one."""
+
+
+def layers() -> list[list[set[str]]]:
+    """The parts of the package from low to high, as CONTRIBUTING.md states them in one line.
+
+    Parts that stand side by side, in braces, are several sets of one layer.
+    """
+    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (line,) = re.findall("^core -> .*$", text, flags=re.MULTILINE)
+    stated = [
+        [{name, *WITH.get(name, ())} for name in re.findall(r"\w+", part)]
+        for part in line.split("->")
+    ]
+    named = {part for layer in stated for parts in layer for part in parts}
+    stated[0] = [{at_the_top(name) for name in modules()} - named - {"", "__main__"}]
+    return stated
 
 
 def modules() -> dict[str, Path]:
@@ -75,25 +79,23 @@ def test_no_module_imports_itself_by_way_of_others(graph: dict[str, set[str]]) -
     TopologicalSorter(graph).prepare()  # or a CycleError names the cycle
 
 
-def level_of(name: str) -> int:
-    """The number of the layer of a module, by the longest name of a part that it begins with."""
-    parts = {f"dynmesh.{part}": number for number, names in enumerate(LAYERS) for part in names}
-    parts |= {"dynmesh": len(LAYERS), "dynmesh.__main__": len(LAYERS) + 1}
-    return max(
-        (len(part), level) for part, level in parts.items() if f"{name}.".startswith(f"{part}.")
-    )[1]
-
-
-def test_no_part_imports_a_higher_one(graph: dict[str, set[str]]) -> None:
-    listed = {part for parts in LAYERS for part in parts if "." not in part}
-    assert {at_the_top(name) for name in graph} == listed | {"", "__main__"}
-    upwards = [
-        f"{name} imports {other}"
-        for name, others in graph.items()
-        for other in others
-        if level_of(other) > level_of(name)
-    ]
-    assert upwards == []
+def test_no_part_imports_a_higher_one_or_one_beside_it(graph: dict[str, set[str]]) -> None:
+    stated = layers()
+    place = {
+        part: (level, number)
+        for level, layer in enumerate(stated)
+        for number, parts in enumerate(layer)
+        for part in parts
+    }
+    place |= {"": (len(stated), 0), "__main__": (len(stated) + 1, 0)}
+    wrong = []
+    for name, others in graph.items():
+        level, number = place[at_the_top(name)]
+        for other in others:
+            other_level, other_number = place[at_the_top(other)]
+            if other_level > level or (other_level == level and other_number != number):
+                wrong.append(f"{name} imports {other}")
+    assert wrong == []
 
 
 def test_the_compiled_core_imports_errors_and_polygons_alone() -> None:

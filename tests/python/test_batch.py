@@ -15,9 +15,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.jobs.batch import Job
-from dynmesh.jobs.job_table import read_jobs
-from dynmesh.jobs.tracking_job import TrackingJob
+from dynmesh.verbs.batch import read_jobs
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -107,36 +105,47 @@ def test_ten_jobs_of_which_some_fail(
     assert "2 done, 0 already complete, 0 failed" in run(*command, "--overwrite").stderr
 
 
-def test_a_table_is_read(tmp_path: Path) -> None:
+def test_a_row_is_a_command_line(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
-        "input,scans,output,extra_iterations,disconnected,provenance,mask,revisit,method,noise,"
-        "reject_outliers,threads,start,template,gaps,drop_above\n"
-        'a.npz,,b.npz,3,hold,yes,"a, mask.npy",,,,,,whole,,lost,\n'
-        "c.npz,,d.npz,,,,,false,,,,,7,,,\n"
-        "e.npz,,f.npz,,,,,,detail,0.5,true,2,,t.ply,,0.25\n"
-        ",g,h.npz,,,,,,,,,2,,t.ply,,\n",
+        "input,scans,output,bidirectional,provenance,mask,method,noise,threads,start,template,gaps\n"
+        'a.npz,,b.npz,no,yes,"a, mask.npy",,,,,,lost\n'
+        "c.npz,,d.npz,,,,motion,,,7,,\n"
+        ",g,h.npz,,,,,,2,,t.ply,\n",
         encoding="utf-8",
     )
-    assert read_jobs(table) == [
-        Job(
-            tmp_path / "a.npz",
-            tmp_path / "b.npz",
-            source={"known": tmp_path / "a, mask.npy", "gaps": "lost"},
-            start="whole",
-            provenance=True,
-            settings={"extra_iterations": 3, "disconnected": "hold"},
-        ),
-        Job(tmp_path / "c.npz", tmp_path / "d.npz", start=7, settings={"revisit": False}),
-        Job(
-            tmp_path / "e.npz",
-            tmp_path / "f.npz",
-            template=tmp_path / "t.ply",
-            drop_above=0.25,
-            settings={"method": "detail", "noise": 0.5, "reject_outliers": True, "threads": 2},
-        ),
-        TrackingJob(tmp_path / "g", tmp_path / "h.npz", template=tmp_path / "t.ply", threads=2),
-    ]
+    first, second, tracking = read_jobs(table)
+    assert first.arguments == (tmp_path / "a.npz", tmp_path / "b.npz")
+    assert first.options == {
+        "source": {"known": tmp_path / "a, mask.npy", "gaps": "lost"},
+        "bidirectional": False,
+        "provenance": True,
+        "overwrite": False,
+    }
+    assert second.options == {"method": "motion", "start": 7, "overwrite": False}
+    assert (tracking.kind, tracking.arguments) == ("scans", (tmp_path / "g", tmp_path / "h.npz"))
+    assert tracking.options == {"template": tmp_path / "t.ply", "threads": 2, "overwrite": False}
+
+
+@pytest.mark.parametrize(
+    ("columns", "row", "column"),
+    [
+        ("input,output,drop_above", "a.npz,b.npz,far", "drop_above"),
+        ("input,output,threads", "a.npz,b.npz,1.5", "threads"),
+        ("input,output,provenance", "a.npz,b.npz,perhaps", "provenance"),
+        ("input,output,method", "a.npz,b.npz,lsm", "method"),
+        ("input,output,start", "a.npz,b.npz,first", "start"),
+        ("input,scans,output", "a.npz,scans,b.npz", "scans"),
+        ("input,output", ",b.npz", "input"),
+        ("scan,output,template", "a.ply,b.npz,", "template"),
+    ],
+)
+def test_a_wrong_cell_is_named(tmp_path: Path, columns: str, row: str, column: str) -> None:
+    table = tmp_path / "jobs.csv"
+    table.write_text(f"{columns}\n{row}\n")
+    with pytest.raises(dynmesh.DynmeshError) as refused:
+        read_jobs(table)
+    assert (refused.value.file, refused.value.argument) == (table, f"line 2: {column}")
 
 
 @pytest.mark.parametrize("other", ["o.npz", "sub/../o.npz", "linked/o.npz", "link.npz"])
@@ -159,7 +168,7 @@ def test_a_report_does_not_replace_the_table(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text("input,output\na.npz,b.npz\n")
     before = table.read_bytes()
-    assert "is the table of jobs" in run("batch", table, "--report", table, code=1).stderr
+    assert "is the table of jobs" in run("batch", table, "--report", table, code=2).stderr
     assert table.read_bytes() == before
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scan_files import a_rig
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import Rig, ScanCamera, read_cameras, write_cameras
+from dynmesh.scans import Rig, ScanCamera, read_cameras, write_cameras
 
 
 @pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])

@@ -16,7 +16,7 @@ from damage import check_damage
 from test_files_damaged import LIBRARIES, SUFFIXES, Files
 
 import dynmesh
-from dynmesh.files.scans import (
+from dynmesh.scans import (
     PointScan,
     read_points,
     write_ply,

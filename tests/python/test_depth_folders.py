@@ -9,7 +9,7 @@ from PIL import Image
 from scan_files import a_rig, saved, seen, some_points, three_frames
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import DepthFolder, DepthScan, Rig, open_scans, write_cameras
+from dynmesh.scans import DepthFolder, DepthScan, Rig, open_scans, write_cameras
 
 
 def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:

@@ -12,8 +12,8 @@ from PIL import Image
 from scan_files import a_rig, saved
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import open_scans, write_cameras
-from dynmesh.files.scans.depth_files import read_depth
+from dynmesh.scans import open_scans, write_cameras
+from dynmesh.scans.depth_files import read_depth
 
 
 def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:

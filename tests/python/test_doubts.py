@@ -10,8 +10,8 @@ from PIL import Image
 from test_track import bumpy
 
 import dynmesh
-from dynmesh.jobs.fits import Counts, Fits
-from dynmesh.jobs.tracking import track_file
+from dynmesh import track_file
+from dynmesh.tracking.fits import Counts, Fits
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ import dynmesh
 from dynmesh.draw.quantities import QUANTITIES
 from dynmesh.draw.sources import Moment, Sources
 from dynmesh.files import frame_of
-from dynmesh.jobs.true_surface import TrueSurface
+from dynmesh.true_surface import TrueSurface
 
 N_FRAMES = 6
 
@@ -87,7 +87,7 @@ def test_uncertain_vertices_are_left_missing(
         np.testing.assert_array_equal(found.vertices[expected], completed.vertices[expected])
         assert np.isnan(found.vertices[~expected]).all()
         assert report.dropped == np.count_nonzero(~expected)
-        assert any(f"{report.dropped} vertices were left" in line for line in report.remarks)
+        assert any(f"{report.dropped} vertices were left" in line for line in report.lines())
         assert found.standard_error is None
         assert (bars[~expected] > drop_above).all()
     assert (bars == limit).any()

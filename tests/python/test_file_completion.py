@@ -8,7 +8,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.jobs.file_completion import complete_file
+from dynmesh import complete_file
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """Files completed from a whole frame anywhere, or from a template."""
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,8 @@ from commands import dynmesh_command as run
 from sequences import HISTORY, assert_same
 
 import dynmesh
-from dynmesh.jobs import directions
+from dynmesh.completion import start as start_module
+from dynmesh.completion import ways
 
 WHOLE = 7
 
@@ -89,7 +89,7 @@ def test_only_a_few_frames_are_in_memory(
         yield from read(self, *numbers)
 
     size = partial.vertices[0].nbytes * frames_in_a_block
-    monkeypatch.setattr(directions, "_BLOCK", size)
+    monkeypatch.setattr(ways, "_BLOCK", size)
     monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
     dynmesh.complete_file(stored, tmp_path / "out.npz", start=WHOLE, provenance=True)
     monkeypatch.undo()
@@ -102,11 +102,11 @@ def test_only_a_few_frames_are_in_memory(
 def test_the_first_whole_frame_is_found(
     tmp_path: Path, stored: Path, partial: dynmesh.Sequence
 ) -> None:
-    report = dynmesh.complete_file(stored, tmp_path / "out.npz", start="whole", provenance=True)
+    report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True)
     assert report.start == WHOLE
     expected = expected_of(partial, WHOLE, method="detail")
     assert_same(dynmesh.read(tmp_path / "out.npz"), expected, *HISTORY)
-    said = run("complete", stored, tmp_path / "shell.npz", "--start", "whole", "--provenance")
+    said = run("complete", stored, tmp_path / "shell.npz", "--provenance")
     assert "started from frame 7, the first whole one" in said.stderr
     assert_same(dynmesh.read(tmp_path / "shell.npz"), expected, *HISTORY)
 
@@ -128,7 +128,7 @@ def holed(tmp_path: Path, partial: dynmesh.Sequence) -> dynmesh.Sequence:
     [
         ("auto", {}, WHOLE),
         ("best", {"uncertainty": True}, WHOLE),
-        ("clean", {"noise": 0.01}, WHOLE),
+        ("best", {"noise": 0.01, "reject_outliers": True}, WHOLE),
         (3, {}, 3),
     ],
 )
@@ -142,14 +142,13 @@ def test_the_start_is_put_together_from_all_frames(
     made = dynmesh.read(output)
     assert holed.known is not None
     assert made.generation is not None
-    assert (report.start, report.doubtful, report.frames) == (number, False, 15)
-    clean = start == "clean"
+    assert (report.start, report.quality, report.frames) == (number, "good", 15)
     whole = dynmesh.whole_frame(
         holed.faces,
         holed,
         frame=start if start == number else "best",
         noise=options.get("noise"),
-        outliers=clean,
+        outliers=options.get("reject_outliers", False),
     )
     np.testing.assert_array_equal(made.vertices[number], whole.positions)
     known, unseen = np.count_nonzero(whole.known), np.count_nonzero(~whole.seen)
@@ -188,17 +187,19 @@ def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
 ) -> None:
     stored, output = tmp_path / "holed.npz", tmp_path / "out.npz"
     dynmesh.complete_file(stored, output)
-    monkeypatch.setattr(sys.modules["dynmesh.jobs.start"], "whole_frame", None)
+    monkeypatch.setattr(start_module, "whole_frame", None)
     with pytest.raises(FileExistsError):
         dynmesh.complete_file(stored, output)
 
 
-def test_a_clean_start_is_without_outliers(tmp_path: Path, truth: dynmesh.Sequence) -> None:
+def test_the_best_start_is_without_outliers_if_they_are_rejected(
+    tmp_path: Path, truth: dynmesh.Sequence
+) -> None:
     vertices = truth.vertices.copy()
     vertices[0, [40, 77]] += 3
     dynmesh.write(tmp_path / "spikes.npz", replace(truth, vertices=vertices))
-    said = run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", "--start", "clean")
-    assert "started from frame 0, which knows 142 of 144 vertices" in said.stderr
+    options = ("--start", "best", "--reject-outliers")
+    run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", *options)
     made = dynmesh.read(tmp_path / "out.npz").vertices[0]
     edge = np.linalg.norm(truth.vertices[0, 1] - truth.vertices[0, 0])
     assert np.abs(made - truth.vertices[0])[[40, 77]].max() < 0.3 * edge
@@ -230,10 +231,6 @@ def test_zeros_are_missing_in_every_frame_but_the_whole_one(
     )
     masked = replace(zeros, known=(vertices != 0).any(axis=2))
     assert_same(dynmesh.read(output), expected_of(masked, WHOLE, method="detail"), *HISTORY)
-    with pytest.raises(ValueError, match="no frame is whole; frame 7 lacks the fewest, 1 of 144"):
-        dynmesh.complete_file(
-            tmp_path / "zeros.npz", output, start="whole", source=source, overwrite=True
-        )
 
 
 def test_a_template_stands_before_frame_0(
@@ -301,8 +298,7 @@ def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path
     options = ("--missing", "zero", "--overwrite")
     said = run("complete", lost, output, *options).stderr
     assert "3 vertices of frame 0 at exactly (0, 0, 0), far from their neighbours" in said
-    assert "use --missing zero with --start best or --template FILE" in said
-    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "whole").stderr
+    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "5").stderr
     assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--template", whole).stderr
     said = run("complete", whole, output, *options, "--template", lost).stderr
     assert "3 vertices of the template at exactly (0, 0, 0)" in said

@@ -176,7 +176,7 @@ def test_npy_takes_its_faces_from_elsewhere(tmp_path: Path) -> None:
     path = tmp_path / "a.npy"
     vertices = np.zeros((N, 4, 3), np.float32)
     np.save(path, vertices)
-    with pytest.raises(ValueError, match=r"no a\.faces\.npy beside it.*faces=.*--faces FILE"):
+    with pytest.raises(ValueError, match=r"no a\.faces\.npy beside it"):
         dynmesh.open(path)
 
     square = Polygons(np.array([4]), np.array([0, 1, 2, 3]))

@@ -42,7 +42,7 @@ def test_lost_frames_are_frames_without_observations(
     with pytest.raises(ValueError, match="is missing") as refused:
         dynmesh.open(path)
     assert "1004" in str(refused.value)
-    assert "--gaps lost" in str(refused.value)
+    assert "gaps are lost" in str(refused.value)
     read = dynmesh.read(path, gaps="lost")
     kept = [i for i in range(10) if i not in LOST]
     assert len(read.vertices) == 10

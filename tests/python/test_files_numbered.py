@@ -76,7 +76,7 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     ):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
-    with pytest.raises(ValueError, match=r"\.ply and \.obj files; name the format with"):
+    with pytest.raises(ValueError, match=r"\.ply and \.obj files; name the format"):
         dynmesh.open(folder)
     assert dynmesh.open(folder, format="ply").n_frames == 2
     (tmp_path / "none").mkdir()
@@ -221,7 +221,7 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
 
 def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    with pytest.raises(ValueError, match="holds only positions; give its faces"):
+    with pytest.raises(ValueError, match="holds only positions"):
         dynmesh.open(tmp_path / "f%d.obj")
     (tmp_path / "f0.obj").rename(tmp_path / "f1.obj")
     (tmp_path / "f0.obj").write_text(TRIANGLE)

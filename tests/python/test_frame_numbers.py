@@ -10,8 +10,8 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
-from dynmesh.frames.header import header_of
-from dynmesh.frames.times import frame_numbers, indices_of, slice_of
+from dynmesh.files.header import header_of
+from dynmesh.files.times import frame_numbers, indices_of, slice_of
 
 N = 8
 FIRST = 1001
@@ -52,7 +52,7 @@ def test_completion_and_evaluation(folder: Path) -> None:
     assert "completion started from frame 1004" in run("complete", path, folder / "b.npz").stderr
     assert dynmesh.read(made).start == FIRST
     refused = run("complete", path, folder / "c.npz", "--start", "3", code=1).stderr
-    assert "partial.npz: start: there is no frame 3, only 1001 to 1008" in refused
+    assert "partial.npz: --start: there is no frame 3, only 1001 to 1008" in refused
     table = folder / "errors.csv"
     options = ("--frames", "1002:1005", "--csv", table, "--json")
     whole = json.loads(run("evaluate", made, folder / "truth.npz", *options).stdout)
@@ -75,7 +75,7 @@ def test_messages(partial: dynmesh.Sequence, folder: Path) -> None:
     assert caught.value.frame == 1006
     incomplete = folder / "partial.npz"
     told = run("evaluate", incomplete, folder / "truth.npz", code=1).stderr
-    assert f"{incomplete}: frame 1002 lacks vertex" in told
+    assert f"{incomplete}: frame 1002: lacks vertex" in told
 
 
 def test_findings(partial: dynmesh.Sequence, folder: Path) -> None:
@@ -100,7 +100,7 @@ def test_pictures_and_pages(truth: dynmesh.Sequence, folder: Path) -> None:
     assert one.tobytes() != renamed.tobytes()  # of the caption alone
     out = ("-o", folder / "a.png")
     refused = run("picture", folder / "truth.npz", "--frame", "3", *out, code=1).stderr
-    assert "truth.npz: frames: there is no frame 3, only 1001 to 1008" in refused
+    assert "truth.npz: --frame: there is no frame 3, only 1001 to 1008" in refused
     assert '"numbers": [1001, 1004, 1007], ' in dynmesh.view(truth, max_frames=3).html
 
 

@@ -12,8 +12,8 @@ from dynmesh import Sequence, metrics
 from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.quantities import QUANTITIES, Colour
 from dynmesh.draw.scales import CountScale, KnownScale, MeasureScale
-from dynmesh.files.scans import PointScan, open_scans, write_ply
-from dynmesh.frames.memory import SequenceReader
+from dynmesh.files.memory import SequenceReader
+from dynmesh.scans import PointScan, open_scans, write_ply
 
 
 @pytest.fixture

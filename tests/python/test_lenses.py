@@ -11,7 +11,7 @@ from PIL import Image
 from scan_files import saved, three_frames
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import DepthScan, open_scans, read_cameras, write_cameras
+from dynmesh.scans import DepthScan, open_scans, read_cameras, write_cameras
 
 LENS = [-0.28, 0.09, 0.002, -0.001, 0.01]
 

@@ -5,13 +5,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from memory import own_memory
 from meshes import sheet
 
 import dynmesh
+from dynmesh.completion import ways
 
 
-def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
+def test_memory_does_not_grow_with_the_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first = sheet(100)
     header = dynmesh.Header(first.faces, 300, len(first.vertices), np.dtype(np.float32))
     source = tmp_path / "in.h5"
@@ -20,12 +24,13 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
         for i in range(300):
             writer.append((first.vertices + 0.001 * i).astype(np.float32))
 
-    def watch(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+    def watched(frames: Iterator[Any], *_: Any) -> Iterator[Any]:
         for number, frame in enumerate(frames):
             if number % 50 == 49:
                 used.append(own_memory())
             yield frame
 
+    monkeypatch.setattr(ways, "tracked", watched)
     before = own_memory()
-    dynmesh.complete_file(source, tmp_path / "out.h5", watch=watch, method="motion")
+    dynmesh.complete_file(source, tmp_path / "out.h5", method="motion")
     assert max(used) - before < 18_000  # the frames are 36 MB

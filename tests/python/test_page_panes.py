@@ -12,7 +12,7 @@ from meshes import sheet
 
 from dynmesh import Sequence
 from dynmesh.draw.page import page as page_for
-from dynmesh.frames.memory import SequenceReader
+from dynmesh.files.memory import SequenceReader
 
 
 @pytest.fixture

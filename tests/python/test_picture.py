@@ -97,19 +97,6 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
-def test_progress_is_reported(sequence: Sequence, tmp_path: Path) -> None:
-    watched: list[Any] = []
-
-    def watch(frames: Any, total: int) -> Any:
-        watched.append(total)
-        for frame in frames:
-            watched.append(frame.number)
-            yield frame
-
-    draw(sequence, tmp_path, indices=[3, 1], watch=watch)
-    assert watched == [2, 3, 1]
-
-
 @pytest.mark.parametrize(
     ("n_frames", "count", "expected"),
     [(175, 3, [0, 87, 174]), (10, 1, [0]), (3, 9, [0, 1, 2]), (1, 6, [0]), (5, 2, [0, 4])],

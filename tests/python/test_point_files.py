@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scan_files import a_rig, some_points
 
 from dynmesh._errors import DynmeshError
-from dynmesh.files.scans import PointFolder, PointScan, open_scans, read_points
+from dynmesh.scans import PointFolder, PointScan, open_scans, read_points
 
 FINITE = st.floats(-1e6, 1e6)
 

@@ -20,11 +20,9 @@ from test_registration import scan
 from test_tracking import bumpy_torus, error
 
 import dynmesh
-from dynmesh.files.scans import PointScan, write_ply
-from dynmesh.jobs.job_table import read_jobs
-from dynmesh.jobs.landmarks import read_landmarks
-from dynmesh.jobs.register_job import RegisterJob
-from dynmesh.jobs.single_scans import open_single
+from dynmesh.scans import PointScan, write_ply
+from dynmesh.tracking.landmarks import read_landmarks
+from dynmesh.tracking.single_scans import open_single
 
 
 @pytest.fixture
@@ -192,8 +190,7 @@ def test_a_wrong_scan_ends_with_code_3(
     words = (tmp_path / "body.obj", tmp_path / "wrong.ply", tmp_path / "made.obj")
     said = run("register", *words, code=3).stderr
     assert "made.obj: ruined: " in said
-    for advice in ("one unit", "dynmesh convert", "--landmarks", "--page"):
-        assert advice in said
+    assert "landmarks say where" in said
     assert (tmp_path / "made.obj").exists()
 
 
@@ -227,16 +224,8 @@ def test_lines_of_a_table_are_registered(
         "scans,made,body.obj,,\n"
         "no.ply,none.obj,body.obj,,\n"
     )
-    assert read_jobs(table)[0] == RegisterJob(
-        tmp_path / "scans" / "first.ply",
-        tmp_path / "new" / "one.obj",
-        template=tmp_path / "body.obj",
-        threads=2,
-        scale=True,
-    )
     said = run("batch", table, "--report", report, code=1).stderr
     assert "1 done, 1 doubtful, 0 already complete, 1 failed of 3 jobs" in said
-    assert "wrong.obj: ruined: " in said
     with report.open(newline="") as file:
         lines = sorted(csv.DictReader(file), key=lambda line: line["status"])
     assert [(line["status"], line["frames"]) for line in lines] == [
@@ -244,11 +233,11 @@ def test_lines_of_a_table_are_registered(
         ("doubtful", "3"),
         ("failed", "0"),
     ]
-    assert "wrong.obj: ruined: " in lines[1]["reason"]
+    assert "ruined: " in lines[1]["reason"]
     assert error(torus, truth, positions(tmp_path / "new" / "one.obj")) < 0.5
     table.write_text("".join(table.read_text().splitlines(keepends=True)[:3]))
     assert "0 done, 2 already complete, 0 failed" in run("batch", table).stderr
     (tmp_path / "made" / "second.obj").unlink()
-    assert "--overwrite makes all anew" in run("batch", table, code=1).stderr
+    assert "exists, but others do not" in run("batch", table, code=1).stderr
     run("batch", table, "--overwrite", code=3)
     assert (tmp_path / "made" / "second.obj").exists()

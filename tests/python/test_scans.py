@@ -12,7 +12,7 @@ from dynmesh import degrade
 from dynmesh.degrade import Camera
 from dynmesh.degrade.depth_buffer import depth_buffer, intrinsics_of, pose_of
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.scans import DepthScan, PointScan
+from dynmesh.scans import DepthScan, PointScan
 
 Array = meshes.Array
 

@@ -16,8 +16,10 @@ from test_every_format import FORMATS, place
 import dynmesh
 from dynmesh import files
 from dynmesh._errors import InputError
-from dynmesh.cli import pictures, scans, sequences
+from dynmesh.completion import ways
+from dynmesh.draw import page
 from dynmesh.files.new_output import making
+from dynmesh.verbs import convert, degrade, show
 
 
 def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
@@ -77,7 +79,7 @@ def test_a_folder_that_a_killed_command_had_put_aside_comes_back(
     (tmp_path / ".out.unfinished").mkdir()
     output.parent.rename(tmp_path / ".out.unfinished" / "old")
     refused = dynmesh_command("convert", source, output, code=1)
-    assert "exists already; --overwrite" in refused.stderr
+    assert "exists already" in refused.stderr
     assert contents(tmp_path) == before
     assert not list(tmp_path.glob(".*"))
 
@@ -127,21 +129,25 @@ def test_an_output_that_appears_meanwhile_is_kept(
     monkeypatch.chdir(tmp_path)
     dynmesh.write("in.npz", moving(mesh))
     before = contents(tmp_path)
-    for module in (sequences, scans, pictures):
-        monkeypatch.setattr(module, "track", write_another(Path(made)))
+    for module in (convert, degrade, show, page):
+        monkeypatch.setattr(module, "tracked", write_another(Path(made)))
     result = dynmesh_command(*command.split(), code=1)
-    assert "exists already; --overwrite replaces it" in result.stderr
+    assert "exists already" in result.stderr
     assert contents(tmp_path) == before | {made: b"of another process"}
     assert not list(tmp_path.glob(".*"))
     dynmesh_command(*command.split(), "--overwrite")
     assert contents(tmp_path).get(made) != b"of another process"
 
 
-def test_completion_keeps_an_output_that_appears_meanwhile(tmp_path: Path, mesh: Mesh) -> None:
+def test_completion_keeps_an_output_that_appears_meanwhile(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
     source, output = tmp_path / "in.npz", tmp_path / "out.npz"
     dynmesh.write(source, moving(mesh))
-    with pytest.raises(FileExistsError, match=r"out\.npz: exists already; --overwrite"):
-        dynmesh.complete_file(source, output, watch=write_another(output))
+    monkeypatch.setattr(ways, "tracked", write_another(output))
+    with pytest.raises(FileExistsError, match=r"out\.npz: exists already"):
+        dynmesh.complete_file(source, output)
+    monkeypatch.undo()
     assert output.read_bytes() == b"of another process"
     dynmesh.complete_file(source, output, overwrite=True)
     assert len(dynmesh.read(output).vertices) == 4
@@ -201,21 +207,24 @@ def test_masks_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh) -> Non
 
 
 @pytest.mark.parametrize("start", [0, 3])
-def test_a_rewritten_input_is_not_completed(tmp_path: Path, mesh: Mesh, start: int) -> None:
+def test_a_rewritten_input_is_not_completed(
+    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, start: int
+) -> None:
     folder, output, sequence = tmp_path / "in", tmp_path / "out.npz", moving(mesh, 6)
     folder.mkdir()
     path = folder / "f.npy"
     dynmesh.write(path, sequence)
     make_old(folder)
 
-    def meanwhile(frames: Iterator[Any], *_: int) -> Iterator[Any]:
+    def meanwhile(frames: Iterator[Any], *_: Any) -> Iterator[Any]:
         for number, frame in enumerate(frames):
             if number == 1:
                 rewrite(tmp_path, path, sequence)
             yield frame
 
+    monkeypatch.setattr(ways, "tracked", meanwhile)
     with pytest.raises(ValueError, match="was changed while it was read"):
-        dynmesh.complete_file(path, output, start=start, watch=meanwhile)
+        dynmesh.complete_file(path, output, start=start)
     assert sorted(tmp_path.iterdir()) == [folder]
 
 
@@ -226,7 +235,7 @@ def test_scans_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh, kind: 
     what = ("--points", "50") if kind == "--scan" else ("8x8",)
     dynmesh_command("degrade", source, folder, kind, *what, "--cameras", "1")
     make_old(folder)
-    scans_of_all = iter(files.scans.open_scans(folder))
+    scans_of_all = iter(dynmesh.scans.open_scans(folder))
     next(scans_of_all)
     *_, last = sorted({*folder.iterdir()} - {folder / "cameras.json"})
     last.write_bytes(last.read_bytes())

@@ -14,8 +14,7 @@ from test_training import poses
 
 import dynmesh
 from dynmesh import _core
-from dynmesh.jobs.batch import Job, run_job
-from dynmesh.jobs.job_table import read_jobs
+from dynmesh.completion import training as training_module
 
 pytestmark = pytest.mark.usefixtures("partial")  # which stores it
 
@@ -65,22 +64,22 @@ def both_ways(sequence: dynmesh.Sequence, training: Array | None) -> Array:
 
 
 def test_both_directions_learn_from_all_files(
-    tmp_path: Path, partial: dynmesh.Sequence, recordings: list[Path]
+    tmp_path: Path,
+    partial: dynmesh.Sequence,
+    recordings: list[Path],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     read: list[int] = []
 
-    def watch(frames: Iterator[Any], total: int) -> Iterator[Any]:
+    def watched(frames: Iterator[Any], total: int, *_: Any) -> Iterator[Any]:
         read.append(total)
         for frame in frames:
             read[-1] -= 1
             yield frame
 
+    monkeypatch.setattr(training_module, "tracked", watched)
     report = dynmesh.complete_file(
-        tmp_path / "partial.npz",
-        tmp_path / "out.npz",
-        start=WHOLE,
-        training=recordings,
-        watch_training=watch,
+        tmp_path / "partial.npz", tmp_path / "out.npz", start=WHOLE, training=recordings
     )
     both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
     expected = both_ways(partial, both)
@@ -128,13 +127,7 @@ def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) 
         "partial.npz,c.npz,",
     ]
     (tmp_path / "jobs.csv").write_text("\n".join(["input,output,training", *rows]))
-    jobs = read_jobs(tmp_path / "jobs.csv")
-    assert [job.training for job in jobs if isinstance(job, Job)] == [
-        tuple(recordings),
-        (recordings[0],),
-        None,
-    ]
-    assert [run_job(job).status for job in jobs] == ["done"] * 3
+    run("batch", tmp_path / "jobs.csv", "--workers", "1")
     for name, training in (("a", recordings), ("b", recordings[0]), ("c", None)):
         expected = tmp_path / f"{name}_expected.npz"
         dynmesh.complete_file(tmp_path / "partial.npz", expected, training=training)

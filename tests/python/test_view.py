@@ -13,7 +13,7 @@ from dynmesh import open as open_sequence
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
-from dynmesh.frames.memory import SequenceReader
+from dynmesh.files.memory import SequenceReader
 
 
 @pytest.fixture
@@ -125,17 +125,8 @@ def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: 
 
 
 def test_a_page_tells_what_was_left_out(moving: Sequence) -> None:
-    watched: list[int] = []
-
-    def watch(frames: Any, total: int) -> Any:
-        watched.append(total)
-        for frame in frames:
-            watched.append(frame.number)
-            yield frame
-
-    made = page_for(SequenceReader(moving), max_frames=4, watch=watch)
+    made = page_for(SequenceReader(moving), max_frames=4)
     assert made.shown == Shown(3, 9, 3, 144, 144, 242, 242)
-    assert watched == [3, 0, 3, 6]
 
 
 def test_thinning_keeps_original_vertices_and_prints_nothing(

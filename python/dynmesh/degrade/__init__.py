@@ -5,7 +5,7 @@ the result for a frame depends on the seed and on the number of the frame, but n
 frames. Arguments are checked when a function is called, frames when they are reached.
 """
 
-from ..frames.scan import DepthScan, PointScan
+from ..scans.scan import DepthScan, PointScan
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
 from .room import Room, room_around
 from .scans import depth_images, scan_points

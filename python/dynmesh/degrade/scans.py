@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
-from ..frames.scan import DepthScan, PointScan
 from ..polygons import Faces
+from ..scans.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured, with_flying

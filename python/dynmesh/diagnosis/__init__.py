@@ -1,6 +1,6 @@
 """Problems of a sequence: of its mesh, of what was observed, and of its motion."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from itertools import chain
 from typing import Unpack
@@ -8,6 +8,7 @@ from typing import Unpack
 import numpy as np
 
 from .. import files
+from .._progress import tracked
 from ..files import Frame, Header, OneSequence, Source
 from . import shape, surface
 from .diagnosis import Diagnosis
@@ -16,25 +17,22 @@ from .first_frame import FirstFrame
 from .mesh import Mesh
 from .motion import Motion
 from .placement import Placement
-from .presence import Presence, observed_in
+from .presence import Presence
 
-__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
-
-Watch = Callable[[Iterable[Frame], int], Iterable[Frame]]
+__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
 
 
-@files.takes_source
 def diagnose(
     source: OneSequence,
     *,
-    watch: Watch | None = None,
+    progress: bool = False,
     **how: Unpack[Source],
 ) -> Diagnosis:
     """Looks for problems of a sequence, in one pass and in constant memory.
 
     Args:
         source: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
-        watch: is called with the frames and their number, and must pass the frames on.
+        progress: whether to show a bar on standard error.
         **how: how to read a file, the keywords of :func:`dynmesh.open`; they are ignored if
             `source` is a reader or in memory.
 
@@ -48,20 +46,20 @@ def diagnose(
         files.naming(reader.path),
         closing(reader.frames()) as frames,
     ):
-        return _diagnose(reader.header, frames, watch)
+        return diagnose_frames(reader.header, tracked(frames, reader.n_frames, "reading", progress))
 
 
-def _diagnose(header: Header, frames: Iterator[Frame], watch: Watch | None) -> Diagnosis:
+def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
+    """As :func:`diagnose`, of the frames of a sequence with this header."""
     if header.n_vertices == 0:
         raise ValueError("has no vertices")
-    watched = iter(frames if watch is None else watch(frames, header.n_frames))
     first = next(watched)
-    start = Mesh.of(header.faces, first.points, observed_in(first))
+    start = Mesh.of(header.faces, first.points, first.observed)
     presence = Presence(header, start, first)
     motion, placement = Motion(header, start), Placement(header, start)
     first_frame = FirstFrame(header, start)
     for number, frame in enumerate(watched, 1):
-        observed = presence.watch(number, frame, observed_in(frame))
+        observed = presence.watch(number, frame, frame.observed)
         motion.watch(number, frame.points, observed)
         first_frame.watch(frame.points, observed)
         placement.watch(number, frame.points, observed)

@@ -52,8 +52,9 @@ class FirstFrame:
                 f"{counted(len(vertices), 'outlier')} in frame {self._header.number(0)}, where "
                 f"edges are more than {_TIMES:g} times as long as in all other frames: "
                 f"{listed('vertex', vertices)}.",
-                "Completion starts from this frame, so they stay wrong in all frames. --start "
-                "clean leaves out most of them and estimates them anew.",
+                "Completion starts from this frame, so they stay wrong in all frames. If outliers "
+                "are rejected and completion starts from the best frame, most of them are left out "
+                "and estimated anew.",
                 vertices=vertices,
                 frames=[0],
             )

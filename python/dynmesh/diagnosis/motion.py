@@ -87,8 +87,8 @@ class Motion:
                 f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
                 f"neighbours, at most {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames, self._header)}: {listed('vertex', places)}.",
-                "They displace the vertices that are estimated around them. Use "
-                "--reject-outliers, or mark them as missing in the known mask.",
+                "They displace the vertices that are estimated around them. Let completion reject "
+                "outliers, or mark them as missing in the known mask.",
                 vertices=places,
                 frames=self._astray_frames,
                 count=self._n_astray,

@@ -1,40 +1,23 @@
 """Problems of what was observed: missing vertices and unusable positions."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Header
-from ..sequence import Mask, Positions
+from ..files.frame import LARGEST
+from ..sequence import Mask
 from .finding import Finding, counted, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
 _BACKWARDS = (
-    "Frames before it are completed backwards. A complete mesh from a template or a scan at rest, "
-    "--template FILE, may be better."
+    "Frames before it are completed backwards. A complete mesh from a template or a scan at rest "
+    "may be a better start."
 )
 _FEW = 0.1
 _HARDLY_ANY = 0.02
 _LONG = 10  # frames
-
-
-def _largest(dtype: np.dtype[Any]) -> float:
-    """Returns the largest coordinate that a completer of this dtype accepts."""
-    return 1e18 if dtype == np.float32 else 1e200
-
-
-def is_position(points: Positions) -> Mask:
-    """Returns a (k,) bool array: which positions are usable."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(points) <= _largest(points.dtype)).all(axis=1))
-
-
-def observed_in(frame: Frame) -> Mask:
-    """Returns a (k,) bool array: which vertices have a usable position in this frame."""
-    there = is_position(frame.points)
-    return there if frame.known is None else there & frame.known
 
 
 class Presence:
@@ -51,7 +34,7 @@ class Presence:
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
-        self._limit = f"{_largest(first.points.dtype):.0e}".replace("+", "")
+        self._limit = f"{LARGEST[first.points.dtype.itemsize]:.0e}".replace("+", "")
         said = mesh.observed | mesh.zeros
         self._missing = np.flatnonzero(~said)
         self._first_whole: int | None = None
@@ -155,16 +138,16 @@ class Presence:
         zeros = np.flatnonzero(self._mesh.zeros)
         if not len(zeros):
             return
-        whole = "--start best, as no other frame is complete"
+        whole = "start from the best frame, as no other one is complete"
         if self._first_whole is not None:
             number = self._header.number(self._first_whole)
-            whole = f"--start whole: frame {number} is the first complete one"
+            whole = f"start from frame {number}, the first complete one"
         yield Finding.at(
             "first_frame_zeros",
             f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame "
             f"{self._header.number(0)}, far from their neighbours: {listed('vertex', zeros)}.",
             "The sensor probably wrote zeros where it observed nothing, but those of this frame "
-            f"are taken as positions. Use --missing zero together with {whole}.",
+            f"are taken as positions. Say that zeros are missing, and {whole}.",
             vertices=zeros,
             frames=[0],
         )
@@ -196,7 +179,7 @@ class Presence:
             f"{frames_listed(zeros.frames, self._header)}: "
             f"{listed('vertex', zeros.vertices)}.",
             "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
-            "pull the mesh towards the origin. Use --missing zero.",
+            "pull the mesh towards the origin. Say that zeros are missing.",
             vertices=zeros.vertices,
             frames=zeros.frames,
             count=zeros.count,
@@ -277,7 +260,7 @@ class Presence:
             f"{parts} not observed for {_LONG} frames or more; longest the component of "
             f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
             f"{length} frames, {first} to {last}.",
-            "Meanwhile it follows the nearest components rigidly (--disconnected follow), and it "
+            "Meanwhile it follows the nearest components rigidly, and it "
             "jumps when it is observed again. Merge it with its neighbours if they belong "
             "together.",
             vertices=vertices,

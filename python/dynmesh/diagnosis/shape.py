@@ -26,8 +26,8 @@ def _no_faces(mesh: Mesh) -> Finding:
     return Finding.at(
         "no_faces",
         f"There are no faces, only {counted(len(mesh.first), 'vertex')}.",
-        "The sequence cannot be completed: motion propagates along edges. Give the mesh with "
-        "--faces if the file holds only positions.",
+        "The sequence cannot be completed: motion propagates along edges. Give a mesh with faces "
+        "if the file holds only positions.",
     )
 
 
@@ -93,8 +93,8 @@ def _components(mesh: Mesh) -> Iterator[Finding]:
     yield Finding.at(
         "several_components",
         f"{len(parts)} separate components, of {shown} vertices{tail}.",
-        "A component that is not observed in a frame follows the motion of the nearest components "
-        "(--disconnected follow). Merge components that belong together.",
+        "A component that is not observed in a frame follows the motion of the nearest components. "
+        "Merge components that belong together.",
         vertices=places,
         count=len(parts),
         worst=float(parts[-1]),

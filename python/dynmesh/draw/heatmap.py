@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import Frame, Reader
-from ..files.scans import ScanReader
-from ..frames.reader import check_comparable
-from ..frames.scan import Scan
+from ..files.reader import check_comparable
+from ..scans import ScanReader
+from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 from .figures import SURFACE_COLOUR
 from .quantities import QUANTITIES, Colour, Range, check_range

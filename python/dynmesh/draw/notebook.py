@@ -3,7 +3,7 @@
 from html import escape
 
 from .._errors import InputError
-from ..frames.memory import SequenceReader
+from ..files.memory import SequenceReader
 from ..sequence import Sequence, rate
 from .page import framed, page
 

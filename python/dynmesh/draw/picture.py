@@ -1,6 +1,6 @@
 """Pictures of a sequence: a frame, a contact sheet of several, or one after the other."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require_all
+from .._progress import tracked
 from ..files import Reader
 from . import figures
 from .figures import Image, View
@@ -34,7 +35,7 @@ def pictures(
     azimuth: float = 60.0,
     size: tuple[int, int] = (480, 480),
     turn: float | None = None,
-    watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
+    progress: bool = False,
 ) -> Iterator[Any]:
     """Draws frames of a sequence, all at the same scale, with one colour bar.
 
@@ -57,7 +58,7 @@ def pictures(
     if reference is not None and colour not in (None, "error", "standard_error"):
         raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
     heatmap = Heatmap(reader, reference=reference, colour=colour, range=range)
-    frames = list(watch(map(heatmap.frame, indices), len(indices)))
+    frames = list(tracked(map(heatmap.frame, indices), len(indices), "reading", progress))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")

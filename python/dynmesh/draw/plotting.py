@@ -6,7 +6,7 @@ import numpy as np
 
 from .._checks import check_finite, frame_index
 from .._errors import InputError, KindError
-from ..frames.memory import SequenceReader
+from ..files.memory import SequenceReader
 from ..sequence import Sequence
 from . import figures
 from .figures import View

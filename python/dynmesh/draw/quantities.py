@@ -9,18 +9,10 @@ import numpy as np
 from .._checks import check_finite
 from .._errors import InputError
 from .._extras import require
+from ..attributes import FUSED
 from ..calibration import RULES
-from ..frames.attributes import FUSED
 from .figures import HEATMAP_RANGE
-from .scales import (
-    MOST_FRAMES,
-    CountScale,
-    KnownScale,
-    MeasureScale,
-    Scale,
-    Values,
-    round_up,
-)
+from .scales import MOST_FRAMES, CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 from .sources import Moment, Sources, visible
 
 Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
@@ -212,14 +204,14 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
 QUANTITIES: dict[Colour, Quantity] = {
     "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures", _most),
     "generation": Quantity(
-        _lacks("generation", "dynmesh complete --provenance writes it"),
+        _lacks("generation", "a completion with provenance writes it"),
         lambda _, moment: moment.frame.attributes()["generation"],
         _count_scale("generation: steps from the observed"),
         "counts",
         np.unique,
     ),
     "age": Quantity(
-        _lacks("age", "dynmesh complete --provenance writes it"),
+        _lacks("age", "a completion with provenance writes it"),
         lambda _, moment: moment.frame.attributes()["age"],
         _count_scale("age: frames since last observed"),
         "counts",
@@ -227,7 +219,8 @@ QUANTITIES: dict[Colour, Quantity] = {
     ),
     "standard_error": Quantity(
         _lacks(
-            "standard_error", "dynmesh complete and track write it with --provenance --uncertainty"
+            "standard_error",
+            "completion and tracking write it with provenance and uncertainty",
         ),
         _standard_error,
         _standard_error_scale,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from ..files.scans import DepthScan
+from ..scans import DepthScan
 from ..sequence import Positions
 from .figures import SURFACE_COLOUR
 from .page.packing import embedded

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..degrade.shared import mean_edge_of
 from ..files import Frame, Reader
-from ..files.scans import ScanReader
 from ..metrics import bounding_box_diagonal
+from ..scans import ScanReader
 from ..sequence import Mask, Positions
 
 

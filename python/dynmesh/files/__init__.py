@@ -5,6 +5,7 @@ does not grow with the length of a sequence. `reader.py` and `writer.py` documen
 interface.
 """
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,18 +17,17 @@ from numpy.typing import NDArray
 
 from .._checks import check_path
 from .._errors import InputError, KindError
-from ..frames.frame import Frame, frame_of
-from ..frames.header import Header, header_of
-from ..frames.memory import SequenceReader
-from ..frames.naming import naming
-from ..frames.reader import Reader
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
-from ..settings import Function, with_keywords
 from .choice import PathLike, check_suffix, format_of, formats, listed
 from .format import Gaps, Template, template_of
+from .frame import Frame, frame_of
+from .header import Header, header_of
 from .masks import MaskedReader, check_missing
-from .target import Target, target_of
+from .memory import SequenceReader
+from .naming import naming
+from .reader import Reader
+from .target import Target, target_of, target_over
 from .template import NoFacesError
 from .writer import Writer
 
@@ -55,28 +55,31 @@ __all__ = [
     "open",
     "open_with",
     "opened",
+    "opened_beside",
     "read",
-    "takes_source",
     "target_of",
+    "target_over",
     "write",
 ]
 
 
 class Source(TypedDict, total=False):
-    """How to read a file; :func:`dynmesh.open` documents the keywords."""
+    """How to read a file; :func:`dynmesh.open` has the same keywords.
 
-    format: str | None
+    Attributes:
+        faces: a mesh with the faces, if the file holds only positions.
+        prim: the path of the mesh, if the file holds several (USD, Alembic).
+        known: which vertices are known, bool (n, k) in a .npy file.
+        missing: "zero" if vertices at exactly (0, 0, 0) after frame 0 are missing.
+        gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
+            which nothing was observed.
+    """
+
     faces: Faces | PathLike | None
     prim: str | None
     known: NDArray[np.bool_] | PathLike | None
     missing: Literal["zero"] | None
     gaps: Gaps
-
-
-def takes_source(function: Function) -> Function:
-    """Shows the keywords of :func:`open` for those of a function with ``**source``."""
-    defaults = dict.fromkeys(Source.__annotations__) | {"gaps": "refuse"}
-    return with_keywords(function, defaults, Source.__annotations__)
 
 
 def open(
@@ -135,7 +138,9 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
         return {} if chosen.meshes is None else chosen.meshes(Path(path))
 
 
-def open_with(path: PathLike, template: PathLike | None, **source: Unpack[Source]) -> Reader:
+def open_with(
+    path: PathLike, template: Faces | PathLike | None, **source: Unpack[Source]
+) -> Reader:
     """Opens a sequence or, if it holds no faces, with those of the mesh file `template`."""
     try:
         return open(path, **source)
@@ -154,7 +159,7 @@ OneSequence: TypeAlias = PathLike | Reader | Sequence
 def opened(
     sequence: OneSequence,
     name: str = "sequence",
-    template: PathLike | None = None,
+    template: Faces | PathLike | None = None,
     **source: Unpack[Source],
 ) -> Iterator[Reader]:
     """Yields a reader of a sequence, wherever it is; a reader is not closed.
@@ -162,7 +167,7 @@ def opened(
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
-        template: a mesh file with the faces of a file that holds none.
+        template: the faces of a file that holds none, or a mesh file with them.
         **source: how to read a file, the keywords of :func:`open`.
     """
     if isinstance(sequence, Reader):
@@ -173,6 +178,20 @@ def opened(
         if isinstance(sequence, Sequence)
         else open_with(sequence, template, **source)
     ) as reader:
+        yield reader
+
+
+@contextmanager
+def opened_beside(sequence: OneSequence, name: str, source: Source) -> Iterator[Reader]:
+    """As :func:`opened`, for one of several files that share faces and the path of their mesh.
+
+    The faces are for a file that holds none, and the path for one with several meshes.
+    """
+    own: Source = {**source}
+    faces, prim = own.pop("faces", None), own.pop("prim", None)
+    if isinstance(sequence, str | os.PathLike) and format_of(sequence).meshes is not None:
+        own["prim"] = prim
+    with opened(sequence, name, faces, **own) as reader:
         yield reader
 
 
@@ -215,10 +234,9 @@ def create_like(
     return target_of(path, format).create(header)
 
 
-@takes_source
-def read(path: PathLike, **source: Unpack[Source]) -> Sequence:
+def read(path: PathLike, *, format: str | None = None, **source: Unpack[Source]) -> Sequence:
     """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
-    with open(path, **source) as reader:
+    with open(path, format=format, **source) as reader:
         header = reader.header
         shape = (header.n_frames, header.n_vertices)
         vertices = np.empty((*shape, 3), header.dtype)

@@ -15,10 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, locating
-from ..frames.attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
-from ..frames.frame import Frame
-from ..frames.header import Header, MeshFile, errors_of
-from ..frames.reader import Reader
+from ..attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
 from ..polygons import split_polygons
 from .alembic_archive import (
     AlembicScene,
@@ -33,6 +30,9 @@ from .alembic_archive import (
 from .alembic_writer import AlembicWriter
 from .comments import metadata_in
 from .format import OTHER_MESHES, Format
+from .frame import Frame
+from .header import Header, MeshFile, errors_of
+from .reader import Reader
 
 
 class AlembicReader(Reader):

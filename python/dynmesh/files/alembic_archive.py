@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from ..frames.attributes import ATTRIBUTES
-from ..frames.scenes import check_same_faces, choose_mesh
-from ..frames.times import Timing, broadcast, frame_number, spacing, uneven
+from ..attributes import ATTRIBUTES
 from ..polygons import Polygons, check_polygons
+from .scenes import check_same_faces, choose_mesh
+from .times import Timing, broadcast, frame_number, spacing, uneven
 
 _KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
 

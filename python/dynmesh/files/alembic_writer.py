@@ -3,13 +3,13 @@
 from dataclasses import replace
 from typing import Any
 
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.times import frame_seconds
 from ..polygons import as_polygons
 from .alembic_archive import errors_of_key, library, library_array, parameters, turned
 from .alembic_output import OutputArchive
 from .comments import comments_of
+from .frame import Frame
+from .header import Header
+from .times import frame_seconds
 from .writer import Writer
 
 _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}

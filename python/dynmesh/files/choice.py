@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TypeAlias
 
-from ..frames.naming import naming
 from .alembic import alembic
 from .format import Format
 from .hdf5 import hdf5
 from .model import model
+from .naming import naming
 from .npy import npy
 from .npz import npz
 from .numbered import files_in
@@ -28,7 +28,7 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format with --format (in Python, format=)"
+_NAME_IT = "name the format"
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:

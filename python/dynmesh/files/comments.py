@@ -8,8 +8,8 @@ import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from ..frames.header import Header
 from ..sequence import StandardErrorOf
+from .header import Header
 
 
 class Metadata(NamedTuple):

@@ -9,53 +9,83 @@ from numpy.typing import NDArray
 
 from .._checks import check_positive
 from .._errors import InputError
-from ..frames.attributes import ATTRIBUTES
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.times import frame_numbers, indices_of
+from ..attributes import ATTRIBUTES
 from ..sequence import Positions
-from .scans import given_unit
+from .frame import Frame
+from .header import Header
+from .times import check_slice, frame_numbers, indices_of
+from .units import metres_of
 
 Axis: TypeAlias = Literal["x", "y", "z"]
-Unit: TypeAlias = str | float
+Unit: TypeAlias = float | str
 """The name of a unit of length, or its metres."""
 
 _SAME_TIME = 1e-6
 """Frames that are nearer to one another are one."""
 
 
-def stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
-    """The header with the axis and unit that its file does not state.
+@dataclass(frozen=True)
+class Changes:
+    """What is asked of a conversion; :func:`dynmesh.convert_file` explains the attributes.
 
     Raises:
-        TypeError, ValueError: the file states others.
+        TypeError, ValueError: no sequence can be changed so; the rest is checked with a sequence.
     """
-    metres = None if unit is None else given_unit("unit", unit)
-    if up is not None and header.up_axis not in (None, up):
-        raise InputError(f"the file states {header.up_axis}, not {up}", argument="up")
-    said = header.metres_per_unit
-    if metres is not None and said is not None and not np.isclose(said, metres, rtol=1e-9):
-        raise InputError(f"the file states units of {said:g} m, not {metres:g} m", argument="unit")
-    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres or said)
 
+    frames: slice | range | None = None
+    up: Axis | None = None
+    unit: Unit | None = None
+    to_up: Axis | None = None
+    to_unit: Unit | None = None
+    scale: float | None = None
+    fps: float | None = None
+    retime: float | None = None
 
-def cut(header: Header, frames: slice | range) -> tuple[Header, range]:
-    """The header of the frames with these numbers, and their indices.
+    def __post_init__(self) -> None:
+        """Refuses what no sequence can have."""
+        if self.frames is not None:
+            check_slice("frames", self.frames)
+        for name in ("up", "to_up"):
+            axis = getattr(self, name)
+            if axis not in (None, "x", "y", "z"):
+                told = f"must be 'x', 'y' or 'z', not {axis!r}"
+                raise InputError(told, argument=name, value=axis)
+        for name in ("unit", "to_unit"):
+            if getattr(self, name) is not None:
+                metres_of(getattr(self, name), name)
+        for name in ("scale", "fps", "retime"):
+            if getattr(self, name) is not None:
+                check_positive(name, getattr(self, name))
 
-    Raises:
-        TypeError, ValueError: there are none.
-    """
-    numbers = frame_numbers(header)
-    indices = indices_of(numbers, frames)
-    numbers = numbers[indices]
-    consecutive = header.times is None and indices.step == 1
-    made = replace(
-        header,
-        n_frames=len(indices),
-        start=float(numbers[0]),
-        times=None if consecutive else numbers,
-    )
-    return made, indices
+    def of(self, header: Header) -> tuple["Conversion", range]:
+        """What becomes of a sequence with this header, and the indices of the frames it takes.
+
+        Raises:
+            ValueError: there are no such frames, the file states another axis or unit, or one is
+                needed that nothing states.
+        """
+        indices = range(header.n_frames)
+        if self.frames is not None:
+            header, indices = _cut(header, self.frames)
+        header = made = replace(_stated(header, self.up, self.unit), fps=self.fps or header.fps)
+        turn, factor, places = np.eye(3), float(self.scale or 1.0), None
+        if self.to_up is not None:
+            if header.up_axis is None:
+                raise _unknown("up axis", "up", "to_up")
+            turn = _turn("xyz".index(header.up_axis), "xyz".index(self.to_up))
+            made = replace(made, up_axis=self.to_up)
+        if self.to_unit is not None:
+            if header.metres_per_unit is None:
+                raise _unknown("unit of length", "unit", "to_unit")
+            metres = metres_of(self.to_unit)
+            factor *= header.metres_per_unit / metres
+            made = replace(made, metres_per_unit=metres)
+        if self.retime is not None:
+            if header.fps is None:
+                raise _unknown("frames per second", "fps", "retime")
+            places = _places(header, header.fps, self.retime)
+            made = replace(made, fps=float(self.retime), n_frames=len(places), times=None)
+        return Conversion(header, made, turn, factor, places), indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,45 +106,6 @@ class Conversion:
     turn: NDArray[np.float64]
     factor: float
     places: NDArray[np.float64] | None
-
-    @classmethod
-    def of(
-        cls,
-        header: Header,
-        *,
-        to_up: Axis | None = None,
-        to_unit: Unit | None = None,
-        scale: float | None = None,
-        retime: float | None = None,
-    ) -> "Conversion":
-        """The conversion of a sequence with this header.
-
-        Raises:
-            TypeError, ValueError: the axis, the unit or the rate is needed, but not known, or an
-                argument is refused.
-        """
-        turn, factor, places, made = np.eye(3), 1.0, None, header
-        if scale is not None:
-            check_positive("scale", scale)
-            factor = float(scale)
-        if to_up is not None:
-            if header.up_axis is None:
-                raise InputError(_unknown("up axis", "--up", "up"), argument="to_up")
-            turn = _turn("xyz".index(header.up_axis), "xyz".index(to_up))
-            made = replace(made, up_axis=to_up)
-        if to_unit is not None:
-            metres = given_unit("to_unit", to_unit)
-            if header.metres_per_unit is None:
-                raise InputError(_unknown("unit of length", "--unit", "unit"), argument="to_unit")
-            factor *= header.metres_per_unit / metres
-            made = replace(made, metres_per_unit=metres)
-        if retime is not None:
-            check_positive("retime", retime)
-            if header.fps is None:
-                raise InputError(_unknown("frames per second", "--fps", "fps"), argument="retime")
-            places = _places(header, header.fps, retime)
-            made = replace(made, fps=float(retime), n_frames=len(places), times=None)
-        return cls(header, made, turn, factor, places)
 
     def remarks(self) -> list[str]:
         """What the user should know of the result."""
@@ -199,5 +190,40 @@ def _places(header: Header, fps: float, retime: float) -> NDArray[np.float64]:
     return np.where(np.abs(places - whole) < _SAME_TIME, whole, places)
 
 
-def _unknown(what: str, option: str, keyword: str) -> str:
-    return f"the file states no {what}: {option} (in Python, {keyword}=) says it"
+def _unknown(what: str, remedy: str, argument: str) -> InputError:
+    return InputError(f"the file states no {what}; give it by {remedy}", argument=argument)
+
+
+def _stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
+    """The header with the axis and unit that its file does not state.
+
+    Raises:
+        ValueError: the file states others.
+    """
+    metres = None if unit is None else metres_of(unit)
+    if up is not None and header.up_axis not in (None, up):
+        raise InputError(f"the file states {header.up_axis}, not {up}", argument="up", value=up)
+    said = header.metres_per_unit
+    if metres is not None and said is not None and not np.isclose(said, metres, rtol=1e-9):
+        told = f"the file states units of {said:g} m, not {metres:g} m"
+        raise InputError(told, argument="unit", value=unit)
+    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres or said)
+
+
+def _cut(header: Header, frames: slice | range) -> tuple[Header, range]:
+    """The header of the frames with these numbers, and their indices.
+
+    Raises:
+        ValueError: there are none.
+    """
+    numbers = frame_numbers(header)
+    indices = indices_of(numbers, frames)
+    numbers = numbers[indices]
+    consecutive = header.times is None and indices.step == 1
+    made = replace(
+        header,
+        n_frames=len(indices),
+        start=float(numbers[0]),
+        times=None if consecutive else numbers,
+    )
+    return made, indices

@@ -8,9 +8,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frames.reader import Reader
 from ..polygons import Polygons
 from .comments import Metadata
+from .reader import Reader
 from .writer import Writer
 
 Gaps: TypeAlias = Literal["refuse", "lost"]

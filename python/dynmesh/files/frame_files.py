@@ -9,18 +9,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..frames.attributes import ATTRIBUTES, flags_of
-from ..frames.frame import Frame
-from ..frames.header import Header, MeshFile
-from ..frames.naming import naming
-from ..frames.reader import Reader
-from ..frames.times import numbers_of_files
+from ..attributes import ATTRIBUTES, flags_of
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
+from .frame import Frame
+from .header import Header, MeshFile
+from .naming import naming
 from .new_output import exchange, unfinished_folder
 from .numbered import FrameNames, find_files, names_to_write
+from .reader import Reader
 from .template import find_template
+from .times import numbers_of_files
 from .writer import Writer
 
 

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from .._extras import require
-from ..frames.frame import Frame
-from ..frames.reader import Reader
 from .format import Format
+from .frame import Frame
 from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of, single
+from .reader import Reader
 from .rows import native
 from .writer import Writer
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from .._checks import as_array, check_path
 from .._errors import InputError, locating
-from ..frames.attributes import ATTRIBUTES, as_mask
-from ..frames.frame import Frame
-from ..frames.naming import naming
-from ..frames.reader import Reader
+from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask
+from .frame import Frame
+from .naming import naming
+from .reader import Reader
 from .rows import read_header
 
 

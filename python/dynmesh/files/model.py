@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.reader import Reader
 from ..sequence import Positions
 from .format import Format
+from .frame import Frame
+from .header import Header
+from .reader import Reader
 
 _GLTF = (".glb", ".gltf")
 

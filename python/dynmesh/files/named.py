@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, KindError
-from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
-from ..frames.frame import Frame
-from ..frames.header import Header, errors_of
+from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..polygons import Polygons
 from ..sequence import check_faces, check_vertices
+from .frame import Frame
+from .header import Header, errors_of
 
 per_frame = ("vertices", *ATTRIBUTES)
 single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")

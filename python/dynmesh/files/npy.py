@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..frames.attributes import ATTRIBUTES, check_needed, flags_of
-from ..frames.header import Header, errors_of
-from ..frames.naming import naming
+from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..sequence import check_faces, check_vertices
 from .format import Format, Template
+from .header import Header, errors_of
 from .named import per_frame
+from .naming import naming
 from .rows import RowFilesWriter, Rows, RowsReader, load_array, open_rows
 from .template import find_template
 

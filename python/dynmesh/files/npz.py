@@ -18,9 +18,9 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from ..frames.frame import Frame
-from ..frames.header import Header
 from .format import Format
+from .frame import Frame
+from .header import Header
 from .named import arrays_once, header_of, per_frame
 from .rows import RowFilesWriter, Rows, RowsReader
 

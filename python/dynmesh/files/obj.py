@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from .._core import parse_obj
-from ..frames.frame import Frame
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
+from .frame import Frame
 from .frame_files import FramesReader, FramesWriter
 
 _KINDS = {

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.naming import naming
 from ..polygons import as_polygons
 from .format import Format, Template, template_of
+from .frame import Frame
+from .header import Header
+from .naming import naming
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
 from .rows import ArrayHeader, Rows, RowsReader, open_rows

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import parse_ply
-from ..frames.attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
-from ..frames.frame import Frame
+from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format
+from .frame import Frame
 from .frame_files import FramesReader, FramesWriter
 
 Integers = NDArray[np.integer[Any]]

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..frames.frame import Frame
-from ..frames.reader import Reader
+from .frame import Frame
 from .named import kinds_per_frame, rows_of
+from .reader import Reader
 from .writer import Writer
 
 longest_header = 10_000

@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from ..frames.header import Header
+from .header import Header
 
 _BYTES = 12
 """Of a position, at least, in every format."""

@@ -4,14 +4,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from .._errors import InputError
 from .._extras import require
-from ..frames.frame import frame_of
-from ..frames.header import Header, header_of
-from ..frames.naming import naming
-from ..frames.reader import Reader
+from ..attributes import ATTRIBUTES
 from ..sequence import Sequence
-from .choice import PathLike, choose, formats, listed
+from .choice import PathLike, choose, format_of, formats, listed
+from .frame import frame_of
+from .header import Header, header_of
+from .naming import naming
 from .new_output import check_folder, identity, refuse_inputs
+from .reader import Reader
 from .writer import Writer
 
 
@@ -48,16 +50,18 @@ class Target:
         """
         check_folder(self.path)
         with naming(self.path):
-            others = [row.what for name, row in header.attributes.items() if name != "known"]
-            if others and not self.writer.keeps_provenance:
-                able = (
-                    one for one in formats.values() if one.writer and one.writer.keeps_provenance
-                )
-                raise ValueError(
-                    f"this format cannot hold {others[0]}; "
-                    f"{listed(one.suffixes[0] for one in able)} can"
-                )
+            self.check_holds(name for name in header.attributes if name != "known")
             return self.writer(self.path, header, overwrite=overwrite)
+
+    def check_holds(self, attributes: Iterable[str]) -> None:
+        """Refuses attributes of vertices, beside masks, if the format cannot hold them."""
+        for name in attributes if not self.writer.keeps_provenance else ():
+            able = (one for one in formats.values() if one.writer and one.writer.keeps_provenance)
+            raise InputError(
+                f"this format cannot hold {ATTRIBUTES[name].what}; "
+                f"{listed(one.suffixes[0] for one in able)} can",
+                file=self.path,
+            )
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""
@@ -120,7 +124,7 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None
     """
     path = Path(path)
     with naming(path):
-        otherwise = f"write {path / 'frame_%04d.ply'}, or give --output-format"
+        otherwise = f"write {path / 'frame_%04d.ply'}, or name the format"
         chosen = choose(path, format, otherwise, written=True)
         assert chosen.writer is not None
         if overlay and chosen.overlay is None:
@@ -133,3 +137,12 @@ def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None
         if overlay is False or chosen.overlay is None:
             return Target(path, chosen.name, chosen.writer)
         return Target(path, chosen.name, chosen.overlay, is_overlay=True)
+
+
+def target_over(path: PathLike, output: PathLike) -> Target:
+    """Where the sequence that becomes of `path` is written: a layer over it where both are USD.
+
+    The errors are those of :func:`target_of`.
+    """
+    over_usd = format_of(path).name in ("usd", "usdz")
+    return target_of(output, overlay=None if over_usd else False)

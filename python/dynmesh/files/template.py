@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .._errors import InputError
-from ..frames.naming import naming
 from .format import Template
+from .naming import naming
 
 
 class NoFacesError(InputError):
@@ -40,5 +40,5 @@ def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
     names = " or ".join(path.name for path in beside)
     raise NoFacesError(
         f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
-        "give its faces (faces= in Python, --faces FILE in the shell)"
+        "give a mesh with its faces"
     )

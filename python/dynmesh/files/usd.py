@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..frames.attributes import flags_of
-from ..frames.frame import Frame
-from ..frames.header import Header, MeshFile, errors_of
-from ..frames.reader import Reader
+from ..attributes import flags_of
 from ..polygons import split_polygons
 from .format import Format
+from .frame import Frame
+from .header import Header, MeshFile, errors_of
+from .reader import Reader
 from .usd_overlay import UsdOverlayWriter
 from .usd_scene import UsdScene
 from .usd_stage import (

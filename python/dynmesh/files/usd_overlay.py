@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..frames.scenes import listed
+from .scenes import listed
 from .usd_scene import UsdScene, derived_of
 from .usd_stage import primvars, pxr
 from .usd_writer import UsdWriter

@@ -4,7 +4,7 @@ import itertools
 from pathlib import Path
 from typing import Any
 
-from ..frames.scenes import choose_mesh
+from .scenes import choose_mesh
 from .usd_stage import one_line, primvars, pxr, translating
 
 _numbers = itertools.count()

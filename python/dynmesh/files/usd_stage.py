@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from ..frames.attributes import ATTRIBUTES, with_all_needed
-from ..frames.scenes import check_same_faces
-from ..frames.times import Timing, frame_number, spacing
+from ..attributes import ATTRIBUTES, with_all_needed
 from ..polygons import Polygons
 from .format import OTHER_MESHES
+from .scenes import check_same_faces
+from .times import Timing, frame_number, spacing
 
 _TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from ..frames.frame import Frame
-from ..frames.times import frame_numbers
 from ..polygons import as_polygons
+from .frame import Frame
+from .times import frame_numbers
 from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
 from .writer import Writer
 
@@ -46,22 +46,20 @@ class UsdWriter(Writer):
             self._stage.SetTimeCodesPerSecond(header.fps)
             self._stage.SetFramesPerSecond(header.fps)
         if header.up_axis == "x":
-            raise ValueError(
-                "USD has y or z up, not x; --to-up (in Python, to_up=) of convert turns the points"
-            )
+            raise ValueError("USD has y or z up, not x; a conversion can turn the points")
         if header.up_axis is not None:
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
         unknown = {
-            ("y is up", "--up"): header.up_axis,
-            ("a unit is 1 cm", "--unit"): header.metres_per_unit,
+            ("y is up", "up axis"): header.up_axis,
+            ("a unit is 1 cm", "unit"): header.metres_per_unit,
         }
         if assumed := [said for said, value in unknown.items() if value is None]:
-            what, options = (" and ".join(words) for words in zip(*assumed, strict=True))
+            what, words = (" and ".join(words) for words in zip(*assumed, strict=True))
             self.remarks.append(
                 f"programs will assume that {what}, as the sequence does not say; if that is "
-                f"wrong, state it with {options} of dynmesh convert"
+                f"wrong, state {words} in a conversion"
             )
 
     def _begin_mesh(self) -> None:

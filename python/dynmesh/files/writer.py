@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from .._checks import as_array
 from .._errors import InputError, locating
-from ..frames.attributes import ATTRIBUTES, as_mask
-from ..frames.frame import Frame
-from ..frames.header import Header
-from ..frames.naming import naming
-from ..frames.scenes import listed
+from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask, Positions
+from .frame import Frame
+from .header import Header
+from .naming import naming
 from .new_output import exists_already, making
+from .scenes import listed
 from .space import bytes_of, check_space
 
 

@@ -1,7 +1,6 @@
 """Cases of the functions of the package: streams, measures, baselines, whole frames and others."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +9,8 @@ from meshes import join, sheet
 import dynmesh
 from dynmesh import baselines, metrics
 from dynmesh.draw import figures
-from dynmesh.jobs.batch import Job, run_job
 
-from .case import Case, Printed, World
+from .case import Case, World
 
 Run = Callable[[World], Any]
 _NAN = float("nan")
@@ -25,13 +23,6 @@ def of(call: str) -> Callable[..., Case]:
         return Case(call, given, run, error, names)
 
     return case
-
-
-def failed_job(path: str, output: str = "new.usda", **more: Any) -> None:
-    """Raises the error of a failed job of a batch."""
-    result = run_job(Job(Path(path), Path(output), **more))
-    assert result.status == "failed"
-    raise Printed(result.reason)
 
 
 def _stream(world: World, frames: Any, known: Any = None, **settings: Any) -> list[Any]:

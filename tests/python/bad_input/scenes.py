@@ -23,15 +23,11 @@ _convert = of("convert_file")
 
 
 def _over(path: str = "scene.usda", output: str = "new.usda", **options: Any) -> Any:
-    return dynmesh.complete_file(path, output, overlay=True, **options)
+    return dynmesh.complete_file(path, output, **options)
 
 
 cases = [
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
-    _complete("`overlay` over what is not USD", lambda _: _over("body.npz"), ValueError, "body.npz:", "overlay:", "must be USD"),
-    _complete("`overlay` over Alembic", lambda _: _over("scene.abc"), ValueError, "scene.abc:", "overlay:", "must be USD"),
-    _complete("`overlay` in a format without layers", lambda _: _over(output="new.npz"), ValueError, "new.npz:", ".usda"),
-    _complete("`overlay` as `.usdz`", lambda _: _over(output="new.usdz"), ValueError, "new.usdz:", "cannot write"),
-    _complete("`overlay` over itself", lambda _: _over(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
+    _complete("a layer over itself", lambda _: _over(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
     _convert("a scene, to a format for a single mesh", lambda _: dynmesh.convert_file("two.usda", "new.npz"), ValueError, "two.usda:", "choose one", "/one, /two"),
 ]  # fmt: skip

@@ -1,8 +1,9 @@
 """A sequence as one HTML page that plays in a browser."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..._errors import InputError, locating
 from ..._extras import require_all
+from ..._progress import tracked
+from ..._report import Report
 from ...files import Reader
-from ...files.scans import ScanReader, unit_of_scans
-from ...frames.times import mean_rate
+from ...files.times import mean_rate
+from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour, Range
@@ -51,17 +54,24 @@ class Shown:
         return ", ".join(parts)
 
 
-@dataclass(frozen=True)
-class Page:
+@dataclass(frozen=True, kw_only=True)
+class Page(Report):
     """A page that needs no other file and no network.
 
     Attributes:
         html: the document.
         shown: what it shows of the sequence.
+        output: the file to which it was written; None if it was not.
     """
 
-    html: str
+    html: str = field(repr=False)
     shown: Shown
+    output: Path | None = None
+
+    def lines(self) -> list[str]:
+        """Says what is shown."""
+        shown = f"; it shows {self.shown}" if str(self.shown) else ""
+        return [f"open it in a browser{shown}", *super().lines()]
 
     def _repr_html_(self) -> str:
         """The page in a frame, as notebooks show it."""
@@ -95,7 +105,7 @@ def page(
     azimuth: float = 60.0,
     max_frames: int = 120,
     max_vertices: int = 20_000,
-    watch: Callable[[Iterable[ShownFrame], int], Iterable[ShownFrame]] = lambda frames, _: frames,
+    progress: bool = False,
 ) -> Page:
     """Creates a page that plays a sequence.
 
@@ -124,7 +134,7 @@ def page(
         azimuth: initial viewing angle around the up axis, in degrees.
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
-        watch: called with the frames and their number; it must pass the frames on.
+        progress: whether to show a bar on standard error.
 
     Raises:
         ImportError: k3d, pyvista or SciPy is not installed.
@@ -155,7 +165,8 @@ def page(
         kept, faces = thin(reader.faces, first_points, max_vertices)
     indices = every(reader.n_frames, max_frames)
     step = indices.step
-    frames = [frame.of(kept) for frame in watch(heatmap.frames(indices), len(indices))]
+    read = tracked(heatmap.frames(indices), len(indices), "reading", progress)
+    frames = [frame.of(kept) for frame in read]
     if not any(frame.visible.any() for frame in frames):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     shown = Shown(
@@ -184,13 +195,15 @@ def page(
         step,
         mean_rate(reader.header),
     )
-    up = up or likely_up(first_points, stated_up(reader, reference, input))
+    said = up or stated_up(reader, reference, input)
+    up = said or likely_up(first_points, None)
     camera = View.of(_corners(frames), up, azimuth)
     scales: dict[Colour, Scale | None] = {name: heatmap.scale(name) for name in heatmap.colours}
     clouds = [frame.cloud for frame in frames if frame.cloud is not None]
     with locating(file=None if scans is None else scans.path):
         html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
-    return Page(html, shown)
+    guess = () if said else (f"assuming that {up} is up, as no file states it",)
+    return Page(html=html, shown=shown, remarks=guess)
 
 
 def _caption(name: str, what: str) -> str:

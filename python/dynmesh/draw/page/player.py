@@ -198,8 +198,7 @@ def _clouds(scans: Sequence[Positions], unit: _Unit) -> dict[str, Any]:
         away = min(float(np.abs(unit(points)).max(axis=1).min()) for points in scans if len(points))
         raise InputError(
             f"no point is near the mesh: the nearest is {away:.3g} times its size from its middle; "
-            "if another unit is the reason, --scan-unit (in Python, scan_unit=) says theirs, and "
-            "--template-unit of dynmesh track that of the mesh"
+            "if another unit is the reason, state theirs (scan_unit)"
         )
     points = np.concatenate([unit.on_grid(points) for points in near])
     return {"points": packed(points), "counts": [len(points) for points in near]}

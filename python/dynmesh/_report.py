@@ -1,0 +1,59 @@
+"""What all reports have in common."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+Quality = Literal["good", "doubtful", "ruined", "failed"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What was done. Printed, it is :meth:`lines`.
+
+    Attributes:
+        quality: "good"; "doubtful" or "ruined", of a result that was written but is probably wrong,
+            by its own measure; "failed" if something was not done.
+        reason: why the quality is not good, in a sentence; empty if it is.
+        remarks: remarks for the user, one line each.
+    """
+
+    quality: Quality = "good"
+    reason: str = ""
+    remarks: tuple[str, ...] = ()
+
+    def lines(self) -> list[str]:
+        """Says what was done, and how well, in sentences."""
+        return [*([self.reason] if self.reason else []), *self.remarks]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the attributes as values that JSON has; None where a number is not finite."""
+        return {
+            one.name: as_json(getattr(self, one.name))
+            for one in dataclasses.fields(self)
+            if one.repr
+        }
+
+    def __str__(self) -> str:
+        """Joins the lines."""
+        return "\n".join(self.lines())
+
+
+def as_json(value: Any) -> Any:
+    """Returns a value as JSON has it."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {one.name: as_json(getattr(value, one.name)) for one in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): as_json(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [as_json(one) for one in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return str(value) if isinstance(value, Path) else value

@@ -1,0 +1,1 @@
+"""Completion of sequences: its start, its ways, what it learns from, and what it did."""

@@ -1,0 +1,179 @@
+"""Completion of frames in memory: of a stream, one after another, or of a whole sequence."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import repeat, zip_longest
+from typing import Any, Unpack, overload
+
+import numpy as np
+
+from .._core import Completer
+from .._errors import InputError, KindError, locating
+from ..attributes import ATTRIBUTES, as_mask
+from ..files.memory import Collected, SequenceReader
+from ..polygons import Faces
+from ..sequence import Mask, Positions, Sequence
+from ..settings import Settings, check_settings
+from .start import Start, check_start, start_in
+from .ways import complete_frames, settings_for
+
+
+@overload
+def complete(
+    faces: Faces,
+    frames: Iterable[Positions],
+    known: Iterable[Mask] | None = None,
+    *,
+    training: Iterable[Positions] | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Positions]: ...
+@overload
+def complete(
+    faces: Sequence,
+    *,
+    training: Iterable[Positions] | None = None,
+    start: Start = "auto",
+    bidirectional: bool = False,
+    drop_above: float | None = None,
+    **settings: Unpack[Settings],
+) -> Sequence: ...
+def complete(
+    faces: Faces | Sequence,
+    frames: Iterable[Positions] | None = None,
+    known: Iterable[Mask] | None = None,
+    *,
+    training: Iterable[Positions] | None = None,
+    start: Start = "auto",
+    bidirectional: bool = False,
+    drop_above: float | None = None,
+    **settings: Unpack[Settings],
+) -> Iterator[Positions] | Sequence:
+    """Completes frames one after another, in constant memory, or a whole sequence.
+
+    Of frames, this is an iterator: nothing is read or checked before the first is requested. A
+    sequence is completed at once, as :func:`dynmesh.complete_file` completes a file.
+
+    Args:
+        faces: (m, 3) integers, other polygons, or a :class:`dynmesh.Sequence`, which has frames and
+            masks itself.
+        frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
+        known: (k,) bool for each frame, or None if rows that are not finite are missing.
+        training: complete frames of the same mesh, seen before, from which method detail learns;
+            see :class:`dynmesh.Completer`. They are read when the first frame is requested.
+        start: of a sequence, the frame from which completion starts; see
+            :func:`dynmesh.complete_file`. None of its frames need be whole.
+        bidirectional: of a sequence, whether to complete each frame from both sides.
+        drop_above: of a sequence, the standard error above which vertices are left missing.
+        **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
+            explains them.
+
+    Returns:
+        An iterator over (k, 3) completed frames, each a new array with the dtype of the first
+        frame; or a sequence with generation, age and, with `uncertainty`, standard errors.
+
+    Raises:
+        ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
+            frame; also if there is no frame, or if frames and masks differ in number.
+    """
+    check_settings(settings)
+    if isinstance(faces, Sequence):
+        for name, given in (("frames", frames), ("known", known)):
+            if given is not None:
+                raise InputError("is that of the sequence; leave it out", argument=name)
+        return _complete_sequence(faces, training, start, bidirectional, drop_above, settings)
+    if frames is None:
+        raise KindError(
+            "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
+        )
+    if start != "auto" or bidirectional or drop_above is not None:
+        raise InputError(
+            "start, bidirectional and drop_above are for a Sequence, whose frames can be read "
+            "more than once, not for a stream of frames",
+            argument="frames",
+        )
+    return _complete_frames(faces, frames, known, training, settings)
+
+
+def _complete_frames(
+    faces: Faces,
+    frames: Iterable[Positions],
+    known: Iterable[Mask] | None,
+    training: Iterable[Positions] | None,
+    settings: Settings,
+) -> Iterator[Positions]:
+    pairs = _pair(frames, known)
+    first = next(pairs, None)
+    if first is None:
+        raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
+    points, mask = first
+    if mask is not None and (missing := np.flatnonzero(np.equal(mask, False))).size:
+        raise InputError(
+            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
+        )
+    completer = Completer(faces, points, training=training, **settings)
+    if mask is not None:
+        given = np.asarray(mask)
+        ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
+        as_mask(given)  # refuses other integers
+    yield np.array(points, completer.dtype)
+    for number, (points, mask) in enumerate(pairs, 1):
+        with locating(frame=number):
+            completed = completer.push(points, mask)
+        yield completed
+
+
+def _complete_sequence(
+    sequence: Sequence,
+    training: Iterable[Positions] | None,
+    start: Start,
+    bidirectional: bool,
+    drop_above: float | None,
+    settings: Settings,
+) -> Sequence:
+    check_start(start, None)
+    settings = settings_for(
+        settings,
+        bidirectional=bidirectional,
+        drop_above=drop_above,
+        trained=training is not None,
+    )
+    reader = SequenceReader(sequence)
+    whole = start_in(
+        reader,
+        start,
+        noise=settings.get("noise"),
+        outliers=settings.get("reject_outliers", False),
+        threads=settings.get("threads", 1),
+    )
+    completer = Completer(sequence.faces, whole.points, training=training, **settings)
+    made = Collected(
+        replace(
+            reader.header,
+            has_known=drop_above is not None,
+            has_provenance=True,
+            has_standard_error=completer.settings["uncertainty"],
+            standard_error_of="position",
+        )
+    )
+    complete_frames(
+        reader, whole, completer, made, bidirectional=bidirectional, drop_above=drop_above
+    )
+    return made.sequence()
+
+
+def _pair(
+    frames: Iterable[Positions], known: Iterable[Mask] | None
+) -> Iterator[tuple[Positions, Mask | None]]:
+    for name, given in (("frames", frames), ("known", known)):
+        if not isinstance(given, Iterable) and (given is not None or name == "frames"):
+            raise KindError(f"must be iterable, not {type(given).__name__}", argument=name)
+    if known is None:
+        yield from zip(frames, repeat(None), strict=False)
+        return
+    missing: Any = object()
+    pairs: Iterator[tuple[Any, Any]] = zip_longest(frames, known, fillvalue=missing)
+    for number, (points, mask) in enumerate(pairs):
+        if points is missing or mask is missing:
+            short, long = ("frames", "known") if points is missing else ("known", "frames")
+            raise InputError(f"ends before frame {number}, but {long} goes on", argument=short)
+        yield points, mask

@@ -1,0 +1,308 @@
+"""The whole frame from which completion starts: a frame of the sequence, or a template.
+
+What a frame of the sequence lacks is put together from the others.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from .. import files
+from .._errors import InputError, KindError, locating
+from ..attributes import FUSED
+from ..diagnosis.finding import counted
+from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
+from ..files import Frame, PathLike, Reader, Source
+from ..files.header import Header
+from ..files.times import index_of
+from ..metrics import bounding_box_diagonal
+from ..sequence import Positions
+from ..whole_frames import WholeFrame, whole_frame
+
+Start: TypeAlias = int | Literal["auto", "best"]
+"""The frame from which completion starts."""
+
+DOUBTFUL_START = (
+    "the frame that was put together is probably wrong, as its edges are far from the lengths that "
+    "other frames show; look at it, and start from a template if it is"
+)
+
+_MUCH_NOISE = 0.02  # bounding-box diagonals
+_OTHER_UNIT = 3.0
+_ENOUGH = 10  # edges
+
+
+@dataclass(frozen=True, eq=False)
+class StartFrame:
+    """A whole frame.
+
+    Attributes:
+        points: (k, 3), with the dtype of the sequence.
+        number: of the frame in the sequence, counted from 0, or -1 for a template, which stands
+            before the first frame.
+        files: those that hold a template.
+        zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
+        scale: of a template: how many times as long its edges are as those of frame 0 (median).
+        sought: whether it was found by a search for the first whole frame.
+        made: what was put together from other frames; None if the frame was whole.
+    """
+
+    points: Positions
+    number: int = 0
+    files: tuple[Path, ...] = field(default=())
+    zeros: int = 0
+    scale: float = 1.0
+    sought: bool = False
+    made: WholeFrame | None = None
+
+    def number_in(self, header: Header) -> float | None:
+        """The number of the frame in its file; None for a template."""
+        return None if self.number < 0 else header.number(self.number)
+
+    def frame(self, dtype: np.dtype[Any], uncertainty: bool) -> Frame:
+        """The frame as the output has it, with positions of this dtype."""
+        k, made = len(self.points), self.made
+        generation = np.zeros(k, np.int32)
+        if made is not None:
+            generation[~made.known] = FUSED
+        return Frame(
+            self.points.astype(dtype),
+            generation=generation,
+            age=np.zeros(k, np.int32),
+            standard_error=np.zeros(k, np.float32) if uncertainty else None,
+        )
+
+    def add_errors(self, frame: Frame, number: int) -> Frame:
+        """Adds its standard errors to those of a completed frame, by squares.
+
+        Only those of vertices that no frame nearer to that with this `number` knows, whose age is
+        the distance between the two frames.
+        """
+        if self.made is None:
+            return frame
+        assert frame.age is not None
+        distance = abs(number - self.number)
+        errors = frame.standard_error
+        if errors is not None:
+            of_start = np.where(frame.age >= distance, self.made.standard_error, 0)
+            errors = np.hypot(errors, of_start).astype(np.float32)
+        return replace(frame, age=np.minimum(frame.age, distance), standard_error=errors)
+
+    def remarks(self, header: Header, noise: float | None) -> Iterator[str]:
+        """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
+        number = self.number_in(header)
+        if self.zeros:
+            where = "the template" if number is None else f"frame {number}"
+            many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
+            yield (
+                f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
+                "positions; if nothing was observed there, say that zeros are missing, and start "
+                "from the best frame or a template"
+            )
+        if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
+            times = float(f"{self.scale:.3g}")
+            yield (
+                f"the edges of the template are {times:g} times as long as those of frame "
+                f"{header.number(0)}; it must be in the unit of the sequence"
+            )
+        yield from self._of_fused(number)
+        share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
+        if share > _MUCH_NOISE:
+            yield (
+                f"a noise of {noise:g} is {100 * share:.3g} % of the bounding-box diagonal; it "
+                "must be in the unit of the positions"
+            )
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether what was put together is probably wrong."""
+        return self.made is not None and self.made.doubtful
+
+    def _of_fused(self, number: float | None) -> Iterator[str]:
+        if self.sought:
+            yield f"completion started from frame {number}, the first whole one"
+        if self.made is None:
+            return
+        k, known = len(self.points), int(np.count_nonzero(self.made.known))
+        unseen = int(np.count_nonzero(~self.made.seen))
+        yield (
+            f"completion started from frame {number}, which knows {known} of "
+            f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
+            + (f", {unseen} were seen in no frame" if unseen else "")
+        )
+
+
+def check_start(start: object, template: object) -> None:
+    """Refuses what cannot name a whole frame."""
+    if isinstance(start, str):
+        if start not in ("auto", "best"):
+            raise InputError(
+                f"must be 'auto', 'best' or a frame, not {start!r}", argument="start", value=start
+            )
+    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
+        raise KindError(
+            f"must be 'auto', 'best' or a whole number, not {start!r}",
+            argument="start",
+            value=start,
+        )
+    if template is not None and start != "auto":
+        raise InputError(
+            "stands before frame 0, so completion cannot also start at a frame",
+            argument="template",
+            value=template,
+        )
+
+
+@contextlib.contextmanager
+def open_with_template(
+    path: PathLike, template: PathLike | None, source: Source
+) -> Iterator[tuple[Reader, StartFrame | None]]:
+    """Opens a sequence and, if there is one, the template from which completion starts.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
+            template has another mesh or is not whole.
+    """
+    if template is None:
+        with files.open(path, **source) as reader:
+            yield reader, None
+        return
+    with files.open(template) as whole:
+        first = template_of(whole)
+        with files.open_with(path, template, **source) as reader:
+            reader.whole = None
+            check_same_mesh(whole, reader)
+            # What the output keeps beside positions: texture coordinates, materials and others.
+            reader.header = replace(
+                reader.header,
+                polygons=reader.header.polygons or whole.header.polygons,
+                mesh_file=whole.header.mesh_file or reader.header.mesh_file,
+            )
+            points = first.astype(reader.dtype)
+            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
+            yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
+
+
+def start_in(
+    reader: Reader,
+    start: Start = "auto",
+    *,
+    noise: float | None = None,
+    outliers: bool = False,
+    threads: int = 1,
+    progress: bool = False,
+) -> StartFrame:
+    """Returns the frame of the sequence from which its completion starts.
+
+    A frame with missing vertices is put together; the last arguments are then those of
+    :func:`dynmesh.whole_frame`.
+
+    Raises:
+        OSError, ValueError: the frame does not exist, or no vertex is known in any.
+    """
+    number: int | None = None
+    if start == "auto":
+        number = _first_whole_frame(reader)
+    elif start != "best":
+        with files.naming(reader.path):
+            number = index_of(reader.header, start, "start")
+    if number is not None:
+        reader.whole = number
+        frame = frame_at(reader, number)
+        if frame.observed.all():
+            zeros = _zeros_in(frame.points, reader)
+            sought = start == "auto" and number > 0
+            return StartFrame(np.array(frame.points), number, zeros=zeros, sought=sought)
+    with locating(file=reader.path):
+        made = whole_frame(
+            reader.faces,
+            reader,
+            frame="best" if number is None else number,
+            noise=noise,
+            outliers=outliers,
+            threads=threads,
+            progress=progress,
+        )
+    reader.whole = None
+    return StartFrame(made.positions, made.frame, made=made)
+
+
+def frame_at(reader: Reader, number: int) -> Frame:
+    """Reads one frame."""
+    with contextlib.closing(reader.frames(number, number + 1)) as frames:
+        return next(frames)
+
+
+def template_of(reader: Reader) -> Positions:
+    """Returns a copy of the first frame, which must be whole."""
+    frame = frame_at(reader, 0)
+    with locating(file=reader.path):
+        check_whole(frame, "; a template must be whole")
+    return np.array(frame.points)
+
+
+def _first_whole_frame(reader: Reader) -> int | None:
+    """The first frame in which every vertex was observed; in frame 0, zeros are positions."""
+    reader.whole = 0
+    with contextlib.closing(reader.frames()) as frames:
+        return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
+
+
+def _scale_of(points: Positions, reader: Reader) -> float:
+    """Compares the edges with those of which both ends were observed in frame 0."""
+    first = frame_at(reader, 0)
+    there = first.observed & first.points.any(axis=1)
+    ends = edges_of(reader.faces)
+    ends = ends[there[ends].all(axis=1)]
+    ours, theirs = lengths_of(points, ends), lengths_of(first.points, ends)
+    both = (ours > 0) & (theirs > 0)
+    return float(np.median(ours[both] / theirs[both])) if both.sum() >= _ENOUGH else 1.0
+
+
+def _zeros_in(points: Positions, reader: Reader) -> int:
+    if points.any(axis=1).all():
+        return 0
+    everywhere = np.ones(len(points), np.bool_)
+    return int(np.count_nonzero(stray_zeros(points, everywhere, reader.faces)))
+
+
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
+    missing = np.flatnonzero(~frame.observed)
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )
+
+
+def check_same_mesh(other: Reader, reader: Reader) -> None:
+    """Refuses another file whose mesh, unit or up axis is not that of the sequence."""
+    for name, what in (
+        ("n_vertices", "number of vertices"),
+        ("metres_per_unit", "unit in metres"),
+        ("up_axis", "up axis"),
+    ):
+        theirs, ours = getattr(other.header, name), getattr(reader.header, name)
+        if None not in (theirs, ours) and theirs != ours:
+            raise InputError(
+                f"its {what} is {theirs}, but {ours} in {reader.path}", file=other.path
+            )
+    theirs, ours = other.faces, reader.faces
+    if len(ours) != len(theirs):
+        raise InputError(
+            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=other.path
+        )
+    different = np.flatnonzero((ours != theirs).any(axis=1))
+    if len(different):
+        face = int(different[0])
+        raise InputError(
+            f"its triangle {face} is {theirs[face].tolist()}, "
+            f"but {ours[face].tolist()} in {reader.path}",
+            file=other.path,
+        )

@@ -1,0 +1,163 @@
+"""Files with complete frames of the same mesh, from which it is learned how its shape varies."""
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TypeAlias
+
+from .. import files
+from .._checks import check_path
+from .._core import Completer, Tracker, TrainingSummary, training_summary
+from .._errors import InputError, KindError, SettingError, locating
+from .._progress import tracked
+from ..files import PathLike, Reader
+from ..files.scenes import listed
+from ..sequence import Positions
+from ..settings import Settings
+from .start import check_same_mesh, check_whole, start_in
+
+TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
+"""The path of a training file, or those of several."""
+
+_EXPECTED = "a path or a list of paths"
+
+
+def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
+    """Returns the paths of the training files; none for None.
+
+    Raises:
+        TypeError, ValueError: they are not paths, or there are none.
+    """
+    if training is None:
+        return ()
+    if isinstance(training, str | os.PathLike):
+        training = (training,)
+    elif not isinstance(training, Iterable):
+        raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
+    training_files = list(training)
+    for training_file in training_files:
+        check_path("training", training_file, _EXPECTED)
+    if not training_files:
+        raise InputError("names no file; leave it out if there is none", argument="training")
+    return tuple(map(Path, training_files))
+
+
+class Training:
+    """The frames of all training files, one after another, which are read one at a time."""
+
+    def __init__(
+        self,
+        training_files: tuple[Path, ...],
+        reader: Reader,
+        progress: bool = False,
+    ) -> None:
+        """Opens each training_file and compares its mesh with that of the sequence.
+
+        Args:
+            training_files: none if there is no training.
+            reader: of the sequence.
+            progress: whether to show a bar while they are read.
+
+        Raises:
+            OSError, ImportError, ValueError: a training file cannot be opened, or has another mesh,
+                unit or up axis.
+        """
+        self._training_files = training_files
+        self._reader = reader
+        self._progress = progress
+        self._n_frames = 0
+        self.files: list[Path] = []
+        for training_file in training_files:
+            with _open(training_file, reader) as opened:
+                check_same_mesh(opened, reader)
+                self._n_frames += opened.n_frames
+                self.files += opened.files
+
+    def __bool__(self) -> bool:
+        """Whether there is a training file."""
+        return bool(self._training_files)
+
+    def completer(self, first_frame: Positions, settings: Settings) -> Completer:
+        """Creates the completer of the sequence, which reads the training files."""
+        faces = self._reader.faces
+        with self._naming():
+            if not self._training_files:
+                return Completer(faces, first_frame, **settings)
+            return Completer(faces, first_frame, training=self._frames(), **settings)
+
+    def tracker(
+        self, template: Positions, *, threads: int, uncertainty: bool, recover: bool
+    ) -> Tracker:
+        """Creates a tracker of the mesh, which reads the training files."""
+        frames = self._frames() if self._training_files else None
+        with self._naming():
+            return Tracker(
+                self._reader.faces,
+                template,
+                threads=threads,
+                training=frames,
+                uncertainty=uncertainty,
+                recover=recover,
+            )
+
+    def summary(self) -> TrainingSummary:
+        """Reads the training files and says what the completer of the sequence would learn.
+
+        Raises:
+            OSError, ValueError: a training file cannot be read, or no vertex of the sequence is
+                known.
+        """
+        first = start_in(self._reader)
+        with self._naming():
+            return training_summary(self._reader.faces, first.points, self._frames())
+
+    def _frames(self) -> Iterator[Positions]:
+        frames = self._frames_as_read()
+        return tracked(frames, self._n_frames, "reading training", self._progress)
+
+    def _frames_as_read(self) -> Iterator[Positions]:
+        for training_file in self._training_files:
+            with (
+                files.naming(training_file),
+                _open(training_file, self._reader) as opened,
+                contextlib.closing(opened.frames()) as frames,
+            ):
+                for number, frame in enumerate(frames):
+                    with locating(frame=opened.header.number(number)):
+                        check_whole(frame, "; all frames of a training sequence must be whole")
+                    yield frame.points
+
+    @contextlib.contextmanager
+    def _naming(self) -> Iterator[None]:
+        """Adds the name of the file to what is said of the training frames as a whole."""
+        try:
+            with files.naming(self._reader.path):
+                yield
+        except SettingError as error:
+            if error.argument != "training" or not self._training_files:
+                raise
+            only = self._training_files[0] if len(self._training_files) == 1 else self._reader.path
+            raise InputError(error.reason, argument="training", file=only) from error
+
+
+def _open(training_file: Path, reader: Reader) -> Reader:
+    """Opens a training file, which may lack faces.
+
+    Of a scene, it is the mesh at the same path, or else the only one that moves.
+    """
+    if not (meshes := files.meshes_of(training_file)):
+        try:
+            return files.open(training_file)
+        except files.NoFacesError:
+            return files.open(training_file, faces=reader.faces)
+    wanted = reader.header.name
+    if wanted in meshes:
+        return files.open(training_file, prim=wanted)
+    moving = [mesh for mesh, moves in meshes.items() if moves]
+    if len(moving) > 1:
+        raise InputError(
+            f"has no mesh '{wanted}', as {reader.path} has; those that move are {listed(moving)}",
+            file=training_file,
+        )
+    return files.open(training_file)

@@ -1,0 +1,198 @@
+"""The frames of a sequence, completed backwards and forwards from a whole one.
+
+On its way, a completer uses only frames that it has already met.
+"""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_positive
+from .._core import Completer
+from .._errors import SettingError, locating
+from .._progress import tracked
+from ..files import Frame, Reader, naming
+from ..files.memory import Output
+from ..settings import Settings
+from .both_ways import combined
+from .start import StartFrame
+from .tally import Tally
+
+_BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+
+def settings_for(
+    settings: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
+) -> Settings:
+    """Returns the settings of the completer of a sequence, with those that its options imply.
+
+    Raises:
+        TypeError, ValueError: an option is refused, or cannot be combined with the method.
+    """
+    asked = {"bidirectional": bidirectional, "drop_above": drop_above, "training": trained}
+    if drop_above is not None:
+        check_positive("drop_above", drop_above)
+    if settings.get("method", "detail") != "detail":
+        for name, value in asked.items():
+            if value not in (None, False):
+                raise SettingError("is for method detail alone", argument=name, value=value)
+    implied: dict[str, Any] = {}
+    if bidirectional or drop_above is not None:
+        implied["uncertainty"] = True
+    if bidirectional:
+        implied["learn"] = not trained
+    return cast(Settings, {**settings, **implied})
+
+
+def complete_frames(
+    reader: Reader,
+    start: StartFrame,
+    completer: Completer,
+    output: Output,
+    *,
+    bidirectional: bool = False,
+    drop_above: float | None = None,
+    folder: Path | None = None,
+    progress: bool = False,
+) -> Tally:
+    """Completes the frames of a sequence and writes them in order; returns what was done.
+
+    Args:
+        reader: of the sequence.
+        start: the whole frame.
+        completer: begins at the whole frame.
+        output: takes the frames.
+        bidirectional: whether to complete each frame from both sides.
+        drop_above: the standard error above which vertices are left missing.
+        folder: on whose disk frames wait that cannot be written yet; None keeps them in memory.
+        progress: whether to show a bar; with `bidirectional`, a frame counts as often as it is
+            completed.
+
+    Raises:
+        OSError, ValueError: a frame cannot be read, completed or written.
+    """
+    tally = Tally(completer.settings["method"])
+    whole = start.frame(completer.dtype, completer.settings["uncertainty"])
+    out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)
+    waiting = _records(whole, reader.n_frames if bidirectional else start.number + 1, folder)
+    if start.number >= 0:
+        _store(waiting, start.number, whole)
+
+    def go(way: range, origin: Frame) -> Iterator[tuple[int, Frame]]:
+        for number, frame in _completed(reader, completer, way, origin, frames):
+            if number != start.number:
+                tally.add(completer)
+                yield number, frame
+
+    def write(made: Iterable[tuple[int, Frame]]) -> None:
+        for number, frame in made:
+            _write(start.add_errors(frame, number), drop_above, output, tally)
+
+    with contextlib.closing(_frames(reader, ways)) as read:
+        frames = tracked(read, sum(map(len, ways)), "completing", progress)
+        for number, frame in go(out, whole):
+            _store(waiting, number, frame)
+        if bidirectional:
+            there, back = further
+            for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
+                _store(waiting, number, frame)
+            for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
+                _store(waiting, number, combined(_stored(waiting, number), frame))
+        write((number, _stored(waiting, number)) for number in range(len(waiting)))
+        if not bidirectional:
+            write(go(further[0], whole))
+        next(frames, None)  # at its end, the reader looks whether the file was changed
+    return tally
+
+
+def _ways(number: int, n_frames: int, bidirectional: bool) -> list[range]:
+    """The ways from the whole frame: backwards and forwards, or out, there and back.
+
+    With `bidirectional`, they lead from it to the nearer end of the sequence, from there to the
+    other end, and back. A template has the number -1.
+    """
+    before, after = range(number - 1, -1, -1), range(number + 1, n_frames)
+    if not bidirectional:
+        return [before, after]
+    is_near_first = 2 * number < n_frames
+    across = range(n_frames) if is_near_first else range(n_frames - 1, -1, -1)
+    out = before if is_near_first else after
+    return [out, across if number < 0 else across[1:], across[-2::-1]]
+
+
+def _frames(reader: Reader, ways: list[range]) -> Generator[Frame, None, None]:
+    """Yields the frames in the order of their completion, in constant memory."""
+    block = max(1, _BLOCK // (reader.n_vertices * 3 * reader.dtype.itemsize))
+    for way in ways:
+        if way and way.step < 0:
+            for end in range(way[0] + 1, way[-1], -block):
+                yield from reversed(list(reader.frames(max(way[-1], end - block), end)))
+        elif way:
+            with contextlib.closing(reader.frames(way[0], way[-1] + 1)) as frames:
+                yield from frames
+
+
+def _completed(
+    reader: Reader, completer: Completer, way: range, origin: Frame, frames: Iterator[Frame]
+) -> Iterator[tuple[int, Frame]]:
+    """Yields the numbers and the completed frames of one way.
+
+    The standard errors and ages of `origin`, the whole frame that it leaves, are those of its
+    estimates; they go on until a vertex is observed.
+    """
+    if way and completer.n_frames:
+        completer.reset(origin.points)
+    for number in way:
+        frame = next(frames)
+        with locating(frame=reader.header.number(number)):
+            points = completer.push(frame.points, frame.known)
+        since = completer.age >= completer.n_frames  # not observed since
+        errors = None
+        if origin.standard_error is not None:
+            errors = np.hypot(completer.standard_error, np.where(since, origin.standard_error, 0))
+        assert origin.age is not None
+        age = completer.age + np.where(since, origin.age, 0)
+        yield (
+            number,
+            Frame(points, generation=completer.generation, age=age, standard_error=errors),
+        )
+
+
+def _records(like: Frame, n: int, folder: Path | None) -> NDArray[Any]:
+    """Space for frames with the same attributes: in memory, or in an unnamed file in a folder."""
+    values = {"points": like.points, **like.attributes()}
+    record = np.dtype([(name, one.dtype, one.shape) for name, one in values.items()])
+    if folder is None or n == 0:
+        return np.empty(n, record)
+    with naming(folder), tempfile.TemporaryFile(dir=folder) as file:
+        if hasattr(os, "posix_fallocate"):  # else a full disk would end the process
+            os.posix_fallocate(file.fileno(), 0, n * record.itemsize)
+        return np.memmap(file, record, "w+", shape=(n,))
+
+
+def _store(records: NDArray[Any], number: int, frame: Frame) -> None:
+    for name in records.dtype.names or ():
+        records[name][number] = getattr(frame, name)
+
+
+def _stored(records: NDArray[Any], number: int) -> Frame:
+    return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})
+
+
+def _write(frame: Frame, drop_above: float | None, output: Output, tally: Tally) -> None:
+    """Writes a completed frame, without what is too uncertain."""
+    tally.add_written(frame, drop_above)
+    if drop_above is not None:
+        assert frame.standard_error is not None  # as the options have set
+        known = np.asarray(frame.standard_error <= drop_above)
+        points = np.where(known[:, None], frame.points, frame.points.dtype.type(np.nan))
+        frame = replace(frame, points=points, known=known)
+    values = frame.attributes()
+    output.append(frame.points, **{name: values[name] for name in output.header.attributes})

@@ -1,0 +1,53 @@
+"""A frame of a sequence."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..attributes import VertexAttributes
+from ..sequence import Mask, Positions, Sequence
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(VertexAttributes):
+    """One frame of a sequence. It can be unpacked: ``points, known = frame``.
+
+    Attributes:
+        points: (k, 3)
+        known: (k,), or None if the sequence has no masks.
+        generation: (k,), or None if the sequence has no provenance.
+        age: (k,), or None if `generation` is.
+        standard_error: (k,), or None if it was not estimated.
+    """
+
+    points: Positions
+    known: Mask | None = None
+
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool, which vertices have a usable position in this frame."""
+        there = is_position(self.points)
+        return there if self.known is None else there & self.known
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yields the points and the mask."""
+        yield self.points
+        yield self.known
+
+
+def frame_of(sequence: Sequence, number: int) -> Frame:
+    """One frame of the sequence."""
+    rows: dict[str, Any] = {name: rows[number] for name, rows in sequence.attributes().items()}
+    return Frame(sequence.vertices[number], **rows)
+
+
+def is_position(points: Positions) -> Mask:
+    """Returns a (k,) bool array: which positions a completer of their dtype accepts."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(points) <= LARGEST[points.dtype.itemsize]).all(axis=1))
+
+
+LARGEST = {4: 1e18, 8: 1e200}
+"""The largest coordinates that are accepted, by the bytes of a coordinate."""

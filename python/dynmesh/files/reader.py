@@ -1,0 +1,144 @@
+"""The interface of all readers: a sequence, frame by frame."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Container, Generator, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._errors import locating
+from ..attributes import as_mask
+from ..sequence import rate, summary
+from .frame import Frame
+from .header import Header
+from .naming import naming
+from .unchanged import Unchanged
+
+
+class Reader(ABC):
+    """A sequence in a file: what :func:`dynmesh.open` returns.
+
+    Iterating yields every :class:`Frame`, always from frame 0 on. Use it in a ``with`` statement.
+    A subclass opens its file in ``__init__`` and then calls the base class.
+
+    Attributes:
+        path: of the file.
+        header: the properties of all frames.
+        whole: the number of a frame that is complete, so that zeros in it are positions even with
+            ``missing="zero"``; None if there is none. It may be changed.
+    """
+
+    whole: int | None = 0
+
+    def __init__(self, path: Path, header: Header) -> None:
+        """Called by subclasses when the file is open and its header is read."""
+        self.path = path
+        self.header = header
+        self._unchanged = Unchanged(self.files)
+        if header.n_frames == 0:
+            raise ValueError("has no frames, but a complete frame 0 is needed")
+
+    @property
+    def faces(self) -> NDArray[np.integer[Any]]:
+        """(m, 3) integers, triangles."""
+        return self.header.faces
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames."""
+        return self.header.n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices of each frame."""
+        return self.header.n_vertices
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of the positions, float32 or float64."""
+        return self.header.dtype
+
+    @property
+    def has_known(self) -> bool:
+        """Whether each frame has a known mask."""
+        return self.header.has_known
+
+    @property
+    def has_provenance(self) -> bool:
+        """Whether each frame has the generation and the age of its vertices."""
+        return self.header.has_provenance
+
+    @property
+    def fps(self) -> float | None:
+        """Frames per second, or None if the file does not state them."""
+        return self.header.fps
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that are read."""
+        return [self.path]
+
+    @property
+    def lost(self) -> Container[int]:
+        """The numbers of the frames whose files are missing; nothing was observed in them."""
+        return ()
+
+    def __repr__(self) -> str:
+        """Describes the file without its numbers."""
+        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
+        masks = "with masks" if self.has_known else "no masks"
+        return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(self.fps)})"
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from frame 0 on."""
+        return self.frames()
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
+        """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
+
+        Frames are counted from 0, independently of the numbers in the file. After the last one, an
+        error says if a file was changed since it was opened, as the frames may be a mixture then.
+        """
+        with naming(self.path):
+            numbers = range(self.n_frames)[start:stop:step]
+            for number, frame in zip(numbers, self._frames(numbers), strict=True):
+                with locating(frame=self.header.number(number)):
+                    known = None if frame.known is None else as_mask(frame.known)
+                yield replace(frame, known=known)
+            self._check_unchanged()
+
+    def _check_unchanged(self) -> None:
+        self._unchanged.check()
+
+    @abstractmethod
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        """Yields the frames with these numbers, which ascend and exist."""
+
+    def close(self) -> None:  # noqa: B027 (most readers keep nothing open)
+        """Closes the file."""
+
+    def __enter__(self) -> Self:
+        """Returns the reader itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes the file."""
+        self.close()
+
+
+def check_comparable(completed: Reader, reference: Reader) -> None:
+    """Raises an error unless the sequences have the same mesh and number of frames."""
+    for what in ("n_vertices", "n_frames"):
+        ours, truth = getattr(completed, what), getattr(reference, what)
+        if ours != truth:
+            noun = what.removeprefix("n_")
+            raise ValueError(
+                f"{completed.path} has {ours} {noun}, but {reference.path} has {truth}"
+            )
+    if not np.array_equal(completed.faces, reference.faces):
+        raise ValueError(f"{completed.path} and {reference.path} have different faces")

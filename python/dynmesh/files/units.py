@@ -1,0 +1,28 @@
+"""Units of length."""
+
+import math
+
+from .._errors import InputError
+
+UNITS = {
+    "m": 1.0, "cm": 0.01, "mm": 0.001, "km": 1000.0,
+    "inch": 0.0254, "foot": 0.3048, "yard": 0.9144,
+}  # fmt: skip
+"""The names of units, in metres."""
+
+
+def metres_of(value: object, argument: str = "unit") -> float:
+    """Returns the metres of a unit: a name, or a number of metres.
+
+    Raises:
+        ValueError: it is neither; the error names the argument.
+    """
+    if isinstance(value, str) and value in UNITS:
+        return UNITS[value]
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf:
+        return float(value)
+    raise InputError(
+        f"must be one of {', '.join(UNITS)}, or a number of metres above 0, not {value!r}",
+        argument=argument,
+        value=value,
+    )

@@ -1,1 +1,0 @@
-"""Completion of files, one or many, which can be continued after an interruption."""

@@ -1,0 +1,277 @@
+"""`cameras.json`: where the cameras of a scan stand, and how they project, as OpenCV does.
+
+The file is an object with `unit`, the length of a unit in the poses and of `depth_scale` ("m",
+"cm", "mm", a number of metres, or null if it is that of the template), and `cameras`, a list of
+objects with `name`, `camera_to_world` (4 x 4, rows first: from camera coordinates, x right, y down,
+z ahead, to the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to
+pixels, the centre of the first pixel at (0, 0)), `depth_scale` (the depth of one count) and,
+optionally, `width` and `height` in pixels. With these, there may be a `distortion`: the
+coefficients of the lens.
+"""
+
+import json
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..files.naming import naming
+from ..files.units import UNITS, metres_of
+
+_Floats = NDArray[np.float64]
+
+_ROUNDED = 1e-3
+"""By how much a rotation may deviate from an exact one, as it was written with a few digits."""
+
+_BY_NAME = re.compile("[A-Za-z0-9.-]+")
+_FIELDS = {
+    "name", "camera_to_world", "intrinsics", "depth_scale", "width", "height", "distortion"
+}  # fmt: skip
+
+_COEFFICIENTS = (4, 5, 8, 12, 14)
+"""How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScanCamera:
+    """A camera of a rig.
+
+    Attributes:
+        name: letters, digits, points and hyphens; the end of the names of its images.
+        camera_to_world: (4, 4) its pose.
+        intrinsics: (3, 3), or None if the camera only tells from where points were seen.
+        depth_scale: the depth of one count of its images; None without intrinsics.
+        size: width and height of its images, or None if they are not stated.
+        distortion: the coefficients of its lens, in the order of OpenCV; empty if it has none.
+    """
+
+    name: str
+    camera_to_world: _Floats
+    intrinsics: _Floats | None = None
+    depth_scale: float | None = None
+    size: tuple[int, int] | None = None
+    distortion: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """The cameras of a scan.
+
+    Attributes:
+        cameras: at least one, with different names.
+        metres_per_unit: of the poses and of `depth_scale`; None if it is not stated.
+        file: from which they were read, if they were.
+    """
+
+    cameras: tuple[ScanCamera, ...]
+    metres_per_unit: float | None = None
+    file: Path | None = None
+
+    @property
+    def viewpoints(self) -> _Floats:
+        """(c, 3) the positions of the cameras."""
+        return np.array([camera.camera_to_world[:3, 3] for camera in self.cameras])
+
+
+def read_cameras(path: Path) -> Rig:
+    """Reads `cameras.json`.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it does not hold cameras; the message names the file, the camera, the field and
+            the value.
+    """
+    with naming(path):
+        try:
+            found = json.loads(path.read_bytes().decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            raise ValueError(
+                f"line {error.lineno}, column {error.colno}: is not JSON: {error.msg}"
+            ) from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"byte {error.start}: is not text in UTF-8") from error
+        except RecursionError as error:
+            raise ValueError("is nested too deeply") from error
+        return _rig_of(found, path)
+
+
+def write_cameras(path: Path, rig: Rig) -> None:
+    """Writes `cameras.json`."""
+    listed = []
+    for camera in rig.cameras:
+        told = {
+            "name": camera.name,
+            "camera_to_world": camera.camera_to_world,
+            "intrinsics": camera.intrinsics,
+            "depth_scale": camera.depth_scale,
+            "width": camera.size and camera.size[0],
+            "height": camera.size and camera.size[1],
+            "distortion": camera.distortion or None,
+        }
+        listed.append({name: value for name, value in told.items() if value is not None})
+    names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
+    unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
+    text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _rig_of(found: Any, file: Path) -> Rig:
+    if not isinstance(found, dict):
+        raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
+    _refuse_missing(found, "cameras")
+    if not isinstance(found["cameras"], list):
+        raise ValueError(f"cameras: must be a list, not {found['cameras']!r:.60}")
+    _refuse_others(found, {"unit", "cameras"})
+    if not found["cameras"]:
+        raise ValueError("cameras: there are none")
+    cameras = []
+    for number, told in enumerate(found["cameras"]):
+        try:
+            cameras.append(_camera_of(told))
+        except ValueError as error:
+            raise ValueError(f"camera {number}: {error}") from error
+    names = [camera.name for camera in cameras]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise ValueError(f"camera {number}: name: there is a second {name!r}")
+    unit = found.get("unit")
+    return Rig(tuple(cameras), None if unit is None else metres_of(unit), file)
+
+
+def _camera_of(told: Any) -> ScanCamera:
+    if not isinstance(told, dict):
+        raise ValueError(f"must be an object, not {told!r:.60}")
+    _refuse_others(told, _FIELDS)
+    _refuse_missing(told, "name", "camera_to_world")
+    name = told["name"]
+    if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
+        raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
+    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
+    _check_pose(pose)
+    size = None
+    if "width" in told or "height" in told:
+        _refuse_missing(told, "width", "height")
+        size = _count("width", told["width"]), _count("height", told["height"])
+    if "intrinsics" not in told:
+        for field in ("depth_scale", "distortion"):
+            if field in told:
+                raise ValueError(f"intrinsics: is missing, but there is a {field}")
+        return ScanCamera(name, pose, size=size)
+    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
+    _check_intrinsics(intrinsics)
+    if "depth_scale" not in told:
+        raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
+    scale = _positive("depth_scale", told["depth_scale"])
+    distortion = _distortion(told["distortion"]) if "distortion" in told else ()
+    if distortion and size is None:
+        raise ValueError("width: is missing; a distortion needs width and height")
+    if distortion and intrinsics[0, 1] != 0:
+        raise ValueError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
+    return ScanCamera(name, pose, intrinsics, scale, size, distortion)
+
+
+def _distortion(listed: Any) -> tuple[float, ...]:
+    if not isinstance(listed, list) or len(listed) not in _COEFFICIENTS:
+        counts = ", ".join(map(str, _COEFFICIENTS))
+        raise ValueError(
+            f"distortion: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
+            f"..., not {listed!r:.60}"
+        )
+    return tuple(_number("distortion", value) for value in listed)
+
+
+def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
+    for name in fields:
+        if name not in told:
+            raise ValueError(f"{name}: is missing")
+
+
+def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
+    for name in told:
+        if name not in fields:
+            raise ValueError(
+                f"unknown field {name!r:.60}; the fields are {', '.join(sorted(fields))}"
+            )
+
+
+def _matrix(name: str, value: Any, size: int) -> _Floats:
+    rows = value if isinstance(value, list) else []
+    if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
+        lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
+        if len(lengths) == 1 and lengths != {0}:
+            what = f"has {len(rows)} rows of {lengths.pop()}"
+        else:
+            what = f"is {value!r:.60}"
+        raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
+    found = np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
+    last = np.eye(size)[-1]
+    if (found[-1] != last).any() and (found[:, -1] == last).all():
+        raise ValueError(
+            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
+            "is, so it is listed column by column: list it row by row"
+        )
+    return found
+
+
+def _check_pose(pose: _Floats) -> None:
+    if pose[3].tolist() != [0, 0, 0, 1]:
+        raise ValueError(f"camera_to_world: its last row must be 0 0 0 1, not {_row(pose[3])}")
+    turn = pose[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = np.abs(turn.T @ turn - np.eye(3)).max()
+        determinant = np.linalg.det(turn)
+    if not error <= _ROUNDED:
+        raise ValueError(
+            f"camera_to_world: its columns must be unit vectors at right angles, but they deviate "
+            f"by {error:.3g}"
+        )
+    if determinant < 0:
+        raise ValueError(
+            f"camera_to_world: mirrors (determinant {determinant:.3g}); the axes are x right, "
+            "y down, z ahead"
+        )
+
+
+def _check_intrinsics(matrix: _Floats) -> None:
+    if matrix[2].tolist() != [0, 0, 1]:
+        raise ValueError(f"intrinsics: the last row must be 0 0 1, not {_row(matrix[2])}")
+    if matrix[1, 0] != 0:
+        raise ValueError(f"intrinsics: row 1 must begin with 0, not {matrix[1, 0]:g}")
+    for i in (0, 1):
+        if matrix[i, i] <= 0:
+            raise ValueError(
+                f"intrinsics: the focal length in row {i} must be positive, not {matrix[i, i]:g}"
+            )
+
+
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{name}: must be a number, not {value!r:.60}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: must be finite, not {number}")
+    return number
+
+
+def _positive(name: str, value: Any) -> float:
+    number = _number(name, value)
+    if number <= 0:
+        raise ValueError(f"{name}: must be positive, not {number:g}")
+    return number
+
+
+def _count(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+        raise ValueError(f"{name}: must be a whole number of pixels, not {value!r:.60}")
+    return value
+
+
+def _row(values: _Floats) -> str:
+    return " ".join(f"{value:g}" for value in values)

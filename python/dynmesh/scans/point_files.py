@@ -1,0 +1,183 @@
+"""Files with the points of one frame: PLY, XYZ, and NumPy's arrays.
+
+A point whose three coordinates are all NaN was not measured, as in the organised clouds of depth
+cameras, and is left out. Other positions must be finite, and normals must have length 1, or 0 where
+they are unknown.
+"""
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..files.comments import Metadata, metadata_in
+from ..files.naming import naming
+from ..files.npz import check_members, explaining, read_member
+from ..files.ply import coordinates, ply_header, read_elements
+from ..files.rows import load_array, native
+from ..sequence import Positions
+from .scan import PointScan
+
+_ROUNDED = 0.05
+"""By how much the length of a normal may differ from 1, as it was written with a few digits."""
+
+
+class PointFile(NamedTuple):
+    """The points of a file, and what it says of them."""
+
+    scan: PointScan
+    metadata: Metadata = Metadata()
+
+
+def read_points(file: Path) -> PointFile:
+    """Reads the points of a file, by its suffix.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it does not hold points; the message names the line or the point, and the value.
+    """
+    with naming(file):
+        read = point_formats.get(file.suffix.lower())
+        if read is None:
+            known = ", ".join(point_formats)
+            raise ValueError(f"unknown format {file.suffix!r}; those of points are {known}")
+        return read(file)
+
+
+def write_ply(file: Path, scan: PointScan, metres_per_unit: float | None = None) -> None:
+    """Writes points and their normals as PLY, binary and little-endian, in their precision."""
+    kind = "double" if scan.points.dtype == np.float64 else "float"
+    names, columns = [*"xyz"], [scan.points]
+    if scan.normals is not None:
+        names += ["nx", "ny", "nz"]
+        columns.append(scan.normals)
+    comments = [] if metres_per_unit is None else [f"metres_per_unit {metres_per_unit}"]
+    header = ply_header(comments, len(scan.points), dict.fromkeys(names, kind))
+    rows = np.concatenate(columns, axis=1).astype("<f8" if kind == "double" else "<f4")
+    file.write_bytes(header + rows.tobytes())
+
+
+def _read_ply(file: Path) -> PointFile:
+    columns, comments = read_elements(file)
+    vertices = columns.get("vertex", {})
+    points = coordinates(vertices, ("x", "y", "z"))
+    names = ("nx", "ny", "nz")
+    normals = coordinates(vertices, names) if vertices.keys() & names else None
+    return PointFile(_checked(points, normals, _point), metadata_in(comments))
+
+
+def _read_xyz(file: Path) -> PointFile:
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    text = file.read_bytes().decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+    for number, line in enumerate(text.split("\n"), start=1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        if len(words) not in (3, 6):
+            raise ValueError(
+                f"line {number}: must be x y z, or x y z nx ny nz, but has {len(words)} words"
+            )
+        if rows and len(words) != len(rows[0]):
+            raise ValueError(
+                f"line {number}: has {len(words)} numbers, but line {lines[0]} has {len(rows[0])}"
+            )
+        rows.append([_number(word, number) for word in words])
+        lines.append(number)
+    table = np.array(rows).reshape(len(rows), len(rows[0]) if rows else 3)
+    comments = (line.partition("#")[2] for line in text.split("\n") if line.startswith("#"))
+    return PointFile(_split(table, lambda row: f"line {lines[row]}"), metadata_in(comments))
+
+
+def _number(word: str, line: int) -> float:
+    try:
+        if "_" in word:
+            raise ValueError(word)
+        return float(word)
+    except ValueError:
+        raise ValueError(f"line {line}: {word[:40]!r} is not a number") from None
+
+
+def _read_npy(file: Path) -> PointFile:
+    return PointFile(_split(_floats("the array", load_array(file), (3, 6)), _point))
+
+
+def _read_npz(file: Path) -> PointFile:
+    arrays = {}
+    with explaining(), zipfile.ZipFile(file) as archive:
+        check_members(archive, file)
+        held = [name.removesuffix(".npy") for name in archive.namelist()]
+        if "points" not in held:
+            raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
+        for name in ("points", "normals", "viewpoints"):
+            if name in held:
+                arrays[name] = _floats(name, read_member(archive, name), (3,))
+    scan = _checked(arrays["points"], arrays.get("normals"), _point)
+    viewpoints = arrays.get("viewpoints")
+    if viewpoints is not None:
+        _refuse_infinite(viewpoints, lambda row: f"viewpoint {row}")
+    return PointFile(scan._replace(viewpoints=viewpoints))
+
+
+point_formats: dict[str, Callable[[Path], PointFile]] = {
+    ".ply": _read_ply,
+    ".xyz": _read_xyz,
+    ".npy": _read_npy,
+    ".npz": _read_npz,
+}
+"""What reads a file, by its suffix."""
+
+
+def _floats(name: str, array: NDArray[Any], widths: tuple[int, ...]) -> Positions:
+    if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
+        raise ValueError(f"{name} must be float32 or float64, not {array.dtype}")
+    if array.ndim != 2 or array.shape[1] not in widths:
+        shapes = " or ".join(f"(n, {width})" for width in widths)
+        raise ValueError(f"{name} must have shape {shapes}, not {array.shape}")
+    return native(array)
+
+
+def _split(table: Positions, name: Callable[[int], str]) -> PointScan:
+    """Divides a table into points and, if it is wide enough, normals."""
+    return _checked(table[:, :3], table[:, 3:] if table.shape[1] == 6 else None, name)
+
+
+def _point(row: int) -> str:
+    return f"point {row}"
+
+
+def _checked(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:
+    """Leaves out what was not measured, and refuses what cannot be used."""
+    if normals is not None and len(normals) != len(points):
+        raise ValueError(f"has {len(points)} points, but {len(normals)} normals")
+    measured = ~np.isnan(points).all(axis=1)
+    rows = np.flatnonzero(measured)
+    points = np.ascontiguousarray(points[measured])
+    _refuse_infinite(points, lambda row: name(int(rows[row])))
+    if normals is not None:
+        normals = np.ascontiguousarray(normals[measured])
+        with np.errstate(over="ignore", invalid="ignore"):
+            lengths = np.linalg.norm(normals, axis=1)
+        wrong = ~((np.abs(lengths - 1) <= _ROUNDED) | (lengths == 0))
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise ValueError(
+                f"{name(int(rows[row]))}: its normal {_told(normals[row])} must have length 1, not "
+                f"{lengths[row]:.3g}, or 0 if it is unknown"
+            )
+        normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
+    return PointScan(points, normals, None)
+
+
+def _refuse_infinite(points: Positions, name: Callable[[int], str]) -> None:
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        row = int(finite.argmin())
+        raise ValueError(f"{name(row)}: is at {_told(points[row])}, which is not finite")
+
+
+def _told(row: Positions) -> str:
+    return f"({', '.join(f'{value:g}' for value in row)})"

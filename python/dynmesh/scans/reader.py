@@ -1,0 +1,386 @@
+"""Reading scans, frame by frame: a folder or a pattern of files."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._errors import DynmeshError, InputError
+from ..files.choice import PathLike
+from ..files.format import Gaps
+from ..files.naming import naming
+from ..files.numbered import Found, files_in, find_files, matching, with_conversion
+from ..files.unchanged import Unchanged
+from ..files.units import metres_of
+from .cameras import Rig, ScanCamera, read_cameras
+from .depth_files import SUFFIX, is_depth, read_depth, require_png, usual_size
+from .point_files import point_formats, read_points
+from .scan import DepthScan, PointScan, Scan
+from .undistortion import Undistortion
+
+CAMERAS = "cameras.json"
+"""The name under which the cameras are found in a folder of scans."""
+
+
+class ScanReader(ABC):
+    """The scans of a sequence: what :func:`open_scans` returns.
+
+    Attributes:
+        path: of the scans.
+        rig: the cameras, or None if they are not stated.
+        start: the number of the first frame.
+        step: the difference between the numbers of two frames.
+        n_frames: number of frames.
+        files: all files that are read.
+        camera_files: those of them that describe cameras.
+        lost: a sentence for each depth image that is missing or, of those read so far, damaged.
+        metres_per_unit: as the files state it, or None.
+    """
+
+    def __init__(self, path: Path, rig: Rig | None, found: Found, files: list[Path]) -> None:
+        """Called by subclasses when the files are found."""
+        self.path = path
+        also = [] if rig is None or rig.file is None else [rig.file]
+        self.rig = rig
+        self.start, self.step = found.start, found.step
+        self.n_frames = len(found.files)
+        self.files = [*files, *also]
+        self.camera_files = also
+        self.metres_per_unit = None if rig is None else rig.metres_per_unit
+        self._unchanged = Unchanged(self.files)
+
+    def __iter__(self) -> Iterator[Scan | None]:
+        """Yields the scan of each frame; None where its file is missing."""
+        return self.frames()
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Iterator[Scan | None]:
+        """Yields the scans of the frames ``range(start, stop, step)``, counted from 0."""
+        for number in range(self.n_frames)[start:stop:step]:
+            yield self._load(number)
+
+    def number(self, frame: int) -> int:
+        """The number, in its file name, of a frame that is counted from 0."""
+        return self.start + self.step * frame
+
+    def cameras_of(self, number: int) -> list[str]:  # noqa: ARG002
+        """Returns the names of the cameras of a frame, in the order of its scan."""
+        return [] if self.rig is None else [camera.name for camera in self.rig.cameras]
+
+    @abstractmethod
+    def _load(self, number: int) -> Scan | None:
+        """Reads a frame; None if its file is missing."""
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """See above."""
+        return ()
+
+
+class PointReader(ScanReader):
+    """Point clouds, one file per frame."""
+
+    def __init__(self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps) -> None:
+        """Finds the files and reads the first."""
+        found = find_files(path, suffix, gaps)
+        self._files = found.files
+        present = [file for file in found.files if file is not None]
+        super().__init__(path, rig, found, present)
+        said = read_points(present[0]).metadata.metres_per_unit
+        if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
+            raise ValueError(
+                f"{present[0].name} states {said} metres per unit, but the cameras "
+                f"{self.metres_per_unit}"
+            )
+        self.metres_per_unit = said if self.metres_per_unit is None else self.metres_per_unit
+
+    def _load(self, number: int) -> PointScan | None:
+        file = self._files[number]
+        if file is None:
+            return None
+        scan = read_points(file).scan
+        self._unchanged.check([file])
+        if scan.viewpoints is None and self.rig is not None:
+            return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
+        return scan
+
+
+class DepthReader(ScanReader):
+    """Depth images, one file per frame and camera.
+
+    A damaged image, or one of another size than its camera has, is lost, as if its camera had seen
+    nothing in this frame. Where every image is, or a camera is described for another kind or size
+    of images, that is an error.
+    """
+
+    def __init__(self, path: Path, rig: Rig, gaps: Gaps) -> None:
+        """Finds the files, and reads the headers of some."""
+        for camera in rig.cameras:
+            if camera.intrinsics is None:
+                raise ValueError(f"camera {camera.name!r} has no intrinsics, as depth images need")
+        require_png()
+        by_camera = _by_camera(path, rig)
+        numbers = sorted(set().union(*by_camera.values()))
+        if not numbers:
+            raise ValueError(
+                f"holds no depth image of a camera; their names would be {_names(rig.cameras)}"
+            )
+        step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
+        every = range(numbers[0], numbers[-1] + 1, step)
+        if gaps == "refuse":
+            _refuse_gaps(every, rig, by_camera)
+        with naming(rig.file or path):
+            self._lenses = {c.name: Undistortion(c) for c in rig.cameras if c.distortion}
+        made = []
+        for camera in rig.cameras:
+            size = usual_size(list(by_camera[camera.name].values()), camera)
+            lens = self._lenses.get(camera.name)
+            intrinsics = camera.intrinsics if lens is None else lens.intrinsics
+            made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
+        rig = replace(rig, cameras=tuple(made))
+        self._images = [
+            [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
+            for n in every
+        ]
+        self._missing = tuple(
+            f"no image of camera {name!r} for frame {n}"
+            for n in every
+            for name, own in by_camera.items()
+            if n not in own
+        )
+        self._damaged: dict[Path, str] = {}
+        self._n_images = sum(map(len, self._images))
+        files = [file for images in self._images for _, file in images]
+        found = Found([None] * len(every), every.start, every.step)
+        super().__init__(path, rig, found, files)
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """See :class:`ScanReader`."""
+        return *(f"{file.name} {why}" for file, why in self._damaged.items()), *self._missing
+
+    def cameras_of(self, number: int) -> list[str]:
+        """Returns those of the images, except the damaged ones once the frame was read."""
+        return [c.name for c, file in self._images[number] if file not in self._damaged]
+
+    def _load(self, number: int) -> DepthScan | None:
+        images = self.images(number)
+        if not images:
+            return None
+        intrinsics = [np.asarray(camera.intrinsics) for camera, _ in images]
+        poses = [camera.camera_to_world for camera, _ in images]
+        return DepthScan([depth for _, depth in images], intrinsics, poses)
+
+    def images(self, number: int) -> list[tuple[ScanCamera, NDArray[np.float32]]]:
+        """Reads the images of a frame, counted from 0, with the cameras that they are of.
+
+        Raises:
+            ValueError: every image of the sequence is damaged, or a file was changed.
+        """
+        read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
+        return [(camera, depth) for camera, depth in read if depth is not None]
+
+    def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
+        """Reads an image; None if it is damaged."""
+        try:
+            depth = read_depth(file, camera)
+        except (DynmeshError, OSError) as error:
+            self._unchanged.check([file])
+            why = error.reason if isinstance(error, DynmeshError) else f"cannot be read: {error}"
+            self._damaged.setdefault(file, why)
+            if len(self._damaged) == self._n_images:
+                raise InputError(f"{why}; there is no undamaged image", file=file) from error
+            return None
+        self._unchanged.check([file])
+        lens = self._lenses.get(camera.name)
+        return depth if lens is None else lens.undo(depth)
+
+
+def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
+    """Returns the metres in the unit of the scans: as their files state it, or as it is given.
+
+    Raises:
+        ValueError: the files state another one than is given.
+    """
+    stated = scans.metres_per_unit
+    if given is None:
+        return stated
+    said = metres_of(given, "scan_unit")
+    if stated is not None and abs(said / stated - 1) > 1e-9:
+        file = scans.camera_files[0] if scans.camera_files else scans.path
+        raise InputError(
+            f"states {stated:g} metres per unit, but the scans are said to be in units of {said:g} "
+            "m; one of them is wrong",
+            file=file,
+            argument="scan_unit",
+        )
+    return said
+
+
+def open_scans(
+    path: PathLike,
+    *,
+    cameras: PathLike | Rig | None = None,
+    gaps: Gaps = "refuse",
+) -> ScanReader:
+    """Opens scans, to read them frame by frame.
+
+    Args:
+        path: a folder, a pattern such as ``scan_%04d.ply`` or a glob such as ``*.xyz``, of point
+            clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG with 16 bits). The names of depth
+            images end in the number of the frame and the name of the camera, as
+            ``depth_00012_left.png``, or are in a folder with the name of the camera, as
+            ``left/00012.png``. The only camera need not be named.
+        cameras: the cameras, or a file as :func:`read_cameras` reads it. None: `cameras.json` in
+            the folder of the scans, if there is one. Depth images need it.
+        gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
+            "refuse" refuses such scans.
+
+    Raises:
+        OSError: a file cannot be read.
+        ImportError: Pillow, which reads PNG, is not installed.
+        ValueError: there are no scans, or the first one is damaged; the message names the file.
+    """
+    path = Path(path)
+    rig = cameras if isinstance(cameras, Rig) else read_rig(path, cameras)
+    with naming(path):
+        suffix = _suffix_in(path, rig)
+        if suffix != SUFFIX:
+            return PointReader(path, suffix, rig, gaps)
+        if rig is None:
+            raise InputError(
+                f"depth images need cameras: {CAMERAS} beside them, or another file",
+                argument="cameras",
+            )
+        return DepthReader(path, rig, gaps)
+
+
+def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
+    """Reads the cameras of scans from their file, or from the one that is usual, if it exists."""
+    beside = (path if path.is_dir() else path.parent) / CAMERAS
+    if cameras is None and not beside.is_file():
+        return None
+    return read_cameras(beside if cameras is None else Path(cameras))
+
+
+def _suffix_in(path: Path, rig: Rig | None) -> str:
+    """Returns the suffix of the scans."""
+    suffixes = (*point_formats, SUFFIX)
+    if path.is_dir():
+        found = [suffix for suffix in suffixes if files_in(path, suffix)]
+        if not found and rig is not None and _images_in(path, rig):
+            return SUFFIX
+        if len(found) != 1:
+            if not found:
+                raise ValueError(f"is a folder without scans; they are {', '.join(suffixes)} files")
+            kinds = " and ".join(found)
+            raise ValueError(f"is a folder with {kinds} files; name one kind by a pattern")
+        return found[0]
+    if not path.suffix and not path.exists():
+        raise ValueError("does not exist")
+    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
+    return path.suffix.lower()
+
+
+def _images_in(path: Path, rig: Rig) -> list[Path]:
+    """Returns the images in a folder and those of the cameras in it, or that are named."""
+    if path.is_dir():  # also the folders of cameras in it
+        folders = [path, *(path / camera.name for camera in rig.cameras)]
+        return [file for folder in folders for file in files_in(folder, SUFFIX)]
+    if "%" in (pattern := with_conversion(path.name)):
+        number, _, rest = pattern.partition("%")
+        end = rest.partition("d")[2]
+        # A pattern may leave out the camera.
+        ends = end, *(f"_{camera.name}{end}" for camera in rig.cameras)
+        among = files_in(path.parent, SUFFIX)
+        return [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
+    return sorted(matching(path))
+
+
+def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
+    """Returns the images of each camera by their numbers.
+
+    The camera is named at the end of a file's name, or else is the folder's name, or, if there is
+    only one, need not be named at all.
+    """
+    numbered: dict[str, dict[int, Path]] = {camera.name: {} for camera in rig.cameras}
+    images = _images_in(path, rig)
+    owners = [_owner(file, path, numbered) for file in images]
+    if len(numbered) == 1 and not any(name for name, _ in owners):
+        owners = [(next(iter(numbered)), file.stem) for file in images]
+    others = [f for f, (name, _) in zip(images, owners, strict=True) if name is None]
+    parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
+    not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
+    if path.is_dir():
+        not_described |= _other_folders(path, numbered)
+    if not_described:
+        told = " and of ".join(f"{name!r} ({f.name})" for name, f in sorted(not_described.items()))
+        raise ValueError(
+            f"holds images of camera {told}, which the cameras file does not describe; describe "
+            "it there, or name the other images by a pattern such as '*_0.png'"
+        )
+    for file, (name, before) in zip(images, owners, strict=True):
+        if name is None:
+            continue
+        digits = before[len(before.rstrip("0123456789")) :]
+        if not digits:
+            raise ValueError(
+                f"{file.name}: has no number of a frame at its end or before the camera's name"
+            )
+        if int(digits) in numbered[name]:
+            other = numbered[name][int(digits)]
+            raise ValueError(f"{file.name}: {other.name} has the same number and camera")
+        numbered[name][int(digits)] = file
+    return numbered
+
+
+def _other_folders(path: Path, names: Container[str]) -> dict[str, Path]:
+    """Returns the first image of each folder that is named as a camera that is not described.
+
+    Folders of other images, such as colours, or of copies of what is in this one, are not.
+    """
+    folders = [folder for folder in path.iterdir() if folder.is_dir() and folder.name not in names]
+    first = [files[0] for folder in folders if (files := files_in(folder, SUFFIX))]
+    return {file.parent.name: file for file in first if _is_of_folder(file) and is_depth(file)}
+
+
+def _is_of_folder(file: Path) -> bool:
+    """Whether the camera of an image is named by its folder."""
+    before, _, end = file.stem.rpartition("_")
+    return end == file.parent.name if before[-1:].isdigit() else end[-1:].isdigit()
+
+
+def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:
+    """Returns the name of the camera that an image is of, or None, and the stem without it."""
+    folder = file.parent.name
+    before, _, end = file.stem.rpartition("_")
+    is_named = bool(before) and end in names
+    if folder in names and (not is_named or file.parent not in (path, path.parent)):
+        return folder, before if end == folder and before[-1:].isdigit() else file.stem
+    return (end, before) if is_named else (None, file.stem)
+
+
+def _names(cameras: Iterable[ScanCamera]) -> str:
+    """Says how images of these cameras would be named."""
+    return " or ".join(f"*_{camera.name}{SUFFIX}, {camera.name}/*{SUFFIX}" for camera in cameras)
+
+
+def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]) -> None:
+    advice = "; tracking goes on without it if gaps are lost"
+    for camera in rig.cameras:
+        if not by_camera[camera.name]:  # the names of its files may be wrong
+            raise ValueError(
+                f"there is no image of camera {camera.name!r}; their names would be "
+                f"{_names([camera])}{advice}"
+            )
+    for number in numbers:
+        for name, images in by_camera.items():
+            if number not in images:
+                raise ValueError(
+                    f"there is no image of camera {name!r} for frame {number}" + advice
+                )

@@ -1,0 +1,1 @@
+"""What tracking and registration of files share: scans, landmarks, rooms, and how well they fit."""

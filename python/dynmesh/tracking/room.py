@@ -1,0 +1,102 @@
+"""What is taken away from scans before tracking: the room around the subject."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_finite
+from .._errors import InputError, KindError
+from ..degrade.shared import mean_edge_of
+from ..diagnosis.planes import Plane, planes_of_room
+from ..scans.scan import Scan
+from ..sequence import Mask, Positions
+
+Crop = float | tuple[float, float, float, float, float, float]
+"""A distance from the box of the mesh in the last frame, or x, y, z of two corners of a box."""
+
+
+def crop_of(value: Any) -> Crop | None:
+    """Checks what should be cropped: a number, six numbers, or text with these and commas.
+
+    Raises:
+        TypeError, ValueError: it is something else, or the corners of the box are exchanged.
+    """
+    if value is None:
+        return None
+    if isinstance(value, str):
+        try:
+            value = [float(part) for part in value.split(",")]
+        except ValueError:
+            raise InputError(
+                f"must be a distance, or x,y,z,x,y,z of two corners, not {value!r}", argument="crop"
+            ) from None
+        value = value[0] if len(value) == 1 else value
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        check_finite("crop", value)
+        if value < 0:
+            raise InputError(f"must not be negative, but is {value:g}", argument="crop")
+        return float(value)
+    try:
+        corners = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise KindError(f"must be one or six numbers, not {value!r}", argument="crop") from None
+    if corners.shape != (6,) or not np.isfinite(corners).all():
+        raise InputError(f"must be one or six finite numbers, not {value!r}", argument="crop")
+    if (corners[:3] >= corners[3:]).any():
+        raise InputError(
+            f"the first corner must be the smaller one in x, y and z, but the box is {value!r}",
+            argument="crop",
+        )
+    a, b, c, d, e, f = corners.tolist()
+    return a, b, c, d, e, f
+
+
+class Room:
+    """Takes what is not the subject from scans, all in the unit of the template.
+
+    Attributes:
+        planes: floor and walls, once :meth:`look` was called.
+        box: (2, 3) the corners of the mesh in the last frame.
+    """
+
+    def __init__(self, crop: Crop | None, remove_planes: bool) -> None:
+        """Takes nothing away if nothing is asked for."""
+        self._crop = crop
+        self._removes_planes = remove_planes
+        self.planes: list[Plane] = []
+        self.box = np.zeros((2, 3))
+
+    def follow(self, points: Positions) -> None:
+        """Notes where the mesh is."""
+        self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+
+    def look(self, scan: Scan, faces: NDArray[Any], template: Positions) -> None:
+        """Notes where the template is, and finds floor and walls in the first scan.
+
+        They are sought in the whole scan, as they are hardly larger than the subject in a crop.
+        """
+        self.follow(template)
+        if self._removes_planes:
+            size = float(np.linalg.norm(self.box[1] - self.box[0]))
+            edge = mean_edge_of(template, faces)
+            self.planes = planes_of_room(scan.cloud, thickness=edge, size=size)
+
+    def without(self, scan: Scan) -> Scan:
+        """Returns the scan without the room."""
+        if self._crop is None and not self.planes:
+            return scan
+        return scan.only(self.leaves(scan.cloud))
+
+    def leaves(self, cloud: Positions) -> Mask:
+        """Returns which of (n, 3) points do not belong to the room."""
+        kept = np.ones(len(cloud), np.bool_)
+        if self._crop is not None:
+            if isinstance(self._crop, float):
+                low, high = self.box[0] - self._crop, self.box[1] + self._crop
+            else:
+                low, high = np.reshape(self._crop, (2, 3))
+            kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
+        for plane in self.planes:
+            kept &= ~plane.holds(cloud)
+        return kept

@@ -1,0 +1,1 @@
+"""One module for each command, which holds its function and its report."""

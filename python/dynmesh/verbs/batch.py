@@ -1,0 +1,315 @@
+"""Completion, tracking and registration of many files by Dask, on one machine or on many."""
+
+import csv
+import logging
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Literal, TypeAlias
+
+from .._checks import check_integer, check_path
+from .._command import How, Output, arguments_of, bound, option_of
+from .._errors import InputError, in_one_line
+from .._extras import require
+from .._progress import tracked
+from .._report import Report
+from ..files import PathLike
+from .complete import complete_file
+from .register import register_file
+from .track import track_file
+
+Status: TypeAlias = Literal["done", "doubtful", "exists", "failed"]
+
+_VERBS: dict[str, Callable[..., Report]] = {
+    "input": complete_file,
+    "scans": track_file,
+    "scan": register_file,
+}
+"""By the column that says what a row is for."""
+
+_OWN = ("input", "output", "status", "reason", "frames", "seconds")
+_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A row of a table: a command line.
+
+    Attributes:
+        line: its number in the table.
+        kind: the column that says what it is for: "input", "scans" or "scan".
+        input: the incomplete sequence, or the scans.
+        output: what is written.
+        arguments: those of the function.
+        options: its keywords.
+    """
+
+    line: int
+    kind: str
+    input: Path
+    output: Path
+    arguments: tuple[Any, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """The result of a job.
+
+    Attributes:
+        input: the incomplete sequence, or the scans.
+        output: what was to be written.
+        status: "done", "doubtful" if the output was written but is probably wrong, "exists" if
+            there was one already, so that nothing was done, or "failed".
+        reason: why it is doubtful or failed, or which file exists, in one line.
+        frames: number of frames that were written.
+        seconds: the time that the job took.
+        remarks: remarks about the output for the user, one line each.
+    """
+
+    input: Path
+    output: Path
+    status: Status
+    reason: str = ""
+    frames: int = 0
+    seconds: float = 0.0
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchReport(Report):
+    """What :func:`batch` has done.
+
+    Attributes:
+        quality: "failed" if a job failed, else "doubtful" if a result is.
+        output: the table of the jobs.
+        results: of the jobs, in their order.
+    """
+
+    output: Path
+    results: tuple[Result, ...]
+
+    def lines(self) -> list[str]:
+        """Says what failed, what else to know of each output, and how many jobs were done."""
+        told = []
+        for one in self.results:
+            if one.status in ("failed", "doubtful"):
+                told.append(f"{one.status}: {one.output}: {one.reason}")
+            told += [f"{one.output}: {remark}" for remark in one.remarks]
+        counts = Counter(one.status for one in self.results)
+        doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
+        return [
+            *told,
+            f"{counts['done']} done, {doubtful}{counts['exists']} already complete, "
+            f"{counts['failed']} failed of {len(self.results)} jobs",
+        ]
+
+
+def batch(
+    jobs: PathLike,
+    *,
+    workers: How[int | None] = None,
+    scheduler: How[str | None] = None,
+    report: Output[PathLike | None] = None,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> BatchReport:
+    """Completes, tracks or registers many files; one that fails does not stop the others.
+
+    A row of the table is a command line, and its columns are options: `input` and `output` of a
+    completion, `scans` and `output` of tracking, or `scan` and `output` of a registration, and any
+    others of the same command. An empty value stands for the default, several paths are separated
+    by semicolons, and all are relative to the table. Jobs whose output exists are skipped, so that
+    running the command again does what is left.
+
+    Args:
+        jobs: comma-separated values, with the names of the columns in the first line.
+        workers: run so many jobs at a time; else, one per processor.
+        scheduler: use the Dask cluster with this address instead; it must see the files under the
+            same paths.
+        report: a CSV file to write with a row for each job: input, output, status, reason, frames,
+            seconds; an existing one is replaced.
+        overwrite: whether to replace existing outputs instead of skipping them.
+        progress: whether to show a bar on standard error.
+
+    Raises:
+        ImportError: Dask distributed is not installed.
+        OSError: the table cannot be read, or no scheduler answers.
+        ValueError: the table is invalid; the error names the line and the column.
+    """
+    check_path("jobs", jobs)
+    table = Path(jobs)
+    if workers is not None:
+        check_integer("workers", workers, 1)
+        if scheduler is not None:
+            raise InputError("are those of the cluster", argument="workers", value=workers)
+    require("distributed", extra="batch")
+    processors: int = require("dask.system", extra="batch").CPU_COUNT
+    rows = read_jobs(table, overwrite=overwrite)
+    if report is not None and Path(report).resolve() == table.resolve():
+        raise InputError("is the table of jobs", argument="report", value=report)
+    results = []
+    with ExitStack() as stack:
+        add = None if report is None else stack.enter_context(_written(Path(report)))
+        client = stack.enter_context(_client(scheduler, workers or min(processors, len(rows))))
+        made = stack.enter_context(closing(_run(client, rows)))
+        for result in tracked(made, len(rows), "completing", progress):
+            results.append(result)
+            if add is not None:
+                add(result)
+    found = {one.status for one in results}
+    return BatchReport(
+        quality="failed" if "failed" in found else "doubtful" if "doubtful" in found else "good",
+        output=table,
+        results=tuple(results),
+    )
+
+
+def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
+    """Reads the jobs of a table.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is invalid; the error names the line and the column.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file, strict=True)
+            _check_columns(path, table.fieldnames or [])
+            jobs: list[Job] = []
+            lines: dict[str, int] = {}
+            for row in table:
+                jobs.append(_job(path, table.line_num, row, overwrite))
+                first = lines.setdefault(os.path.realpath(jobs[-1].output), table.line_num)
+                if first != table.line_num:
+                    told = f"{row['output']!r} is the output of line {first} already"
+                    raise _wrong(path, table.line_num, "output", told)
+            return jobs
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"is not a table of comma-separated values: {error}", file=path) from error
+
+
+def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError:
+    place = f"line {line}" if column is None else f"line {line}: {column}"
+    return InputError(reason, argument=place, file=path)
+
+
+def _check_columns(path: Path, columns: Sequence[str]) -> None:
+    for needed in ([*_VERBS], ["output"]):
+        if not set(needed) & set(columns):
+            used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
+            hint = f"; separate the values by commas instead of {used[0]}" if used else ""
+            listed = " or ".join(repr(name) for name in needed)
+            raise InputError(f"has no column {listed}{hint}", file=path)
+
+
+def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
+    if None in row or None in row.values():
+        raise _wrong(path, line, None, "has more or fewer values than there are columns")
+    given = {column: text for column, text in row.items() if text}
+    kinds = [kind for kind in _VERBS if kind in given]
+    if len(kinds) > 1:
+        raise _wrong(path, line, kinds[1], f"cannot be combined with {kinds[0]}")
+    kind = kinds[0] if kinds else "input"
+    verb = _VERBS[kind]
+    names = [*(["template"] if kind == "scan" else []), kind, "output"]
+    for name in names:
+        if name not in given:
+            raise _wrong(path, line, name, "is empty")
+    words = [given.pop(name) for name in names]
+    columns = {f"--{column.replace('_', '-')}": column for column in given}
+    for option, column in columns.items():
+        words += [f"{option}={text}" for text in _values(given[column])]
+    try:
+        arguments = bound(verb, words)
+    except InputError as error:
+        option = option_of(verb, error.argument) if error.argument else ""
+        raise _wrong(path, line, columns.get(option), error.reason) from error
+    arguments.arguments["overwrite"] = overwrite
+    under = arguments_of(arguments, path.parent)
+    here = path.parent / row[kind], path.parent / row["output"]
+    return Job(line, kind, *here, *under)
+
+
+def _values(text: str) -> list[str]:
+    """The values of a cell, which semicolons separate."""
+    return [part.strip() for part in text.split(";")]
+
+
+@contextmanager
+def _written(path: Path) -> Iterator[Callable[[Result], None]]:
+    """Opens a table of results, and yields a function that adds one."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(_OWN)
+
+        def add(result: Result) -> None:
+            table.writerow(
+                f"{result.seconds:.3f}" if name == "seconds" else getattr(result, name)
+                for name in _OWN
+            )
+            file.flush()  # so that a killed process leaves its results
+
+        yield add
+
+
+def _run(client: Any, jobs: Sequence[Job]) -> Generator[Result, None, None]:
+    """Yields the results in the order of the jobs; a job whose worker dies goes to another one."""
+    futures = client.map(run_job, jobs, pure=False)
+    for job, future in zip(jobs, futures, strict=True):
+        try:
+            yield future.result()
+        except Exception as error:  # an error of the worker, not of the job
+            why = f"{job.input}: the worker was lost: {in_one_line(error)}"
+            yield Result(job.input, job.output, "failed", why)
+
+
+def run_job(job: Job) -> Result:
+    """Runs a job in this process; whatever goes wrong is in the result."""
+    began = time.monotonic()
+
+    def result(status: Status, reason: str, **more: Any) -> Result:
+        seconds = time.monotonic() - began
+        return Result(job.input, job.output, status, reason, seconds=seconds, **more)
+
+    try:
+        report = _VERBS[job.kind](*job.arguments, **job.options)
+    except FileExistsError as error:
+        return result("exists", in_one_line(error))
+    except Exception as error:  # no error may stop the other jobs
+        told = in_one_line(error)
+        return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
+    frames = getattr(report, "frames", 0) or len(getattr(report, "scans", ()))
+    status: Status = "done" if report.quality == "good" else "doubtful"
+    status = "failed" if report.quality == "failed" else status
+    return result(status, report.reason, frames=frames, remarks=report.remarks)
+
+
+@contextmanager
+def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
+    """A client of a scheduler, or of a cluster on this machine, which ends with the block."""
+    dask, distributed = (require(name, extra="batch") for name in ("dask", "distributed"))
+    with ExitStack() as stack:
+        address: Any = scheduler
+        if scheduler is None:
+            scratch = stack.enter_context(TemporaryDirectory())
+            stack.enter_context(dask.config.set(temporary_directory=scratch))
+            cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                memory_limit=0,  # or else Dask would kill a job that needs more than its share
+                dashboard_address="127.0.0.1:0",  # any port: two clusters may run at once
+                silence_logs=logging.ERROR,  # of workers that end in the middle of a job
+            )
+            address = stack.enter_context(cluster)
+        try:
+            client = distributed.Client(address)
+        except (OSError, ValueError) as error:
+            raise OSError(f"no Dask scheduler answers at {scheduler}") from error
+        yield stack.enter_context(client)

@@ -1,0 +1,257 @@
+"""Completion from file to file, in constant memory."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from .._command import How, Output, What
+from .._report import Report
+from ..calibration import in_words
+from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
+from ..completion.tally import LONG
+from ..completion.training import Training, TrainingFiles, paths_of
+from ..completion.ways import complete_frames, settings_for
+from ..files import PathLike, Source, naming, target_over
+from ..files.header import MeshFile
+
+_MANY = 0.01  # of the vertices
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileReport(Report):
+    """What :func:`complete_file` has done.
+
+    Attributes:
+        output: the file that was written.
+        frames: number of frames of the sequence.
+        start: the number, in its file, of the whole frame from which completion started; None for a
+            template.
+        completed: number of frames that were completed; from both sides, each counts twice.
+        seconds_per_frame: median time of :meth:`dynmesh.Completer.push`, without reading and
+            writing; None if there was nothing to complete.
+        known: number of known vertices, summed over these frames. A whole frame from which
+            completion starts is not among them.
+        filled: number of vertices that were filled in.
+        disconnected: number of vertices that no edges connected to a known one.
+        rejected: number of vertices that were observed but treated as missing: see
+            `reject_outliers`.
+        empty: number of frames in which nothing was observed.
+        hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
+            detail, which keeps their shape.
+        prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
+            frames in which some vertices were known and others missing; None if there are none.
+        prior_share: the share of the residual that its poses explain, over the same frames.
+        within_90: with `uncertainty`, the distance within which 90 % of the vertices that were
+            filled in are expected to be, in the unit of the positions; None if there are none.
+        dropped: the number of vertices that were left missing, since their standard error exceeds
+            `drop_above`.
+    """
+
+    output: Path
+    frames: int
+    start: float | None
+    completed: int
+    seconds_per_frame: float | None
+    known: int
+    filled: int
+    disconnected: int
+    rejected: int
+    empty: int = 0
+    hidden_long: int = 0
+    prior_weight: float | None = None
+    prior_share: float | None = None
+    within_90: float | None = None
+    dropped: int = 0
+
+    def lines(self) -> list[str]:
+        """Says how many frames were completed, how fast, and the shares of the vertices."""
+        return [*self._done(), *super().lines()]
+
+    def _done(self) -> Iterator[str]:
+        if self.seconds_per_frame is None:
+            yield "there is only one frame, so no other was completed"
+            return
+        frames = min(self.completed, self.frames)
+        sides = self.completed > self.frames
+        how, each = (" from both sides", "for each side") if sides else ("", "each")
+        rate = frames / (self.completed * self.seconds_per_frame)
+        yield (
+            f"{frames} frames completed{how} in {1e3 * self.seconds_per_frame:.3g} ms {each} "
+            f"(median), {rate:.0f} frames per second without reading and writing"
+        )
+        whole = self.known + self.filled + self.disconnected
+        if self.rejected:
+            share = 100 * self.rejected / whole
+            yield f"{self.rejected} outliers rejected, {share:.3g} % of the vertices"
+        if self.filled + self.disconnected == 0:
+            yield "nothing was missing"
+            return
+        known, filled, disconnected = (
+            f"{100 * count / whole:.3g} %" for count in (self.known, self.filled, self.disconnected)
+        )
+        where = "" if self.start is None else f", frame {self.start} not counted"
+        shares = f"known {known}, filled in {filled}, disconnected {disconnected}"
+        yield f"{shares} of the vertices{where}"
+        if self.prior_weight == 0:
+            yield "the training sequence did not help and was not used"
+        elif self.prior_weight is not None:
+            yield (
+                f"training: prior weight {self.prior_weight:.2g} on average; its shapes explain "
+                f"{100 * (self.prior_share or 0):.3g} % of the residual"
+            )
+        if self.empty:
+            yield f"nothing was observed in {self.empty} of the frames"
+        long = self.hidden_long / (whole // self.completed)
+        if long >= _MANY:
+            yield (
+                f"{100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
+                "method detail, the default, preserves their shape"
+            )
+        if self.dropped:
+            share = 100 * self.dropped / (self.filled + self.disconnected)
+            yield (
+                f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
+                "observed, all frames together: their standard error is too large"
+            )
+
+
+def complete_file(
+    path: PathLike,
+    output: PathLike,
+    *,
+    start: What[Start] = "auto",
+    template: What[PathLike | None] = None,
+    source: Source | None = None,
+    method: How[Literal["detail", "motion"]] = "detail",
+    noise: How[float | None] = None,
+    reject_outliers: How[bool] = False,
+    training: How[TrainingFiles | None] = None,
+    learn: How[bool] = False,
+    bidirectional: How[bool] = False,
+    threads: How[int] = 1,
+    uncertainty: Output[bool] = False,
+    provenance: Output[bool] = False,
+    drop_above: Output[float | None] = None,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> FileReport:
+    """Fills in the missing vertices of every frame of a file.
+
+    Each frame is completed from itself and from those between it and a whole frame, from which
+    completion starts; frames before that are completed backwards. No frame need be whole: what the
+    first one lacks is put together from the others, and the result is doubtful if that is probably
+    wrong. A USD file completed into another one becomes a layer over it, which keeps everything
+    else. The output appears under its name when it is complete.
+
+    Args:
+        path: the incomplete sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
+        output: the completed sequence.
+        start: the frame from which completion starts: "auto", the first without missing vertices,
+            else the best; "best", which knows most vertices; or the number of a frame.
+        template: a whole mesh, from which completion starts instead; it stands before frame 0, and
+            provides the faces of a file that holds none.
+        source: how to read `path`.
+        method: "detail" preserves the local shape, rotated with the motion; "motion" averages
+            motion vectors as in the paper, and is fast.
+        noise: standard deviation of the noise of known positions, in their unit, which are then
+            smoothed; without it, they are exact.
+        reject_outliers: whether known vertices that do not move like those around them count as
+            missing.
+        training: complete frames of the same mesh, such as a range-of-motion recording, from which
+            method detail learns how it varies; one file or several.
+        learn: whether to learn from the completed frames; twice as slow.
+        bidirectional: whether to complete each frame from both sides, which lowers errors by a
+            quarter and takes three to four times as long; implies `uncertainty` and, without
+            `training`, `learn`.
+        threads: the number of threads that may work on a frame.
+        uncertainty: whether to estimate the standard error of each vertex; written with
+            `provenance`.
+        provenance: whether to write how many edges each vertex is from an observed one
+            (generation), and for how many frames it was not observed (age).
+        drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
+            of the positions; implies `uncertainty`.
+        overwrite: whether to replace an existing output.
+        progress: whether to show a bar on standard error.
+
+    Raises:
+        FileExistsError: the output exists.
+        BlockingIOError: another process is writing it.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
+            is refused, or the template or a training frame is not whole or has another mesh.
+    """
+    check_start(start, template)
+    training_files = paths_of(training)
+    settings = settings_for(
+        {
+            "method": method,
+            "noise": noise,
+            "reject_outliers": reject_outliers,
+            "learn": learn,
+            "uncertainty": uncertainty,
+            "threads": threads,
+        },
+        bidirectional=bidirectional,
+        drop_above=drop_above,
+        trained=bool(training_files),
+    )
+    target = target_over(path, output)
+    given = [Path(path), *training_files, *([] if template is None else [Path(template)])]
+    target.check(overwrite=overwrite, others=filter(Path.is_file, given))
+    target.check_holds(["generation"] if provenance else [])
+    with open_with_template(path, template, source or {}) as (reader, first):
+        learnt = Training(training_files, reader, progress)
+        others = [*(first.files if first else ()), *learnt.files]
+        target.check(overwrite=overwrite, reader=reader, others=others)
+        header = replace(
+            reader.header,
+            has_known=drop_above is not None,
+            has_provenance=provenance,
+            has_standard_error=provenance and settings["uncertainty"],
+            standard_error_of="position",
+            mesh_file=MeshFile(Path(path), ()) if target.is_overlay else reader.header.mesh_file,
+        )
+        with target.create(header, overwrite=overwrite) as writer, naming(Path(path)):
+            whole = first or start_in(
+                reader,
+                start,
+                noise=noise,
+                outliers=reject_outliers,
+                threads=threads,
+                progress=progress,
+            )
+            tally = complete_frames(
+                reader,
+                whole,
+                learnt.completer(whole.points, settings),
+                writer,
+                bidirectional=bidirectional,
+                drop_above=drop_above,
+                folder=writer.folder,
+                progress=progress,
+            )
+    trained = bool(training_files and tally.prior_weight)
+    errors = in_words(tally.distances, reader.header.metres_per_unit)
+    return FileReport(
+        quality="doubtful" if whole.doubtful else "good",
+        reason=DOUBTFUL_START if whole.doubtful else "",
+        remarks=(
+            *writer.remarks,
+            *whole.remarks(reader.header, noise),
+            *([errors] if errors else []),
+        ),
+        output=Path(output),
+        frames=reader.n_frames,
+        start=whole.number_in(reader.header),
+        completed=len(tally.seconds),
+        seconds_per_frame=float(np.median(tally.seconds)) if tally.seconds else None,
+        **tally.counts,
+        empty=tally.empty,
+        hidden_long=int(np.count_nonzero(tally.hidden_long)),
+        prior_weight=float(np.mean(tally.prior_weight)) if trained else None,
+        prior_share=float(np.mean(tally.prior_share)) if trained else None,
+        within_90=tally.distances.within(0.9),
+        dropped=tally.dropped,
+    )

@@ -1,0 +1,143 @@
+"""Conversion of sequences: other formats, frames, axes, units and rates."""
+
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from .. import files
+from .._checks import check_path
+from .._command import How, Output, What
+from .._errors import KindError
+from .._progress import tracked
+from .._report import Report
+from ..files import PathLike, Source
+from ..files.conversion import Axis, Changes, Unit
+from ..files.memory import Collected, SequenceReader
+from ..sequence import Sequence
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConversionReport(Report):
+    """What :func:`convert_file` has done.
+
+    Attributes:
+        output: the file that was written.
+        frames: number of frames in it.
+        vertices: number of vertices of each.
+    """
+
+    output: Path
+    frames: int
+    vertices: int
+
+    def lines(self) -> list[str]:
+        """Says what was written."""
+        return [f"{self.frames} frames of {self.vertices} vertices", *super().lines()]
+
+
+def convert_file(
+    path: PathLike,
+    output: PathLike,
+    *,
+    frames: What[slice | range | None] = None,
+    up: What[Axis | None] = None,
+    unit: What[Unit | None] = None,
+    format: What[str | None] = None,
+    source: Source | None = None,
+    to_up: How[Axis | None] = None,
+    to_unit: How[Unit | None] = None,
+    scale: How[float | None] = None,
+    fps: How[float | None] = None,
+    retime: How[float | None] = None,
+    output_format: Output[str | None] = None,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> ConversionReport:
+    """Writes a sequence in another format, or with other frames, axes, units or rates.
+
+    Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. docs/formats.md says what
+    each format keeps.
+
+    Args:
+        path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
+        output: the result.
+        frames: from the number of the first frame to that after the last one, such as 1001:1050;
+            the frames keep their numbers.
+        up: the up axis of a file that states none.
+        unit: the unit of length of a file that states none: m, cm, mm, km, inch, foot, yard, or a
+            number of metres.
+        format: the format of the file, if its suffix does not say it.
+        source: how to read the file.
+        to_up: turn the points so that this axis is up.
+        to_unit: scale the points to this unit.
+        scale: multiply the points by this.
+        fps: frames per second; the frames stay as they are.
+        retime: resample to this many frames per second, by linear interpolation; a vertex is known
+            if it is in both neighbouring frames.
+        output_format: the format of the result, if its suffix does not say it.
+        overwrite: whether to replace an existing output.
+        progress: whether to show a bar on standard error.
+
+    Raises:
+        FileExistsError: the output exists.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written; the input
+            states another axis or unit; or one is needed that nothing states.
+    """
+    check_path("path", path)
+    check_path("output", output)
+    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps, retime)
+    target = files.target_of(output, output_format)
+    with files.open(path, format=format, **(source or {})) as reader:
+        target.check(overwrite=overwrite, reader=reader)
+        dropped = reader.has_provenance and not target.writer.keeps_provenance
+        with files.naming(reader.path):
+            conversion, indices = changes.of(reader.header)
+        header = replace(
+            conversion.header,
+            has_provenance=reader.has_provenance and not dropped,
+            has_standard_error=reader.header.has_standard_error and not dropped,
+        )
+        with (
+            target.create(header, overwrite=overwrite) as writer,
+            closing(reader.frames(indices.start, indices.stop, indices.step)) as read,
+        ):
+            for frame in conversion.frames(tracked(read, len(indices), "converting", progress)):
+                values = frame.attributes()
+                writer.append(frame.points, **{name: values[name] for name in header.attributes})
+        remarks = [*writer.remarks, *conversion.remarks()]
+    if dropped:
+        remarks.append("generation and age are not written; this format cannot hold them")
+    return ConversionReport(
+        output=Path(output),
+        frames=header.n_frames,
+        vertices=header.n_vertices,
+        remarks=tuple(remarks),
+    )
+
+
+def convert(
+    sequence: Sequence,
+    *,
+    frames: slice | range | None = None,
+    up: Axis | None = None,
+    unit: Unit | None = None,
+    to_up: Axis | None = None,
+    to_unit: Unit | None = None,
+    scale: float | None = None,
+    fps: float | None = None,
+    retime: float | None = None,
+) -> Sequence:
+    """Returns a sequence with other frames, axes, units or rates.
+
+    The sequence stays as it is. The arguments and errors are those of :func:`convert_file`.
+    """
+    if not isinstance(sequence, Sequence):
+        raise KindError(f"must be a Sequence, not {type(sequence).__name__}", argument="sequence")
+    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps, retime)
+    reader = SequenceReader(sequence)
+    with files.naming(reader.path):
+        conversion, indices = changes.of(reader.header)
+    made = Collected(conversion.header)
+    for frame in conversion.frames(reader.frames(indices.start, indices.stop, indices.step)):
+        made.append(frame.points, **frame.attributes())
+    return made.sequence()

@@ -1,0 +1,210 @@
+"""What a sequence is, and what is wrong with it."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass, field
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+
+from .. import files
+from .._command import Output, What
+from .._core import TopologyReport, TrainingSummary
+from .._errors import InputError
+from .._progress import tracked
+from .._report import Report
+from ..calibration import Distances, estimated, in_words
+from ..completion.training import Training, TrainingFiles, paths_of
+from ..diagnosis import Diagnosis, diagnose_frames
+from ..diagnosis.finding import MOST_PLACES
+from ..files import Frame, PathLike, Source
+
+_WIDTH = 80  # of findings, which are long
+_REFUSED_SHOWN = 3
+_BRIEF = 5  # indices of each finding
+_OF_TRAINING = ("frames", "variance_held", "rms_distance", "largest_distance")
+_ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InfoReport(Report):
+    """What :func:`info` has found.
+
+    Attributes:
+        format: the name of the format.
+        meshes: the paths of the meshes of a file with several, and whether each moves.
+        diagnosis: of the mesh; None if none was chosen.
+        training: what method detail would learn from the training files; None without any.
+        distances: of the standard errors that the file holds.
+        most_places: so many vertices, faces and frames of each finding are in :meth:`to_dict`.
+    """
+
+    format: str
+    meshes: Mapping[str, bool]
+    diagnosis: Diagnosis | None = None
+    training: TrainingSummary | None = None
+    distances: Distances = field(default_factory=Distances)
+    most_places: int = MOST_PLACES
+
+    def lines(self) -> list[str]:
+        """Describes the sequence, and lists the findings with advice."""
+        told = [f"{mesh}  {_MOVES[moves]}" for mesh, moves in self.meshes.items()]
+        if self.diagnosis is None:
+            return [*told, *super().lines()]
+        rows = [("format", self.format), *_rows(self.diagnosis)]
+        if self.training is not None:
+            rows += _training_rows(self.training, self.diagnosis.diagonal)
+        width = 2 + max(len(name) for name, _ in rows)
+        told += [*([""] if told else []), *(f"{name:{width}}{value}" for name, value in rows), ""]
+        words = in_words(self.distances, self.diagnosis.header.metres_per_unit)
+        told.append(self.diagnosis.summary)
+        for one in self.diagnosis.findings:
+            told += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
+            told += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+        return [*told, *([words] if words else [])]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the diagnosis, the meshes and what would be learned as values that JSON has."""
+        meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
+        if self.diagnosis is None:
+            return meshes
+        told = self.diagnosis.as_dict(most_places=self.most_places) | meshes
+        if self.training is not None:
+            told["training"] = {name: getattr(self.training, name) for name in _OF_TRAINING}
+        if self.diagnosis.header.has_standard_error:
+            told["within_90"] = self.distances.within(0.9)
+            told["standard_error_of"] = self.distances.standard_error_of
+        return told
+
+
+_MOVES = {True: "moves", False: "does not move"}
+
+
+def info(
+    path: PathLike,
+    *,
+    format: What[str | None] = None,
+    source: Source | None = None,
+    training: What[TrainingFiles | None] = None,
+    brief: Output[bool] = False,
+    strict: Output[bool] = False,
+    progress: bool = False,
+) -> InfoReport:
+    """Describes a sequence, and reports problems of its mesh and motion.
+
+    An error prevents completion. A warning means that the result will be less accurate or that the
+    data is probably faulty. A note is informational. docs/diagnosis.md explains all of them. Of a
+    file with several meshes (USD, Alembic), it lists these and describes the one that moves; if
+    there are several such, `prim` chooses one.
+
+    Args:
+        path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
+        format: the format of the file, if its suffix does not say it.
+        source: how to read the file.
+        training: also describe what method detail would learn from these files.
+        brief: with JSON, at most five vertices, faces and frames of each problem.
+        strict: whether an error or a warning makes the command fail.
+        progress: whether to show a bar on standard error.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: a file cannot be read. Problems of the mesh and
+            of the positions are findings, not errors.
+    """
+    source = source or {}
+    name = files.format_of(path, format).name
+    meshes = dict(files.meshes_of(path, format))
+    several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
+    if several and sum(several.values()) != 1 and not (strict or training):
+        told = ("describe one of them by its path",)
+        return InfoReport(format=name, meshes=several, remarks=told)
+    with files.open(path, format=format, **source) as reader, files.naming(reader.path):
+        if reader.n_vertices == 0:
+            raise InputError("has no vertices")
+        distances = Distances(reader.header.standard_error_of)
+        with closing(reader.frames()) as frames:
+            read = tracked(frames, reader.n_frames, "reading", progress)
+            diagnosis = diagnose_frames(reader.header, _counted(read, distances))
+        learnt = Training(paths_of(training), reader, progress)
+        summary = learnt.summary() if learnt else None
+    bad = strict and diagnosis.severity in ("error", "warning")
+    return InfoReport(
+        quality="failed" if bad else "good",
+        format=name,
+        meshes=several,
+        diagnosis=diagnosis,
+        training=summary,
+        distances=distances,
+        most_places=_BRIEF if brief else MOST_PLACES,
+    )
+
+
+def _counted(frames: Iterator[Frame], distances: Distances) -> Iterator[Frame]:
+    """Passes frames on, and counts their standard errors."""
+    for frame in frames:
+        if frame.standard_error is not None and frame.generation is not None:
+            counted = estimated(frame.generation, distances.standard_error_of)
+            distances.add(frame.standard_error, counted)
+        yield frame
+
+
+def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
+    header = diagnosis.header
+    first = header.number(0)
+    yield "frames", str(header.n_frames)
+    yield "frames per second", "unknown" if header.fps is None else f"{header.fps:g}"
+    if header.times is None:
+        yield "first frame", f"{header.start:.15g}"
+    else:
+        span = f"{header.times[0]:.15g} to {header.times[-1]:.15g}"
+        yield "times of frames", f"{span}, not evenly spaced"
+    yield "vertices", f"{header.n_vertices}, {header.dtype}"
+    if header.polygons is None:
+        yield "faces", str(len(header.faces))
+    else:
+        n_polygons = len(header.polygons.sizes)
+        yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
+    yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
+    likely = diagnosis.likely_unit
+    guess = f"; probably {likely.name} if this is a person or an animal" if likely else ""
+    said = header.metres_per_unit
+    yield "unit of length", f"unknown{guess}" if said is None else f"{said:g} m"
+    yield "name", header.name or "unknown"
+    yield "known masks", "yes" if header.has_known else "no"
+    bars = header.has_standard_error
+    yield "generation and age", "yes" if header.has_provenance else "no"
+    yield "standard errors", _ERRORS_OF[header.standard_error_of] if bars else "no"
+    yield f"known after frame {first}", _shares(diagnosis.known_share[1:].tolist())
+    yield "bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame {first}"
+    if diagnosis.mean_edge is not None:
+        yield "mean edge", f"{diagnosis.mean_edge:g}, of frame {first}"
+    if diagnosis.topology is not None:
+        yield from _topology_rows(diagnosis.topology)
+
+
+def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
+    yield "components", str(topology.components)
+    yield "isolated vertices", str(topology.isolated_vertices)
+    closed = "" if topology.boundary_edges else ", closed"
+    yield "boundary edges", f"{topology.boundary_edges}{closed}"
+    yield "refused faces", str(len(topology.refused_faces))
+    for face in topology.refused_faces[:_REFUSED_SHOWN]:
+        yield "", f"face {face.index}: {face.reason}"
+    if len(topology.refused_faces) > _REFUSED_SHOWN:
+        yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
+
+
+def _training_rows(summary: TrainingSummary, diagonal: float) -> Iterator[tuple[str, str]]:
+    def shown(distance: float) -> str:
+        return f"{distance:.3g} ({100 * distance / diagonal:.3g} % of the diagonal)"
+
+    yield "training", f"{summary.frames} frames"
+    yield "its modes hold", f"{100 * summary.variance_held:.3g} % of the variance of its shapes"
+    yield "its poses are", f"{shown(summary.rms_distance)} from the first whole frame,"
+    yield "", f"{shown(summary.largest_distance)} at most"
+
+
+def _shares(shares: list[float]) -> str:
+    if not shares:
+        return "no further frames"
+    return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"

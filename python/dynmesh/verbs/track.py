@@ -1,0 +1,362 @@
+"""Tracking from files of scans to the file of a mesh, in constant memory."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import files
+from .._checks import check_flag, check_integer, check_path
+from .._command import How, Output, What
+from .._core import Alignment, Tracker
+from .._errors import InputError, locating
+from .._progress import tracked
+from .._report import Report
+from ..completion.start import template_of
+from ..completion.training import Training, TrainingFiles, paths_of
+from ..degrade.shared import mean_edge_of
+from ..files import PathLike, Reader
+from ..files.format import Gaps
+from ..files.new_output import check_output
+from ..registration import Landmarks, Registration
+from ..scans import PointScan, Scan, ScanReader, open_scans
+from ..scans.reader import DepthReader
+from ..sequence import Positions
+from ..tracking.fit_table import fit_table, judge
+from ..tracking.fits import Fits
+from ..tracking.landmarks import read_landmarks
+from ..tracking.placing import Placed, placed, units_of
+from ..tracking.room import Crop, Room, crop_of
+
+_FAR = 1.5
+"""Mean edges between a moved template and a scan beyond which their poses probably differ."""
+_SIZES = 1.5
+"""A scan so many times larger or smaller than a moved template is probably in another unit."""
+_FEW = 0.05
+"""Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
+_NAMED = 3
+"""Lost images that are named."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TrackFileReport(Report):
+    """What :func:`track_file` has done.
+
+    Attributes:
+        quality: "good"; "doubtful" if the share of far points is above 0.02, a camera is suspected,
+            or the registration is doubtful; "ruined", which is probable, above 0.05.
+        output: the file that was written.
+        frames: number of frames in it.
+        seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
+            was tracked.
+        observed: share of the vertices that had a correspondence in the scan, on average over the
+            frames in which there was a scan; None if there are none.
+        far: share of the points of those frames that are farther than one mean edge from the mesh,
+            without planes of the surroundings. It tells best how well they were tracked; None if
+            there are none.
+        worst: the frames with a share above 0.05, at most five, the worst one first, each with its
+            number, that of its file, and its share.
+        cameras: that share for each camera that saw points.
+        suspects: the cameras whose share is above 0.05 and more than twice the median of the
+            others, or whose points that are not far are more than three times as far from the mesh
+            as the median of those of the others.
+        empty: number of frames without a scan, or whose scan had no points.
+        recovered: number of frames in which the mesh was lost and found again by a registration.
+        lost: a sentence for each depth image that was missing or damaged; the frame was tracked
+            with those of the other cameras.
+        distance: of the template from the first scan, in mean edges, before it was moved.
+        alignment: the rigid motion of the template that put it into the first scan; None if it lay
+            there already.
+        registration: of the template with the first scan, if it had another pose there.
+        prior_weight: how far the shapes of the training frames were used, from 0 to 1, on average
+            over the same frames; None without them.
+    """
+
+    output: Path
+    frames: int
+    seconds_per_frame: float | None = None
+    observed: float | None = None
+    far: float | None = None
+    worst: tuple[tuple[int, float], ...] = ()
+    cameras: Mapping[str, float] = field(default_factory=dict)
+    suspects: tuple[str, ...] = ()
+    empty: int = 0
+    recovered: int = 0
+    lost: tuple[str, ...] = ()
+    distance: float | None = None
+    alignment: Alignment | None = field(default=None, repr=False)
+    registration: Registration | None = field(default=None, repr=False)
+    prior_weight: float | None = None
+
+    def lines(self) -> list[str]:
+        """Says how the template was placed, how well it was tracked, and how fast."""
+        return [*self._placed(), *self._done(), *super().lines()]
+
+    def _placed(self) -> Iterator[str]:
+        if self.registration is not None:
+            yield (
+                "the template was not in the pose of the first scan and was registered with it: "
+                f"{self.registration.quality}"
+            )
+        if self.alignment is not None:
+            found = self.alignment
+            yield (
+                f"the template was {found.before:.3g} mean edges from the first scan; a rotation "
+                f"by {_degrees(found.rotation):.3g} degrees and a shift put it {found.after:.3g} "
+                "from it"
+            )
+            if found.after > _FAR:
+                yield (
+                    "that is far; the template is probably not in the pose of the first scan, so "
+                    "look at the first frames"
+                )
+            if not 1 / _SIZES < found.ratio < _SIZES:
+                yield (
+                    f"the scan is {found.ratio:.3g} times as large as the template; if that is "
+                    "wrong, state the units"
+                )
+
+    def _done(self) -> Iterator[str]:
+        if self.seconds_per_frame is not None and self.observed is not None:
+            if self.quality == "good" and self.far is not None:
+                yield f"good; {self.far:.2%} of the points are far from the mesh"
+            yield (
+                f"{self.frames} frames tracked in {1e3 * self.seconds_per_frame:.3g} ms each "
+                f"(median); {100 * self.observed:.3g} % of the vertices were seen"
+            )
+            if self.observed < _FEW:
+                yield "so few, that the scans are probably not of this mesh or of another unit"
+        if self.recovered:
+            yield (
+                f"in {self.recovered} of the frames, the mesh was lost and found again by a "
+                "registration"
+            )
+        if self.empty:
+            yield f"{self.empty} of the frames had no points"
+        if n := len(self.lost):
+            named = "; ".join(self.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
+            yield f"{n} depth image{'s were' if n > 1 else ' was'} lost: {named}"
+        if self.prior_weight is not None:
+            yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
+
+
+def _degrees(rotation: NDArray[np.float64]) -> float:
+    """Returns the angle of a rotation."""
+    cosine = (np.trace(rotation) - 1) / 2
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def track_file(
+    scans: PathLike,
+    output: PathLike,
+    *,
+    template: What[PathLike],
+    landmarks: What[PathLike | None] = None,
+    cameras: What[PathLike | None] = None,
+    scan_unit: What[float | str | None] = None,
+    gaps: What[Gaps] = "refuse",
+    crop: What[Crop | str | None] = None,
+    remove_planes: What[bool] = False,
+    recover: How[bool] = True,
+    training: How[TrainingFiles | None] = None,
+    threads: How[int] = 1,
+    uncertainty: Output[bool] = False,
+    provenance: Output[bool] = False,
+    report: Output[PathLike | None] = None,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> TrackFileReport:
+    """Tracks a mesh through scans whose points belong to no vertex.
+
+    The template is placed in the first scan that has points: it stays where it is if it lies there,
+    or else is moved rigidly, or else, in another pose, is registered. Where a scan is missing or
+    empty, the mesh is carried on; a damaged depth image counts as missing. The result is doubtful
+    or probably ruined if many points are far from the mesh. It states no frames per second; a
+    conversion does.
+
+    Args:
+        scans: point clouds (PLY, XYZ, NPY, NPZ) or depth images (16-bit PNG), one file per frame: a
+            folder, or a pattern such as 'depth/*.png'.
+        output: the tracked sequence.
+        template: the mesh, best in the pose of the first scan.
+        landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
+            for a registration, in the unit of the scans.
+        cameras: poses and intrinsics of the cameras, required for depth images; else,
+            `cameras.json` beside the scans.
+        scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
+            number of metres; else, as their files state it, or that of the template.
+        gaps: what frames and images are whose file is missing: "refuse" makes them an error, "lost"
+            what was not observed.
+        crop: leave out points farther than this from the box of the mesh in the last frame, or
+            outside the box x,y,z,x,y,z, in the unit of the template.
+        remove_planes: whether to leave out floor and walls: planes in the first scan that are
+            larger than the template.
+        recover: whether to register the mesh anew with a scan in which it is lost, at most once in
+            ten frames.
+        training: complete frames of the same mesh, from which it is learned how it varies; one file
+            or several.
+        threads: the number of threads that may work on a frame.
+        uncertainty: whether to estimate the standard error of the distance of each vertex from the
+            true surface; written with `provenance`.
+        provenance: whether to write how many edges each vertex is from one that was seen
+            (generation), and for how many frames it was not seen (age).
+        report: a CSV file to write with how well each frame fits, and each camera in it.
+        overwrite: whether to replace existing outputs.
+        progress: whether to show a bar on standard error.
+
+    Raises:
+        FileExistsError: an output exists.
+        BlockingIOError: another process is writing it.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
+            is refused, or the template is not found in the first scan.
+    """
+    for name, path in (("scans", scans), ("output", output), ("template", template)):
+        check_path(name, path)
+    for name, given in (("landmarks", landmarks), ("cameras", cameras), ("report", report)):
+        if given is not None:
+            check_path(name, given)
+    for name, flag in (
+        ("remove_planes", remove_planes),
+        ("recover", recover),
+        ("uncertainty", uncertainty),
+        ("provenance", provenance),
+    ):
+        check_flag(name, flag)
+    check_integer("threads", threads, 1)
+    room, training_files = Room(crop_of(crop), remove_planes), paths_of(training)
+    target = files.target_of(output)
+    target.check(overwrite=overwrite)
+    target.check_holds(["generation"] if provenance else [])
+    files.check_suffix(template)
+    with files.open(template) as mesh:
+        reader = open_scans(scans, cameras=cameras, gaps=gaps)
+        unit, factor = units_of(reader, mesh, scan_unit)
+        marks = None if landmarks is None else read_landmarks(Path(landmarks))
+        learnt = Training(training_files, mesh, progress)
+        own = [] if landmarks is None else [Path(landmarks)]
+        inputs = [*mesh.files, *reader.files, *learnt.files, *own]
+        target.check(overwrite=overwrite, others=inputs)
+        if report is not None:
+            check_output(Path(report), overwrite, inputs=inputs)
+            if Path(report).resolve() == target.path.resolve():
+                raise InputError("is also the output", argument="report", value=report)
+        times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
+        header = replace(
+            mesh.header,
+            metres_per_unit=unit,
+            n_frames=reader.n_frames,
+            fps=None,
+            start=reader.start,
+            times=None if reader.step == 1 else times,
+            has_known=False,
+            has_provenance=provenance,
+            has_standard_error=provenance and uncertainty,
+            standard_error_of="surface",
+        )
+        with (
+            fit_table(None if report is None else Path(report), overwrite) as table,
+            target.create(header, overwrite=overwrite) as writer,
+            files.naming(Path(scans)),
+        ):
+            at = _place(reader, mesh, room, factor, marks)
+            tracker = learnt.tracker(
+                at.points, threads=threads, uncertainty=uncertainty, recover=recover
+            )
+            fits = Fits(
+                mean_edge=mean_edge_of(at.points, mesh.faces),
+                advice=_LOOK if isinstance(reader, DepthReader) else "",
+                registered=at.doubt,
+            )
+            seconds = []
+            read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
+            for frame, scan in enumerate(read):
+                with locating(frame=reader.number(frame)):
+                    seen = _subject(scan, room, factor)
+                    points = _push(tracker, seen)
+                if seen is not None:
+                    room.follow(points)
+                    seconds.append(tracker.report.seconds)
+                judge(fits, table, reader, frame, seen, tracker, mesh.faces, points)
+                names = header.attributes
+                writer.append(points, **{name: getattr(tracker, name) for name in names})
+    n = fits.frames
+    unwritten = uncertainty and not provenance
+    return TrackFileReport(
+        quality=fits.quality,
+        reason=fits.reason,
+        remarks=(
+            *writer.remarks,
+            *fits.remarks,
+            *(["standard errors are not in the file; provenance writes them"] if unwritten else []),
+        ),
+        output=Path(output),
+        frames=header.n_frames,
+        seconds_per_frame=float(np.median(seconds)) if seconds else None,
+        observed=fits.observed / n if n else None,
+        far=fits.far,
+        worst=tuple(fits.worst),
+        cameras=fits.shares,
+        suspects=fits.suspects,
+        empty=fits.empty,
+        recovered=fits.recovered,
+        lost=tuple(reader.lost),
+        distance=at.distance,
+        alignment=at.alignment,
+        registration=at.registration,
+        prior_weight=fits.prior_weight / n if n and training_files else None,
+    )
+
+
+_LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
+
+
+def _place(
+    scans: ScanReader, mesh: Reader, room: Room, factor: float, landmarks: Landmarks | None
+) -> Placed:
+    """Finds the template in the first scan with points, and the room around it.
+
+    Raises:
+        ValueError: there is none, nothing is left of it without the room, or the template is not
+            found.
+    """
+    template = template_of(mesh)
+    scan = next((one for one in scans.frames() if one is not None and one.has_points), None)
+    if scan is None:
+        raise InputError("no frame has points", file=scans.path)
+    scan = scan.scaled(factor)
+    room.look(scan, mesh.faces, template)
+    left = room.without(scan)
+    if not left.has_points:
+        raise InputError(
+            "nothing is left of the first scan without floor, walls and what is cropped; is the "
+            "subject in it?",
+            file=scans.path,
+        )
+    if landmarks is not None:
+        landmarks = landmarks[0], landmarks[1] * factor
+    try:
+        found = placed(mesh.faces, template, left, landmarks)
+    except InputError as error:
+        advice = f"; {_LOOK}" if isinstance(scans, DepthReader) else ""
+        raise InputError(f"{error}{advice}", file=mesh.path) from error
+    room.follow(found.points)
+    return found
+
+
+def _subject(scan: Scan | None, room: Room, factor: float) -> Scan | None:
+    """What a scan shows of the subject, in the unit of the template; None if nothing."""
+    if scan is None:
+        return None
+    left = room.without(scan.scaled(factor))
+    return left if left.has_points else None
+
+
+def _push(tracker: Tracker, scan: Scan | None) -> Positions:
+    """Returns the mesh as it lies in a scan, or as it is carried on."""
+    if scan is None:
+        return tracker.skip()
+    if isinstance(scan, PointScan):
+        return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+    return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
