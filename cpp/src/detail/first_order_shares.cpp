@@ -50,7 +50,7 @@ double FirstOrderShares::largest() const {
 
 bool FirstOrderShares::is_due() const {
   const auto gap = static_cast<std::uint64_t>(constants_.gap);
-  return frame_ % std::min(gap, std::bit_floor(frame_)) == 0;
+  return frame_ < gap ? std::has_single_bit(frame_) : frame_ % gap == 0;
 }
 
 double FirstOrderShares::probability_of(const Drawn& component) const {

@@ -32,7 +32,8 @@ class FirstOrderShares {
   /// Counts a frame. Called once for each frame after frame 0.
   void count_frame() { ++frame_; }
 
-  /// Whether this frame is to be tested: many of the first ones, and then fewer.
+  /// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,
+  /// since nothing is known yet.
   [[nodiscard]] bool is_due() const;
 
   /// Draws the anchors to leave out and sets `is_left_out` (k,). Returns false if there are none.

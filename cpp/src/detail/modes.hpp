@@ -58,7 +58,6 @@ class Modes {
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
   /// The share of the variance over the training sequence that the global modes hold, 0 to 1.
   [[nodiscard]] double variance_held() const { return variance_held_; }
-
   /// The number of frames of the training, whose squared coefficients are at most this; 0 without.
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Of vertex v on one side; not normalised. Infinity where the standard error is 0.
+/// Of vertex v on one side; not normalised. The exponent would be -2 if standard errors were exact;
+/// as they are estimates, it is smaller. Infinity where the standard error is 0.
 double weight_of(const SideResult& side, std::size_t v, const WholeFrameConstants& constants) {
   const double weight = std::pow(side.standard_error[v], -1.5);
   if (std::isinf(side.age[v])) return constants.never_seen * weight;
