@@ -1,34 +1,70 @@
-"""The modules of the package import one another in one direction."""
+"""The parts of the package and of the C++ code use one another in one direction.
+
+docs/architecture.md draws it.
+"""
 
 import ast
 import re
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from conftest import REPOSITORY
 
 PACKAGE = REPOSITORY / "python" / "dynmesh"
+CPP = REPOSITORY / "cpp"
 
 WITH = {"sequence": ("metrics", "true_surface", "calibration", "matrices", "baselines")}
 """Modules that stand with another one."""
 
 
-def layers() -> list[list[set[str]]]:
-    """The parts of the package from low to high, as CONTRIBUTING.md states them in one line.
+class Place(NamedTuple):
+    """Where a part stands in the diagram: rows count from above.
 
-    Parts that stand side by side, in braces, are several sets of one layer.
+    Rows that follow one another and are divided are a block. `column` is None in others.
     """
-    text = (REPOSITORY / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    (line,) = re.findall("^core -> .*$", text, flags=re.MULTILINE)
-    stated = [
-        [{name, *WITH.get(name, ())} for name in re.findall(r"\w+", part)]
-        for part in line.split("->")
+
+    row: int
+    block: int
+    column: int | None
+
+    def may_use(self, other: "Place") -> bool:
+        """Whether what stands here may use what stands there."""
+        if self == other:
+            return True
+        is_beside = self.block == other.block and self.column != other.column
+        return other.row > self.row and not is_beside
+
+
+def places(root: str) -> dict[str, Place]:
+    """The place of each part below a folder."""
+    text = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
+    (diagram,) = re.findall(rf"^({root} +)what it contains\n((?:  .*\n)+)", text, re.MULTILINE)
+    width, found, block = len(diagram[0]), dict[str, Place](), 0
+    was_divided = False
+    for row, line in enumerate(diagram[1].splitlines()):
+        cells = line[:width].split("|")
+        is_divided = len(cells) > 1
+        block += not (is_divided and was_divided)
+        was_divided = is_divided
+        for column, cell in enumerate(cells):
+            place = Place(row, block, column if is_divided else None)
+            for part in re.findall(r"\w+", cell):
+                assert part not in found, part
+                found |= dict.fromkeys((part, *WITH.get(part, ())), place)
+    return found
+
+
+def misplaced(graph: dict[str, set[str]], place: dict[str, Place]) -> list[str]:
+    """What uses a part that the diagram does not let it use."""
+    return [
+        f"{name} uses {other}"
+        for name, others in graph.items()
+        for other in others
+        if not place[name].may_use(place[other])
     ]
-    named = {part for layer in stated for parts in layer for part in parts}
-    stated[0] = [{at_the_top(name) for name in modules()} - named - {"", "__main__"}]
-    return stated
 
 
 def modules() -> dict[str, Path]:
@@ -79,26 +115,47 @@ def test_no_module_imports_itself_by_way_of_others(graph: dict[str, set[str]]) -
     TopologicalSorter(graph).prepare()  # or a CycleError names the cycle
 
 
-def test_no_part_imports_a_higher_one_or_one_beside_it(graph: dict[str, set[str]]) -> None:
-    stated = layers()
-    place = {
-        part: (level, number)
-        for level, layer in enumerate(stated)
-        for number, parts in enumerate(layer)
-        for part in parts
+def test_no_part_of_the_package_imports_a_higher_one_or_one_beside_it(
+    graph: dict[str, set[str]],
+) -> None:
+    place = places("python/dynmesh")
+    core = place.pop("core")
+    parts = {at_the_top(name) for name in graph}
+    assert place.keys() <= parts
+    place = dict.fromkeys(parts, core) | place
+    place |= {"": Place(-1, -1, None), "__main__": Place(-2, -2, None)}
+    by_module = {name: place[at_the_top(name)] for name in graph}
+    assert misplaced(graph, by_module) == []
+
+
+def test_no_folder_of_cpp_includes_a_higher_one_or_one_beside_it() -> None:
+    folders = {path.name: path for path in (CPP / "src").iterdir()}
+    folders |= {name: CPP / name for name in ("apps", "bindings")}
+    place = places("cpp/src")
+    assert folders.keys() == place.keys()
+    includes = {}
+    for name, folder in folders.items():
+        texts = [file.read_text() for file in folder.glob("*.[ch]pp")]
+        assert texts, name
+        found = {one for text in texts for one in re.findall(r'^#include "(\w+)/', text, re.M)}
+        includes[name] = found - {name}
+    assert misplaced(includes, place) == []
+    TopologicalSorter(includes).prepare()
+
+
+def test_public_headers_need_the_standard_library_only() -> None:
+    for header in (CPP / "include" / "dynmesh").iterdir():
+        assert not re.findall(r'^#include "', header.read_text(), flags=re.MULTILINE), header.name
+
+
+def test_only_the_mesh_layer_includes_openmesh() -> None:
+    including = {
+        path.parent.name for path in CPP.rglob("*.?pp") if "<OpenMesh/" in path.read_text()
     }
-    place |= {"": (len(stated), 0), "__main__": (len(stated) + 1, 0)}
-    wrong = []
-    for name, others in graph.items():
-        level, number = place[at_the_top(name)]
-        for other in others:
-            other_level, other_number = place[at_the_top(other)]
-            if other_level > level or (other_level == level and other_number != number):
-                wrong.append(f"{name} imports {other}")
-    assert wrong == []
+    assert including == {"mesh"}
 
 
 def test_the_compiled_core_imports_errors_and_polygons_alone() -> None:
-    sources = (REPOSITORY / "cpp" / "bindings").glob("*.cpp")
+    sources = (CPP / "bindings").glob("*.cpp")
     found = [re.findall(r'import\("dynmesh\.(\w+)', source.read_text()) for source in sources]
     assert {module for modules in found for module in modules} == {"_errors", "polygons"}

@@ -314,21 +314,6 @@ def test_the_diagonal_of_the_walker_in_mean_edges() -> None:
     assert round(found.diagonal / found.mean_edge) == int(told)
 
 
-def test_the_map_of_the_code_is_whole() -> None:
-    document = (REPOSITORY / "CONTRIBUTING.md").read_text()
-    _, _, after = document.partition("\n## Where everything is\n")
-    named = set(re.findall(r"`([\w/]+)`", after.partition("\n## ")[0]))
-    roots = ("cpp", "cpp/src", "python/dynmesh", "tests", "")
-    folders = {
-        str(path.relative_to(REPOSITORY))
-        for root in roots
-        for path in (REPOSITORY / root).iterdir()
-        if path.is_dir() and not re.match(r"[._]|build|demo|dist", path.name)
-    }
-    assert len(folders) > 20
-    assert not folders - named - {"cpp", "python", "tests"}
-
-
 def test_every_dependency_has_a_row_with_its_extras() -> None:
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
     extras = project["project"]["optional-dependencies"]

@@ -3,7 +3,7 @@
 /// table.
 ///
 /// A new setting is a member of Settings, a row here, a field of dynmesh_settings in C, and a key
-/// of the type Settings in python/dynmesh/_settings.py.
+/// of the type Settings in python/dynmesh/settings.py.
 #pragma once
 
 #include <dynmesh/dynmesh.h>
