@@ -1,11 +1,12 @@
-"""Makes the pictures of docs/method.md, docs/gallery.md and the guides training and track.
+"""Makes the pictures of four pages of docs and, from recordings, of docs/how_it_works.md.
 
     python -m benchmarks.figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
 writes OUT/PAGE/* for PAGE method, gallery, training and track, or for one of them, from the
-built-in sequences; OUT is docs/figures unless it is given. With --data, the gallery includes
-OUT/recorded/* of the recordings in that folder. Without libigl, its columns are left out. Takes
-about five minutes; a draft takes seconds, as it shows a small sheet instead.
+built-in sequences; OUT is docs/figures unless it is given. With --data, it also writes
+OUT/how_it_works/* and, for the gallery, OUT/recorded/* of the recordings in that folder. Without
+libigl, its columns are left out. Takes about five minutes; a draft takes seconds, as it shows a
+small sheet instead.
 """
 
 import argparse
@@ -16,9 +17,9 @@ import dynmesh
 
 from ..harness import DOCS
 from ..subjects import Subject, from_file
-from . import cloth, error_bars, gallery, method, scans, whole_frame
+from . import cloth, error_bars, gallery, how_it_works, method, scans, whole_frame
 
-PAGES = ("method", "gallery", "training", "track")
+PAGES = ("how_it_works", "method", "gallery", "training", "track")
 
 
 def main() -> None:
@@ -39,12 +40,15 @@ def main() -> None:
         "ocean": Subject.of("ocean", sea, "z", 60, None),
     }
     pictures = {
+        "how_it_works": [],
         "method": [gallery.HIDDEN_SIDE],
         "gallery": [*gallery.BUILT_IN, *(gallery.RECORDED if arguments.data else ())],
         "training": [gallery.training(training.vertices)],
         "track": [],
     }
     for page in [arguments.page] if arguments.page else PAGES:
+        if page == "how_it_works" and arguments.data is not None:
+            how_it_works.draw(arguments.data, arguments.out)
         if page == "method":
             method.draw_generations(arguments.out)
             whole_frame.draw(whole_frame.PICTURE, subjects["walker"], arguments.out)

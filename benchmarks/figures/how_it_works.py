@@ -1,0 +1,206 @@
+"""The figure of docs/how_it_works.md: four steps of method detail on a recorded horse.
+
+The steps are computed here as the page describes them, with one blend for the whole mesh.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+import dynmesh
+
+from ..style import new_figure, save
+
+Array = NDArray[np.float64]
+
+_LAST, _SHOWN = 8, 10  # of frame 9, nothing arrives
+_LEG = ((1, np.inf), (9, 27), (8, np.inf))  # what is hidden, in mean edges of frame 0
+_KNOWN, _ESTIMATED, _ARROWS, _FAINT = "#d3d8e0", "#f0b070", "#1f4e79", "#9aa3ae"
+_BLENDS = LinearSegmentedColormap.from_list("blends", ["#3b78c3", "#8d6cab", "#e07b39"])
+_LIGHT = np.array([0.6, 0.5, 0.62])
+
+
+def draw(data: Path, folder: Path) -> None:
+    """Completes a leg whose middle is hidden, and draws each step."""
+    horse = dynmesh.read(data / "horse_gallop.npz")
+    faces = horse.faces
+    i, j = dynmesh.adjacency(faces, horse.vertices.shape[1]).nonzero()
+    frames = horse.vertices.astype(float)
+    frames /= np.linalg.norm(frames[0][i] - frames[0][j], axis=1).mean()
+    known = np.zeros(frames.shape[1], bool)
+    for axis, (low, high) in enumerate(_LEG):
+        known |= (frames[0][:, axis] <= low) | (frames[0][:, axis] >= high)
+    leg = _Steps(faces, (i, j), frames[0], known)
+    whole = frames[_LAST]
+    remembered = _turned_back(leg.rotations(whole), leg.operator @ whole)
+    start = np.where(known[:, None], frames[_SHOWN], whole)
+    start = leg.solved(start, leg.operator @ whole)
+    last, first, blend = leg.blended(start, remembered)
+    arrows = leg.operator @ frames[0]
+    shown = np.flatnonzero(~known)[::11]
+
+    def error(frame: Array) -> str:
+        distances = np.linalg.norm(frame - frames[_SHOWN], axis=1)
+        return f"{distances[~known].mean():.1f}"
+
+    with new_figure(13, 4) as figure:
+        axes = figure.subplots(1, 4)
+        colours = np.where(known[faces].all(axis=1)[:, None], to_rgb(_KNOWN), to_rgb(_ESTIMATED))
+        _surface(axes[0], faces, frames[0], np.broadcast_to(to_rgb(_KNOWN), (len(faces), 3)))
+        _arrows(axes[0], frames[0], arrows, shown, _ARROWS)
+        _surface(axes[1], faces, whole, np.broadcast_to(to_rgb("#eef0f3"), (len(faces), 3)))
+        _surface(axes[1], faces, start, colours)
+        _surface(axes[2], faces, start, colours)
+        _arrows(axes[2], start, arrows, shown, _FAINT)
+        turned = np.einsum("vab,vb->va", leg.rotations(start), arrows)
+        _arrows(axes[2], start, turned, shown, _ARROWS)
+        _surface(axes[3], faces[known[faces].all(axis=1)], last, colours[known[faces].all(axis=1)])
+        hidden = faces[~known[faces].all(axis=1)]
+        for at in (0.0, 1.0, blend):
+            colour = np.broadcast_to(_BLENDS(at)[:3], (len(hidden), 3))
+            _surface(
+                axes[3],
+                hidden,
+                last + at * (first - last),
+                colour if at == blend else (1 + colour) / 2,
+            )
+        _slider(axes[3], blend)
+        for axis, title in zip(
+            axes,
+            (
+                "1. Frame 0 and its\ndifferential coordinates",
+                f"2. Anchors of frame {_SHOWN} (grey),\nsmooth start (error {error(start)})",
+                "3. The vectors,\nrotated with the surface",
+                f"4. The solve, for three blends\n(error {error(last)}, "
+                f"{error(last + blend * (first - last))} and {error(first)})",
+            ),
+            strict=True,
+        ):
+            axis.set_title(title, fontsize=11)
+            axis.set_xlim(1, 46)
+            axis.set_ylim(1, 42)
+            axis.set_aspect("equal")
+            axis.set_axis_off()
+        save(figure, folder / "how_it_works" / "steps.png", is_chart=False)
+
+
+class _Steps:
+    """Method detail, in lengths of mean edges of frame 0, as docs/how_it_works.md describes it."""
+
+    def __init__(
+        self,
+        faces: NDArray[Any],
+        edges: tuple[NDArray[Any], NDArray[Any]],
+        first: Array,
+        known: Any,
+    ) -> None:
+        """Makes the operator of frame 0, and factors it for what is unknown."""
+        k = len(first)
+        rows, columns, values, area = [], [], [], np.zeros(k)
+        for corner in range(3):
+            a, b, c = (faces[:, (corner + n) % 3] for n in range(3))
+            u, w = first[b] - first[a], first[c] - first[a]
+            doubled = np.linalg.norm(np.cross(u, w), axis=1)
+            half = (u * w).sum(axis=1) / doubled / 2  # of the cotangent of the angle at a
+            rows += [b, c, b, c]
+            columns += [c, b, b, c]
+            values += [-half, -half, half, half]
+            np.add.at(area, a, doubled / 6)
+        stiffness = sparse.csr_array(
+            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(k, k)
+        )
+        self.operator = sparse.csr_array(sparse.diags_array(area**-0.5) @ stiffness)
+        self._unknown = np.flatnonzero(~known)
+        normal = sparse.csc_array(self.operator.T @ self.operator)
+        self._factor = splu(normal[:, self._unknown][self._unknown].tocsc())
+        self._edges, self._first = edges, first
+        ring = sparse.csr_array((np.ones(len(edges[0])), edges), shape=(k, k))
+        self._ring = sparse.csr_array(ring + sparse.eye_array(k))
+
+    def solved(self, start: Array, target: Array) -> Array:
+        """Brings the unknown vertices as near to these differential coordinates as possible."""
+        found = start.copy()
+        rest = self.operator.T @ (target - self.operator @ start)
+        found[self._unknown] += self._factor.solve(rest[self._unknown])
+        return found
+
+    def rotations(self, frame: Array) -> Array:
+        """The rotations of the surface around each vertex from frame 0 to a frame."""
+        i, j = self._edges
+        before, after = self._first[j] - self._first[i], frame[j] - frame[i]
+        sums = np.zeros((len(frame), 9))
+        outer = np.einsum("na,nb->nab", after, before) / (before**2).sum(axis=1)[:, None, None]
+        np.add.at(sums, i, outer.reshape(-1, 9))
+        for _ in range(3):
+            sums = np.asarray(self._ring @ sums)
+        left, _, right = np.linalg.svd(sums.reshape(-1, 3, 3))
+        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+        return np.asarray(left @ right)
+
+    def blended(self, start: Array, remembered: Array) -> tuple[Array, Array, float]:
+        """The frames of blend 0 and 1, and the blend that the anchors support."""
+        frame, blend = start, 0.0
+        zero = np.zeros_like(start)
+        for _ in range(3):
+            turn = self.rotations(frame)
+            change = self.operator @ self._first - remembered
+            target, towards = (np.einsum("vab,vb->va", turn, one) for one in (remembered, change))
+            last, step = self.solved(frame, target), self.solved(zero, towards)
+            residual, change = self.operator @ last - target, self.operator @ step - towards
+            blend = float(-(change * residual).sum() / (change**2).sum())
+            frame = last + blend * step
+        return last, last + step, blend
+
+
+def _turned_back(rotations: Array, vectors: Array) -> Array:
+    return np.asarray(np.einsum("vba,vb->va", rotations, vectors))
+
+
+def _surface(axis: Axes, faces: NDArray[Any], points: Array, colours: NDArray[Any]) -> None:
+    """Draws what of a surface looks to the side, the nearest triangles last."""
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    order = np.argsort(corners[:, :, 0].mean(axis=1))
+    order = order[(normals[order, 0] > 0) & (corners[order][:, :, 0] > 0).all(axis=1)]
+    light = 0.55 + 0.45 * np.clip(normals[order] @ _LIGHT, 0, 1)
+    shaded = np.asarray(colours)[order] * light[:, None] ** 0.6
+    flat = corners[order][:, :, [2, 1]]
+    axis.add_collection(PolyCollection(flat, facecolors=shaded, edgecolors=shaded, linewidths=0.2))
+
+
+def _arrows(axis: Axes, points: Array, vectors: Array, shown: NDArray[Any], colour: str) -> None:
+    """Draws vectors on a surface, turned around: they point inwards where it bulges."""
+    at, to = points[shown], -5 * vectors[shown]
+    axis.quiver(
+        *(at[:, 2], at[:, 1], to[:, 2], to[:, 1]),
+        color=colour,
+        angles="xy",
+        scale_units="xy",
+        scale=1,
+        width=0.006,
+        zorder=3,
+    )
+
+
+def _slider(axis: Axes, blend: float) -> None:
+    """Draws a scale of blends from 0 to 1 with a mark."""
+    left, right, height = 6.0, 38.0, 3.0
+    axis.imshow(
+        np.linspace(0, 1, 100)[None], cmap=_BLENDS, extent=(left, right, height - 0.4, height + 0.4)
+    )
+    at = left + blend * (right - left)
+    axis.plot([at], [height], "o", color=_BLENDS(blend), markeredgecolor="#222222", markersize=10)
+    for place, text in (
+        (left, "0: last\nshape"),
+        (at, f"{blend:.2f}"),
+        (right, "1: shape\nof frame 0"),
+    ):
+        axis.text(place, height + 1.4, text, ha="center", va="bottom", fontsize=8)
