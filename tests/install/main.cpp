@@ -1,4 +1,4 @@
-// What the README shows, in both precisions.
+// A frame that is completed in place, in both precisions.
 #include <cmath>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>

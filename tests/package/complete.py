@@ -26,7 +26,7 @@ def command(*arguments: str, folder: str) -> str:
 
 
 def nmsve_by_commands(folder: str) -> float:
-    """Returns the error of the commands in the README."""
+    """Returns the error of a walker that is completed by commands."""
     command("synth", "walker", "walker.npz", folder=folder)
     command("degrade", "walker.npz", "partial.npz", "--known", "0.3", folder=folder)
     command("complete", "partial.npz", "completed.npz", folder=folder)
