@@ -1,11 +1,10 @@
-"""What the site needs beyond MkDocs: sources behind links, formulas, and the tables of bad input.
+"""What the site needs beyond MkDocs: sources behind links, and formulas.
 
-The pages are plain Markdown that GitHub shows as well. Three things are different there and here:
+The pages are plain Markdown that GitHub shows as well. Two things are different there and here:
 
 - Links to files outside of docs lead to copies of them, as plain text, so that the site is whole
   without any other host.
 - Formulas between dollar signs become MathML, which browsers show without scripts or fonts.
-- The page of bad input ends with tables that `script/docs` writes if dynmesh is built.
 """
 
 import html
@@ -19,7 +18,6 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
 
 REPOSITORY = Path(__file__).parents[2]
-BAD_INPUT = REPOSITORY / "build" / "docs" / "bad_input.md"
 
 LINK = re.compile(r"\]\(((?:\.\./)+[^)\s#]+)(#[^)\s]*)?\)")
 FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
@@ -27,10 +25,8 @@ ROLE = re.compile(r":(?:class|func|meth|mod):(?=<code)")
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Adds the generated tables, and resolves links that leave the folder of the pages."""
+    """Resolves links that leave the folder of the pages."""
     here = posixpath.dirname(page.file.src_uri)
-    if page.file.src_uri == "reference/bad_input.md" and BAD_INPUT.exists():
-        markdown += "\n" + BAD_INPUT.read_text()
 
     def resolved(match: re.Match[str]) -> str:
         target = posixpath.normpath(posixpath.join("docs", here, match[1]))

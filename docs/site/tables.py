@@ -1,7 +1,8 @@
-"""Shows the tables of measurements, which are CSV files, where pages refer to them.
+"""Shows tables of measurements and programs where pages refer to them.
 
 A paragraph that consists of a link to a CSV file, such as ``[Errors](tables/walker.csv)``, becomes
-its text, the table, and a link to the file. GitHub shows the link, and the file as a table.
+its text, the table, and a link to the file; one with a link to a program, the link and the program.
+GitHub shows the link, and the file behind it.
 """
 
 import csv
@@ -13,7 +14,7 @@ from typing import Any
 from mkdocs.exceptions import PluginError
 
 DOCS = Path(__file__).parents[1]
-REFERENCE = re.compile(r"^\[([^\]]+)\]\(([^)\s]+\.csv)\)$", re.MULTILINE)
+REFERENCE = re.compile(r"^\[([^\]]+)\]\(([^)\s]+\.(csv|py|c|cpp))\)$", re.MULTILINE)
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
@@ -24,6 +25,8 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         path = DOCS / here / match[2]
         if not path.is_file():
             raise PluginError(f"{page.file.src_uri}: {match[2]} is no file")
+        if match[3] != "csv":
+            return f"{match[0]}\n\n``` {{ .{match[3]} }}\n{path.read_text()}```"
         return f"{match[1]} ([CSV]({match[2]})):\n\n{table(path)}"
 
     return REFERENCE.sub(shown, markdown)

@@ -1,7 +1,7 @@
 /// Passes bad input to the C++ and the C interface and prints one line for each case: interface,
 /// call, what is wrong, and the message, separated by tabs. The exit code is 1 if bad input was
 /// if something was accepted, was refused without naming what is wrong, or changed a completer or
-/// its output. docs/reference/bad_input.md is made of it.
+/// its output. The page of bad input on the site is made of it.
 #include "bad_input.hpp"
 
 #include <cstdio>

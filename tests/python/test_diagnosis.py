@@ -300,7 +300,7 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
 
 
 def test_the_page_explains_every_finding() -> None:
-    page = (REPOSITORY / "docs" / "reference" / "findings.md").read_text()
+    page = (REPOSITORY / "docs" / "diagnosis.md").read_text()
     explained = re.findall(r"^\| `(\w+)` \| (?:error|warning|note)", page, re.MULTILINE)
     assert explained == sorted(explained, key=CODES.index)
     assert set(explained) == set(CODES)

@@ -1,4 +1,4 @@
-"""Writes the tables of docs/reference/bad_input.md into the folder build, for ``script/docs``.
+"""Writes the tables of bad input of the site into the folder build, for ``script/docs``.
 
 Needs the compiled programs, as ``cmake --preset develop; cmake --build --preset develop`` makes
 them.

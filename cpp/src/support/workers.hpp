@@ -13,8 +13,8 @@
 namespace dynmesh {
 
 /// How the work of a frame is divided into pieces, and from which number of pieces on other threads
-/// are woken. docs/speed.md and the documentation of the setting `threads` state the resulting mesh
-/// sizes.
+/// are woken. docs/results.md and the documentation of the setting `threads` state the resulting
+/// mesh sizes.
 struct TaskSharing {
   /// The number of vertices in a chunk. Its part of every array fits into the first-level cache.
   Index chunk = 1024;

@@ -6,7 +6,7 @@
 
 namespace dynmesh {
 
-/// docs/reference/constants.md shows how much the error changes if a value is halved or doubled.
+/// docs/limits.md shows how much the error changes if a value is halved or doubled.
 struct TrackingConstants {
   /// The share of the last motion with which the next one begins.
   double prediction = 0.6;

@@ -84,7 +84,7 @@ class Finding:
         where: the first of them.
         message: what was found, in a sentence.
         advice: the effect on completion, and what to do.
-        worst: the worst value, in the unit that docs/reference/findings.md lists for this code, or
+        worst: the worst value, in the unit that docs/diagnosis.md lists for this code, or
             None.
     """
 

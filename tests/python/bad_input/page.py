@@ -1,4 +1,4 @@
-"""The tables of docs/reference/bad_input.md, which are generated with the site."""
+"""The tables of the page of bad input, which is on the site alone."""
 
 import subprocess
 import tempfile
