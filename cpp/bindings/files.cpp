@@ -62,41 +62,11 @@ py::tuple py_parse_ply(const py::bytes& data) {
   return py::make_tuple(elements, to_list(file.comments));
 }
 
-constexpr const char* parse_obj_doc = R"doc(parse_obj(data)
---
-
-Parse the content of an OBJ file.
-
-Args:
-    data: The bytes of the file.
-
-Returns:
-    The positions (n, 3) float64, the number of corners of each face (m,) int64, the vertices of
-    all corners int64, counted from 0, and the comments at the beginning.
-
-Raises:
-    ValueError: A vertex or face is invalid. The message begins with the line.)doc";
-
-constexpr const char* parse_ply_doc = R"doc(parse_ply(data)
---
-
-Parse the content of a PLY file, in text or binary.
-
-Args:
-    data: The bytes of the file.
-
-Returns:
-    The properties of the n records of each element, by their names: an (n,) array, or for a list
-    the lengths (n,) int64 and an array of all values; and the comments of the header.
-
-Raises:
-    ValueError: The file is damaged. The message names the line, or the element and the record.)doc";
-
 }  // namespace
 
 void bind_files(py::module_& module) {
-  module.def("parse_obj", &py_parse_obj, py::arg("data"), parse_obj_doc);
-  module.def("parse_ply", &py_parse_ply, py::arg("data"), parse_ply_doc);
+  module.def("parse_obj", &py_parse_obj);
+  module.def("parse_ply", &py_parse_ply);
 }
 
 }  // namespace dynmesh

@@ -1,31 +1,50 @@
-/// The extension module dynmesh._core.
+/// The extension module dynmesh._core: calls of the C++ interface with exact arrays. What users see
+/// are the functions and classes of the Python package, which convert what they are given.
+#include <dynmesh/settings.hpp>
 #include <dynmesh/version.hpp>
+#include <exception>
+#include <tuple>
+#include <utility>
 
 #include "bindings.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+namespace {
 
 namespace py = pybind11;
 
-PYBIND11_MODULE(_core, module) {
-  py::options options;
-  // Each docstring begins with a signature, followed by the line "--", which Python returns from
-  // inspect.signature.
-  options.disable_function_signatures();
-  module.attr("__version__") = DYNMESH_VERSION;
-  dynmesh::bind_topology(module);
-  dynmesh::bind_completer(module);
-  dynmesh::bind_training(module);
-  dynmesh::bind_tracker(module);
-  dynmesh::bind_alignment(module);
-  dynmesh::bind_registration(module);
-  dynmesh::bind_whole_frame(module);
-  dynmesh::bind_metrics(module);
-  dynmesh::bind_baselines(module);
-  dynmesh::bind_task_sharing(module);
-  dynmesh::bind_files(module);
-  // Users know these classes as dynmesh.Completer and so on.
-  for (const char* name : {"Agreement", "Alignment", "Completer", "FrameReport", "RefusedFace",
-                           "TopologyReport", "Tracker", "TrackingReport"}) {
-    module.attr(name).attr("__module__") = "dynmesh";
+/// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
+void translate_setting_error(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(std::move(thrown));
+  } catch (const SettingError& error) {
+    const py::object kind = py::module_::import("dynmesh._errors").attr("SettingError");
+    const py::object raised = kind(error.reason(), py::arg("argument") = error.setting());
+    PyErr_SetObject(kind.ptr(), raised.ptr());
   }
-  dynmesh::refuse_other_calls(module);
+}
+
+/// For tests of threads: how completers that are constructed later share their work. Returns the
+/// previous values.
+auto set_task_sharing(Index chunk, Index short_chunk, Index fewest_pieces, Index patience) {
+  TaskSharing& now = default_task_sharing();
+  const std::tuple before(now.chunk, now.short_chunk, now.fewest_pieces, now.patience);
+  now = {chunk, short_chunk, fewest_pieces, patience};
+  return before;
+}
+
+}  // namespace
+}  // namespace dynmesh
+
+PYBIND11_MODULE(_core, module) {
+  using namespace dynmesh;
+  module.attr("__version__") = DYNMESH_VERSION;
+  py::register_local_exception_translator(&translate_setting_error);
+  bind_streams(module);
+  bind_functions(module);
+  bind_files(module);
+  module.def("_set_task_sharing", &set_task_sharing, py::arg("chunk"), py::arg("short_chunk"),
+             py::arg("fewest_pieces"), py::arg("patience"));
+  module.def("_pieces_done_by_others", &pieces_done_by_others);
 }

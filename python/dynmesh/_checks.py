@@ -11,17 +11,18 @@ from numpy.typing import NDArray
 from ._errors import InputError, KindError
 
 
-def check_integer(name: str, value: object, least: int) -> None:
-    """Raises an error unless the value is an integer of at least `least`."""
+def check_integer(name: str, value: object, least: float, most: float = math.inf) -> None:
+    """Raises an error unless the value is an integer from `least` to `most`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         raise KindError(f"must be an integer, not {value!r}", argument=name, value=value)
-    if value < least:
-        raise InputError(f"must be at least {least}, not {value!r}", argument=name, value=value)
+    if not least <= value <= most:
+        bounds = f"at least {least}" if most == math.inf else f"from {least} to {most}"
+        raise InputError(f"must be {bounds}, not {value!r}", argument=name, value=value)
 
 
 def check_flag(name: str, value: object) -> None:
     """Raises an error unless the value is True or False."""
-    if not isinstance(value, bool):
+    if not isinstance(value, bool | np.bool_):
         raise KindError(f"must be True or False, not {value!r}", argument=name, value=value)
 
 

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._core import cells
 from ._extras import require
 from .polygons import Faces
+from .topology import cells
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -1,15 +1,97 @@
 """Errors of completed frames (section 4 of the paper, "Metrics")."""
 
-import numpy as np
+from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._arrays import Positions, floats, packed, triangles
 from ._checks import as_array
-from ._core import ErrorSummary, nmsve, summary, vertex_error
-from .sequence import Positions
+from ._errors import InputError
+from .polygons import Faces
 
 __all__ = ["ErrorSummary", "bounding_box_diagonal", "nmsve", "summary", "vertex_error"]
+
+
+@dataclass(frozen=True)
+class ErrorSummary:
+    """Statistics of errors, in their unit: mean, root mean square, 99th percentile and maximum."""
+
+    mean: float
+    rms: float
+    p99: float
+    maximum: float
 
 
 def bounding_box_diagonal(frame: Positions) -> float:
     """Returns the length of the diagonal of the axis-aligned bounding box of a (k, 3) frame."""
     points = np.asarray(as_array("frame", frame), np.float64)
     return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def nmsve(faces: Faces, reference: Positions, completed: Positions) -> Any:
+    """Normalised mean square visual error (paper, eq. 5 and 6).
+
+    1/(2k) times the sum of |v_i - v'_i| + |GL(v_i) - GL(v'_i)| over all vertices, where GL(v_i) is
+    v_i minus the mean of its neighbours weighted by inverse distance. The time is linear in the
+    number of edges.
+
+    Args:
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
+        reference: a frame (k, 3) or n frames (n, k, 3), float32 or float64, finite.
+        completed: the completed frame or frames, of the same shape.
+
+    Returns:
+        The error in the unit of the positions: a float, or (n,) float64 for n frames.
+    """
+    true, found = _pair(reference, completed)
+    errors = np.empty(len(true))
+    _core.nmsve(triangles(faces, true.shape[1]), true, found, errors)
+    return errors if np.ndim(reference) == 3 else float(errors[0])
+
+
+def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float64]:
+    """The error |v_i - v'_i| of each vertex, the heatmap of the paper.
+
+    Args:
+        reference: a frame (k, 3) or n frames (n, k, 3), float32 or float64, finite.
+        completed: the completed frame or frames, of the same shape.
+
+    Returns:
+        The errors (k,) or (n, k), float64, in the unit of the positions.
+    """
+    true, found = _pair(reference, completed)
+    errors = np.empty(true.shape[:2])
+    _core.vertex_error(true, found, errors)
+    return errors if np.ndim(reference) == 3 else errors[0]
+
+
+def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary:
+    """Mean, root mean square, 99th percentile and maximum of errors.
+
+    Args:
+        errors: an array of any shape, float32 or float64, not empty and without NaN.
+    """
+    return ErrorSummary(*_core.summary(packed(floats("errors", errors), np.float64)))
+
+
+def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:
+    """Both as packed arrays (n, k, 3)."""
+    given = {
+        "reference": floats("reference", reference),
+        "completed": floats("completed", completed),
+    }
+    for name, array in given.items():
+        if array.ndim not in (2, 3) or array.shape[-1] != 3:
+            raise InputError(
+                f"must have shape (k, 3) or (n, k, 3), not {array.shape}", argument=name
+            )
+    true, found = given.values()
+    if true.shape != found.shape:
+        raise InputError(
+            f"has shape {found.shape}, but the reference has {true.shape}", argument="completed"
+        )
+    true, found = (packed(one, np.float64) for one in (true, found))
+    return (true, found) if true.ndim == 3 else (true[None], found[None])

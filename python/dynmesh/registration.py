@@ -8,9 +8,13 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
-from .polygons import Faces, split_faces
-from .sequence import Mask, Positions
+from . import _arrays, _core
+from ._arrays import Mask, Positions
+from ._checks import check_flag, check_integer
+from ._errors import KindError
+from ._stream import trained
+from .polygons import Faces
+from .tracker import Matrix, image_arrays, scan_arrays
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
@@ -21,8 +25,6 @@ _MOST_NAMED = 3
 
 _OTHER_SIZE = 1.5
 """A mesh that became so many times as large, or as small, is probably in another unit."""
-
-_Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,31 +158,17 @@ def register(
             other or lie far outside the scan, or the sizes differ by a factor of more than 20,
             without `scale`.
     """
-    return _registration(
-        faces,
-        template,
-        _core.register(
-            faces,
-            template,
-            points,
-            normals,
-            viewpoints,
-            landmarks,
-            align,
-            scale,
-            training,
-            uncertainty,
-            threads,
-        ),
-    )
+    frame = _arrays.first_frame("template", template)
+    scan = scan_arrays(points, normals, viewpoints, frame.dtype)
+    return _registered(faces, frame, scan, landmarks, align, scale, training, uncertainty, threads)
 
 
 def register_depth(
     faces: Faces,
     template: Positions,
     depth: Positions | SequenceOf[Positions],
-    intrinsics: _Matrix | SequenceOf[_Matrix],
-    pose: _Matrix | SequenceOf[_Matrix],
+    intrinsics: Matrix | SequenceOf[Matrix],
+    pose: Matrix | SequenceOf[Matrix],
     *,
     landmarks: Landmarks | None = None,
     align: bool = True,
@@ -208,33 +196,61 @@ def register_depth(
         TypeError: an argument has the wrong kind.
         ValueError: as for :func:`dynmesh.register`.
     """
-    return _registration(
-        faces,
+    frame = _arrays.first_frame("template", template)
+    scan = (image_arrays(depth, intrinsics, pose),)
+    return _registered(faces, frame, scan, landmarks, align, scale, training, uncertainty, threads)
+
+
+def _registered(
+    faces: Faces,
+    template: Positions,
+    scan: tuple[Any, ...],
+    landmarks: Landmarks | None,
+    align: bool,
+    scale: bool,
+    training: Iterable[Positions] | None,
+    uncertainty: bool,
+    threads: int,
+) -> Registration:
+    for name, flag in (("align", align), ("scale", scale), ("uncertainty", uncertainty)):
+        check_flag(name, flag)
+    check_integer("threads", threads, 1, 256)
+    triangles = _arrays.triangles(faces, len(template))
+    flat, observed, errors, found = _core.register(
+        triangles,
         template,
-        _core.register_depth(
-            faces,
-            template,
-            depth,
-            intrinsics,
-            pose,
-            landmarks,
-            align,
-            scale,
-            training,
-            uncertainty,
-            threads,
-        ),
+        *scan,
+        *_landmark_arrays(landmarks, template.dtype),
+        align,
+        scale,
+        None if training is None else trained(training, template),
+        uncertainty,
+        threads,
     )
-
-
-def _registration(faces: Faces, template: Positions, found: tuple[Any, ...]) -> Registration:
-    flat, observed, *others = found
     vertices = flat.reshape(-1, 3)
-    starts, _ = split_faces(faces)
-    ends = np.roll(starts, 1, axis=1)
+    starts, ends = triangles, np.roll(triangles, 1, axis=1)
     before, after = (
         np.linalg.norm(mesh[starts] - mesh[ends], axis=2)
-        for mesh in (np.asarray(template, np.float64), vertices.astype(np.float64))
+        for mesh in (template.astype(np.float64), vertices.astype(np.float64))
     )
-    growth = float(np.median(after[before > 0] / before[before > 0]))
-    return Registration(vertices, observed.astype(np.bool_), *[*others, growth])
+    found["growth"] = float(np.median(after[before > 0] / before[before > 0]))
+    found["transform"] = found["transform"].reshape(4, 4)
+    found["quality"] = ("good", "doubtful", "ruined")[found["quality"]]
+    return Registration(
+        vertices, observed.astype(np.bool_), errors if uncertainty else None, **found
+    )
+
+
+def _landmark_arrays(landmarks: Any, dtype: Any) -> tuple[NDArray[np.int32], Positions]:
+    if landmarks is None:
+        landmarks = [], np.empty((0, 3))
+    if not isinstance(landmarks, tuple | list) or len(landmarks) != 2:
+        raise KindError(
+            f"must be a pair of vertices (n,) and positions (n, 3), not {type(landmarks).__name__}",
+            argument="landmarks",
+        )
+    vertices, positions = landmarks
+    return (
+        _arrays.indices("landmarks", vertices),
+        _arrays.points("landmarks", positions, dtype, "(n, 3)"),
+    )

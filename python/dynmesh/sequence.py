@@ -7,6 +7,8 @@ from typing import Any, Literal, TypeAlias, get_args, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from ._arrays import Mask as Mask
+from ._arrays import Positions as Positions
 from ._checks import (
     as_array,
     check_array,
@@ -19,12 +21,6 @@ from ._checks import (
 from ._errors import InputError, KindError
 from .attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
 from .polygons import Polygons, check_polygons, split_faces
-
-Positions: TypeAlias = NDArray[np.floating[Any]]
-"""float32 or float64, x, y, z on the last axis, in any unit of length."""
-
-Mask: TypeAlias = NDArray[np.bool_]
-"""True where a position was observed in its frame."""
 
 StandardErrorOf: TypeAlias = Literal["position", "surface"]
 """What standard errors are of: a coordinate of the position of a vertex, as

@@ -10,8 +10,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
-from ._checks import check_integer
+from . import _arrays, _core
+from ._checks import check_flag, check_integer, check_number
 from ._errors import InputError, KindError, locating
 from ._progress import steps
 from .files.frame import Frame
@@ -97,14 +97,27 @@ def whole_frame(
     else:
         check_integer("frame", frame, 0)
     number = None if frame == "best" else frame
+    if noise is not None:
+        check_number("noise", noise)
+    check_flag("outliers", outliers)
+    check_integer("threads", threads, 1, 256)
     with (
         _numbering(frames),
         _without_whole_frame(frames),
         contextlib.closing(_Source(frames, known)) as source,
         steps("putting a whole frame together", progress) as show,
     ):
+        first, _ = source(0)
         positions, here, seen, standard_error, number, doubtful = _core.whole_frame(
-            faces, source, source.n_frames, number, noise, outliers, threads, show
+            _arrays.triangles(faces, len(first)),
+            first,
+            source.n_frames,
+            source,
+            number,
+            noise,
+            outliers,
+            threads,
+            show,
         )
     return WholeFrame(
         positions.reshape(-1, 3),
@@ -162,6 +175,7 @@ class _Source:
             raise InputError("there are none", argument="frames")
         self._pairs = self._anew()
         self._next = self.n_frames
+        self._first: Positions | None = None
 
     def __call__(self, number: int) -> tuple[Positions, Mask]:
         if number < self._next:
@@ -173,8 +187,21 @@ class _Source:
                 if self._next == self.n_frames:
                     next(self._pairs, None)  # refuses masks that go on
                 with locating(frame=number):
-                    return frame.points, _known_in(frame)
+                    return self._exact(frame)
         raise InputError(f"ends before frame {number}, which it had before", argument="frames")
+
+    def _exact(self, frame: Frame) -> tuple[Positions, Mask]:
+        """The points, in the dtype of frame 0, and the known mask, as the core takes them."""
+        if self._first is None:
+            self._first = _arrays.first_frame("points", frame.points)
+        points = _arrays.points("points", frame.points, self._first.dtype)
+        known = _arrays.known_mask(_known_in(frame))
+        k = len(self._first)
+        if len(points) != k or len(known) != k:
+            raise InputError(
+                f"has {len(points)} rows and a mask of {len(known)}, but frame 0 has {k} vertices"
+            )
+        return points, known
 
     def close(self) -> None:
         """Ends the iterators."""

@@ -155,7 +155,7 @@ def test_only_the_mesh_layer_includes_openmesh() -> None:
     assert including == {"mesh"}
 
 
-def test_the_compiled_core_imports_errors_and_polygons_alone() -> None:
+def test_the_compiled_core_imports_errors_alone() -> None:
     sources = (CPP / "bindings").glob("*.cpp")
     found = [re.findall(r'import\("dynmesh\.(\w+)', source.read_text()) for source in sources]
-    assert {module for modules in found for module in modules} == {"_errors", "polygons"}
+    assert {module for modules in found for module in modules} == {"_errors"}

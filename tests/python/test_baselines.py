@@ -97,7 +97,7 @@ def test_systems_can_be_reused(rng: np.random.Generator) -> None:
             (squares, dynmesh.baselines.least_squares_mesh),
             (smooth, dynmesh.baselines.laplacian_interpolation),
         ]:
-            again = system.complete(points, known)  # type: ignore[attr-defined]
+            again = system.complete(points, known)
             np.testing.assert_array_equal(again, once(mesh.faces, points, known))
 
 

@@ -109,31 +109,22 @@ def test_a_subclass_keeps_its_attributes() -> None:
     assert type(COPIES[0](completer)) is Named
 
 
-def parts(**changes: Any) -> tuple[Any, ...]:
-    """What is in a pickle, with some parts replaced."""
-    (faces, first, settings, state), attributes = dynmesh.Completer(
-        MESH.faces, FRAMES[0]
-    ).__getstate__()
-    found = {"faces": faces, "first": first, "settings": settings, "state": state} | changes
-    return tuple(found.values()), attributes
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"state": b""}, "state: truncated"),
-        ({"state": parts()[0][3].replace(b"dynmeshA", b"dynmeshZ")}, "state: has format Z, but"),
         ({"state": dynmesh.Tracker(MESH.faces, FRAMES[0]).state()}, "not a completer state"),
-        ({"settings": {"method": "motion"}}, "state: .* method is detail, not motion"),
-        ({"settings": {"speed": 2}}, "state: has settings that dynmesh .* does not know"),
-        ({"faces": MESH.faces[1:]}, "state: of a mesh with other faces"),
-        ({"more": 0}, "state: not a pickled completer"),
+        ({"_settings": {"method": "motion"}}, "state: .* method is detail, not motion"),
+        ({"_settings": {"speed": 2}}, "settings: one of them is not known"),
+        ({"_faces": MESH.faces[1:].astype(np.int32)}, "state: of a mesh with other faces"),
     ],
 )
 def test_pickles_of_something_else_are_refused(changes: dict[str, Any], message: str) -> None:
+    kept, state = dynmesh.Completer(MESH.faces, FRAMES[0]).__getstate__()
+    state = changes.pop("state", state)
     made = dynmesh.Completer.__new__(dynmesh.Completer)
     with pytest.raises(ValueError, match=message):
-        made.__setstate__(parts(**changes))
+        made.__setstate__((kept | changes, state))
 
 
 @pytest.mark.parametrize("kind", [dynmesh.Completer, dynmesh.Tracker])
@@ -147,5 +138,3 @@ def test_reports_are_pickled_and_copied(kind: Any) -> None:
         assert type(copied) is type(report)
         for name in names:
             np.testing.assert_equal(getattr(copied, name), getattr(report, name), err_msg=name)
-    with pytest.raises(ValueError, match="state: not that of a pickled report"):
-        report.__class__.__new__(report.__class__).__setstate__((1, 2))

@@ -10,7 +10,7 @@ from meshes import turned
 
 import dynmesh
 from dynmesh import baselines, degrade, metrics
-from dynmesh._core import training_summary
+from dynmesh.completion.training import training_summary
 from dynmesh.polygons import Polygons
 
 N = 7

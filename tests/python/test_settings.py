@@ -1,76 +1,103 @@
-"""The settings of a completer: their types are those of the compiled core, and every one works."""
+"""The settings of a completer: they are those of the compiled core, and every one works."""
 
 import inspect
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, get_args
 
 import pytest
 from meshes import Mesh
 
 import dynmesh
-from dynmesh._core import setting_table
+from dynmesh import _core
 from dynmesh._errors import KindError, SettingError
 from dynmesh.settings import Settings
 
-TABLE: dict[str, dict[str, Any]] = {row["name"]: row for row in setting_table()}
-OTHER: dict[str, Any] = {"extra_iterations": 3, "noise": 0.5, "threads": 2}
+PARAMETERS = inspect.signature(dynmesh.Completer).parameters
+TAKES = {
+    "method": ("motion", "detail"),
+    "revisit": ("motion",),
+    "extra_iterations": ("motion",),
+    "disconnected": ("motion", "detail"),
+    "noise": ("detail",),
+    "reject_outliers": ("detail",),
+    "learn": ("detail",),
+    "uncertainty": ("detail",),
+    "threads": ("motion", "detail"),
+}
+"""The methods that take a setting."""
+OTHER: dict[str, Any] = {
+    "method": "motion",
+    "disconnected": "hold",
+    "extra_iterations": 3,
+    "noise": 0.5,
+    "threads": 2,
+}
 
 
-def other_value(name: str) -> Any:
-    """A value that is not the default."""
-    default, choices = TABLE[name]["default"], TABLE[name].get("choices", ())
-    if choices:
-        return next(choice for choice in choices if choice != default)
-    return OTHER.get(name, not default)
+@pytest.mark.parametrize(
+    ("kind", "defaults"),
+    [
+        (dynmesh.Completer, _core.default_settings()),
+        (dynmesh.Tracker, _core.default_tracker_settings()),
+    ],
+)
+def test_the_signature_shows_every_setting_of_the_core(kind: Any, defaults: dict[str, Any]) -> None:
+    taken = inspect.signature(kind).parameters
+    keywords = [name for name, one in taken.items() if one.kind == one.KEYWORD_ONLY]
+    assert {name: taken[name].default for name in keywords} == defaults | {"training": None}
 
 
-def type_of(row: dict[str, Any]) -> Any:
-    """The type of a setting's values, as the table describes it."""
-    if row.get("choices"):
-        return Literal.__getitem__(tuple(row["choices"]))
-    return float | None if row["default"] is None else type(row["default"])
-
-
-def test_the_type_for_editors_is_that_of_the_core() -> None:
-    assert Settings.__annotations__ == {name: type_of(row) for name, row in TABLE.items()}
+def test_the_type_for_editors_is_that_of_the_completer() -> None:
+    assert Settings.__annotations__ == {name: PARAMETERS[name].annotation for name in TAKES}
 
 
 def test_a_file_is_completed_with_the_defaults_of_the_core() -> None:
     parameters = inspect.signature(dynmesh.complete_file).parameters
-    shared = parameters.keys() & TABLE.keys()
+    shared = parameters.keys() & TAKES.keys()
     assert shared >= {"method", "noise", "learn", "uncertainty", "threads"}
     for name in shared:
-        assert parameters[name].default == TABLE[name]["default"]
+        assert parameters[name].default == PARAMETERS[name].default
 
 
-def test_the_choices_are_those_of_the_compiled_core(mesh: Mesh) -> None:
-    for name, row in TABLE.items():
-        for choice in row.get("choices", ()):
-            settings: Any = {name: choice}
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("method", "other"),
+        ("disconnected", "other"),
+        ("extra_iterations", -1),
+        ("threads", 0),
+        ("threads", 2**31),
+        ("noise", 10**400),
+    ],
+)
+def test_a_value_out_of_range_is_refused_by_the_name_of_its_setting(
+    mesh: Mesh, name: str, wrong: Any
+) -> None:
+    given: Any = {"method": TAKES[name][0], name: wrong}
+    with pytest.raises(SettingError) as refused:
+        dynmesh.Completer(mesh.faces, mesh.vertices, **given)
+    assert refused.value.argument == name
+
+
+def test_every_choice_is_one_of_the_core(mesh: Mesh) -> None:
+    for name in ("method", "disconnected"):
+        for choice in get_args(PARAMETERS[name].annotation):
+            given: Any = {name: choice}
+            made = dynmesh.Completer(mesh.faces, mesh.vertices, **given)
+            assert made.settings[name] == choice
+
+
+@pytest.mark.parametrize("name", [name for name in TAKES if name != "method"])
+@pytest.mark.parametrize("method", ["motion", "detail"])
+def test_a_setting_belongs_to_its_methods(mesh: Mesh, name: str, method: str) -> None:
+    value = OTHER.get(name, not PARAMETERS[name].default)
+    settings: Any = {"method": method, name: value}
+    if method in TAKES[name]:
+        dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
+    else:
+        with pytest.raises(SettingError) as refused:
             dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
-        if row.get("choices"):
-            wrong: Any = {name: "other"}
-            with pytest.raises(SettingError) as refused:
-                dynmesh.Completer(mesh.faces, mesh.vertices, **wrong)
-            assert refused.value.argument == name
-            assert all(f"'{choice}'" in refused.value.reason for choice in row["choices"])
-        if "least" in row:
-            too_small: Any = {"method": row["method"] or "detail", name: row["least"] - 1}
-            with pytest.raises(SettingError) as refused:
-                dynmesh.Completer(mesh.faces, mesh.vertices, **too_small)
-            assert refused.value.argument == name
-
-
-@pytest.mark.parametrize("name", [name for name in TABLE if name != "method"])
-def test_a_setting_belongs_to_the_method_of_the_table(mesh: Mesh, name: str) -> None:
-    for method in TABLE["method"]["choices"]:
-        settings: Any = {"method": method, name: other_value(name)}
-        if TABLE[name]["method"] in (None, method):
-            dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
-        else:
-            with pytest.raises(SettingError) as refused:
-                dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
-            assert refused.value.argument == name
+        assert refused.value.argument == name
 
 
 def test_a_setting_that_there_is_not_is_refused_at_once(mesh: Mesh) -> None:

@@ -12,7 +12,7 @@ from meshes import Array, Mesh, sheet
 from test_missing_extras import hide
 
 import dynmesh
-from dynmesh._core import setting_table
+from dynmesh._core import default_settings
 from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap
 from dynmesh.draw.scales import MOST_FRAMES, Scale
@@ -204,8 +204,7 @@ def test_without_the_extra_a_sequence_is_a_table(
 )
 def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
     completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
-    defaults = {row["name"]: row["default"] for row in setting_table()}
-    assert completer.settings == defaults | settings
+    assert completer.settings == default_settings() | settings
     completer.settings["threads"] = 5  # a copy
     assert (
         dynmesh.Completer(mesh.faces, mesh.vertices, **completer.settings).settings["threads"] == 1

@@ -84,24 +84,6 @@ def test_any_call_from_a_thread_succeeds_or_is_refused(
     np.testing.assert_array_equal(completer.push(FRAME, KNOWN), alone.push(FRAME, KNOWN))
 
 
-class CallsBack:
-    """An array-like that calls the completer while the completer reads it."""
-
-    def __init__(self, completer: dynmesh.Completer) -> None:
-        self.completer = completer
-
-    def __array__(self, *_: Any, **__: Any) -> Any:
-        return self.completer.skip()
-
-
-def test_a_call_from_within_a_call_is_refused() -> None:
-    completer = dynmesh.Completer(MESH.faces, MESH.vertices)
-    before = completer.state()
-    with pytest.raises(RuntimeError, match="in use by another"):
-        completer.push(CallsBack(completer))  # type: ignore[arg-type]
-    assert completer.state() == before
-
-
 FORKS = """
 import os, sys, threading, time
 import numpy as np

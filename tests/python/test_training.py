@@ -11,7 +11,7 @@ from meshes import Array, Mesh
 from training_reference import Trained
 
 import dynmesh
-from dynmesh import _core
+from dynmesh.completion.training import training_summary
 
 
 def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
@@ -208,7 +208,7 @@ def test_a_summary_measures_poses_and_modes(sheet: Mesh, rng: np.random.Generato
     lifted = first.copy()
     lifted[:, 2] += 0.02 * first[:, 0] * first[:, 1]
     training = np.stack([first, first @ turn + [5, 6, 7], first, lifted @ turn])
-    summary = _core.training_summary(sheet.faces, first, training)
+    summary = training_summary(sheet.faces, first, training)
     moved = lifted - lifted.mean(axis=0)
     u, _, vt = np.linalg.svd(moved.T @ (first - first.mean(axis=0)))
     rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
@@ -219,7 +219,7 @@ def test_a_summary_measures_poses_and_modes(sheet: Mesh, rng: np.random.Generato
     assert summary.rms_distance == pytest.approx(distance / 2)
     assert summary.variance_held == pytest.approx(1)  # of one shape
     many = first + 0.05 * rng.normal(size=(n, *first.shape))
-    held = _core.training_summary(sheet.faces, first, many.astype(np.float32)).variance_held
+    held = training_summary(sheet.faces, first, many.astype(np.float32)).variance_held
     assert 16 / n < held < 0.7  # of independent shapes, which 16 modes hold in part
-    still = _core.training_summary(sheet.faces, first, [first] * 3)
+    still = training_summary(sheet.faces, first, [first] * 3)
     assert still.largest_distance == pytest.approx(0, abs=1e-9)

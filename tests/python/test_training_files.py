@@ -13,8 +13,8 @@ from meshes import Array, sheet
 from test_training import poses
 
 import dynmesh
-from dynmesh import _core
 from dynmesh.completion import training as training_module
+from dynmesh.completion.training import training_summary
 
 pytestmark = pytest.mark.usefixtures("partial")  # which stores it
 
@@ -165,7 +165,7 @@ def test_info_describes_what_would_be_learnt(
     options = [option for training in recordings for option in ("--training", training)]
     told = json.loads(run("info", tmp_path / "partial.npz", "--json", *options).stdout)
     both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
-    expected = _core.training_summary(partial.faces, partial.vertices[0], both)
+    expected = training_summary(partial.faces, partial.vertices[0], both)
     assert told["training"] == {
         "frames": 16,
         "variance_held": expected.variance_held,

@@ -17,8 +17,8 @@ constexpr double largest_in_edges = 1e6;
 /// The bound in any unit, within which modes are in the range of float.
 constexpr double largest_in_float = 0x1p100;
 
-/// Products are sums over chunks, which do not depend on the number of threads.
-constexpr Index chunk = 256;
+/// Products are sums over chunks of vertices, which do not depend on the number of threads.
+constexpr Index vertices_of_a_sum = 256;
 
 /// One shape enters per this many frames.
 constexpr std::uint64_t interval = 2;
@@ -39,7 +39,7 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers, double m
     weights_.push_back(static_cast<float>(weight));
   }
   std::iota(order_.begin(), order_.end(), 0);
-  partial_products_.resize((rows_.size() + chunk - 1) / chunk * n_parts_ * slots);
+  partial_products_.resize((rows_.size() + vertices_of_a_sum - 1) / vertices_of_a_sum * n_parts_ * slots);
 }
 
 bool ShapeLibrary::offer(std::span<const ShapeTerms> memory) {
@@ -71,10 +71,10 @@ void ShapeLibrary::multiply(Index slot) {
   std::ranges::fill(partial_products_, 0.0);
   const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
   const auto k = static_cast<Index>(rows_.size());
-  workers_.for_each((k + chunk - 1) / chunk, [&](Index i) {
+  workers_.for_each((k + vertices_of_a_sum - 1) / vertices_of_a_sum, [&](Index i) {
     best_kernels().modes.add_products(
         entries, shapes(), slot, &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots],
-        i * chunk, std::min(k, (i + 1) * chunk));
+        i * vertices_of_a_sum, std::min(k, (i + 1) * vertices_of_a_sum));
   });
   const auto s = static_cast<std::size_t>(slot);
   for (std::size_t part = 0; part < n_parts_; ++part) {

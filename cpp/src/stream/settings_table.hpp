@@ -29,32 +29,20 @@ struct Setting {
   Index least = 0;        ///< of whole numbers
   Index most = std::numeric_limits<Index>::max();
   const char* value = "";    ///< what stands for the value in help texts
-  const char* help;          ///< one sentence or two, for command lines
-  const char* more = "";     ///< what the documentation of Python adds
+  const char* help = "";     ///< one sentence or two, for the program
   const char* without = "";  ///< of one that is on by default: what happens without it
 };
 
 inline constexpr Setting uncertainty_setting = {
     .name = "uncertainty",
-    .help = "Compute the standard error of each vertex, in the unit of the positions.",
-    .more = "The frames are the same with and without."};
-inline constexpr Setting recover_setting = {
-    .name = "recover",
-    .help = "Register a frame anew if the template is lost in it.",
-    .more =
-        "That is, if more than 5 % of the points are far from it. The registration begins with "
-        "the last good frame, and the better result is taken; `report.recovered` says so. Such "
-        "a frame takes as long as `dynmesh.register`; it is at most one of ten."};
+    .help = "Compute the standard error of each vertex, in the unit of the positions."};
 inline constexpr Setting threads_setting = {
     .name = "threads",
     .is_stored = false,
     .least = 1,
     .most = 256,
     .value = "N",
-    .help = "The number of threads that may work on a frame of a large mesh.",
-    .more =
-        "Results are identical for any number of threads. Whether more threads are faster "
-        "depends on the machine and the mesh."};
+    .help = "The number of threads that may work on a frame of a large mesh."};
 
 /// Calls `visit(setting, member, member_in_c)` for each of them, with pointers to members of
 /// Settings and dynmesh_settings; for TrackerSettings, which C passes one by one, without the last.
@@ -62,19 +50,15 @@ template <class Owner = Settings, class Visit>
 void for_each_setting(const Visit& visit) {
   if constexpr (std::is_same_v<Owner, TrackerSettings>) {
     visit(uncertainty_setting, &TrackerSettings::uncertainty);
-    visit(recover_setting, &TrackerSettings::recover);
+    visit(Setting{.name = "recover"}, &TrackerSettings::recover);
     visit(threads_setting, &TrackerSettings::threads);
   } else {
-    visit(
-        Setting{.name = "method",
-                .value = "METHOD",
-                .help = "'detail' preserves the shape of frame 0 and of the last frame, rotated "
-                        "with the motion. 'motion' averages motion vectors as in the paper, and "
-                        "is fast.",
-                .more = "The paper is Arvanitis et al. 2017, section 3. A frame takes tenths of a "
-                        "millisecond with motion and milliseconds with detail, but the error of "
-                        "motion is several times larger. Both are described in docs/method.md."},
-        &Settings::method, &dynmesh_settings::method);
+    visit(Setting{.name = "method",
+                  .value = "METHOD",
+                  .help = "'detail' preserves the shape of frame 0 and of the last frame, rotated "
+                          "with the motion. 'motion' averages motion vectors as in the paper, and "
+                          "is fast."},
+          &Settings::method, &dynmesh_settings::method);
     visit(
         Setting{.name = "revisit",
                 .method = Method::motion,
@@ -86,46 +70,33 @@ void for_each_setting(const Visit& visit) {
                   .method = Method::motion,
                   .most = 1'000'000,
                   .value = "N",
-                  .help = "Iterations after the one that reaches the last unknown vertex.",
-                  .more = "Ten reduce the error by a third on many sequences. They have no effect "
-                          "without `revisit`."},
+                  .help = "Iterations after the one that reaches the last unknown vertex."},
           &Settings::extra_iterations, &dynmesh_settings::extra_iterations);
     visit(Setting{.name = "disconnected",
                   .value = "RULE",
                   .help = "Parts that no chain of edges connects to a known vertex 'follow' the "
-                          "nearest surface, or 'hold' their position.",
-                  .more = "Those that follow move rigidly, with the surface that was nearest to "
-                          "them in frame 0."},
+                          "nearest surface, or 'hold' their position."},
           &Settings::disconnected, &dynmesh_settings::disconnected);
     visit(Setting{.name = "noise",
                   .method = Method::detail,
                   .value = "SIGMA",
                   .help = "The standard deviation of the noise of the known positions, in the unit "
-                          "of the positions; they are smoothed. Without it, they are exact.",
-                  .more = "Known vertices then move as well, according to the shape around them."},
+                          "of the positions; they are smoothed. Without it, they are exact."},
           &Settings::noise, &dynmesh_settings::noise);
     visit(Setting{.name = "reject_outliers",
                   .method = Method::detail,
                   .help = "Treat known vertices as unknown if they do not move like those around "
-                          "them.",
-                  .more = "They are estimated, and counted as `report.rejected`."},
+                          "them."},
           &Settings::reject_outliers, &dynmesh_settings::reject_outliers);
     visit(Setting{.name = "learn",
                   .method = Method::detail,
                   .help = "Learn from the completed frames how the shape of the subject varies: "
-                          "more accurate if motions recur, and about twice as slow.",
-                  .more = "Cannot be combined with `training`."},
+                          "more accurate if motions recur, and about twice as slow."},
           &Settings::learn, &dynmesh_settings::learn);
     Setting uncertainty = uncertainty_setting;
     uncertainty.method = Method::detail;
     visit(uncertainty, &Settings::uncertainty, &dynmesh_settings::uncertainty);
-    Setting threads = threads_setting;
-    threads.more =
-        "They are used for meshes of 23 553 vertices or more, and with \"detail\" of 5 889 or "
-        "more; "
-        "smaller meshes are completed by the calling thread alone. Results are identical for any "
-        "number of threads. Whether more threads are faster depends on the machine and the mesh.";
-    visit(threads, &Settings::threads, &dynmesh_settings::threads);
+    visit(threads_setting, &Settings::threads, &dynmesh_settings::threads);
   }
 }
 

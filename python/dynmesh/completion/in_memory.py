@@ -7,9 +7,9 @@ from typing import Any, Unpack, overload
 
 import numpy as np
 
-from .._core import Completer
 from .._errors import InputError, KindError, locating
 from ..attributes import ATTRIBUTES, as_mask
+from ..completer import Completer
 from ..files.memory import Collected, SequenceReader
 from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence

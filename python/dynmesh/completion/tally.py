@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Completer
 from ..calibration import Distances
+from ..completer import Completer
 from ..files import Frame
 from ..sequence import Mask
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_positive
-from .._core import Completer
 from .._errors import SettingError, locating
 from .._progress import tracked
+from ..completer import Completer
 from ..files import Frame, Reader, naming
 from ..files.memory import Output
 from ..settings import Settings

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_between, check_integer, check_not_negative, check_positive
-from .._core import cells
 from .._errors import InputError
 from ..polygons import Faces
 from ..sequence import Mask, Positions
+from ..topology import cells
 from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
 from .visibility import Camera, visible
 

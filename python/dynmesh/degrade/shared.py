@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import as_array, check_array, check_complete, check_positions
-from .._core import cells
 from .._errors import InputError, KindError, locating
 from ..polygons import Faces, split_faces
 from ..sequence import Positions, check_faces
+from ..topology import cells
 from .visibility import Camera
 
 _Integers = NDArray[np.integer[Any]]

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import TopologyReport
 from ..files import Header
+from ..topology import TopologyReport
 from .finding import MOST_PLACES, SEVERITIES, Finding, Severity
 from .placement import Unit
 

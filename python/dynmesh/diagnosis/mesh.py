@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Completer, TopologyReport, cells
+from ..completer import Completer
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
+from ..topology import TopologyReport, cells
 from .connection import connected
 from .finding import Indices
 from .stray_zeros import stray_zeros

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import cells
 from .._errors import InputError
 from .._extras import require
 from ..sequence import Mask, Positions
+from ..topology import cells
 
 Image = NDArray[np.uint8]
 Vector = tuple[float, float, float]

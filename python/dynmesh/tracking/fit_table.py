@@ -9,11 +9,11 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Agreement, Tracker, TrackingReport
 from ..diagnosis.surroundings import shares_in_planes
 from ..files.new_output import new_output
 from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
+from ..tracker import Agreement, Tracker, TrackingReport
 from .fits import Fits
 
 _MANY_FAR = 0.01

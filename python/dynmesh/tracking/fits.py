@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._core import Agreement, Tracker, TrackingReport
 from .._report import Quality
+from ..tracker import Agreement, Tracker, TrackingReport
 
 _DOUBTFUL = 0.02
 """The share of far points of a sequence from which on a part of the mesh is probably wrong."""

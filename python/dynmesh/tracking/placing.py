@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Alignment, find_alignment
 from .._errors import InputError
 from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scans import PointScan, Scan, ScanReader, unit_of_scans
 from ..sequence import Positions
+from ..tracker import Alignment, find_alignment
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import find_alignment
 from ..diagnosis.planes import planes_of_room
 from ..diagnosis.surface_distance import Surface
 from ..scans import DepthScan, Rig
+from ..tracker import find_alignment
 
 _Floats = NDArray[np.float64]
 

@@ -10,15 +10,15 @@ import numpy as np
 
 from .. import files
 from .._command import Output, What
-from .._core import TopologyReport, TrainingSummary
 from .._errors import InputError
 from .._progress import tracked
 from .._report import Report
 from ..calibration import Distances, estimated, in_words
-from ..completion.training import Training, TrainingFiles, paths_of
+from ..completion.training import Training, TrainingFiles, TrainingSummary, paths_of
 from ..diagnosis import Diagnosis, diagnose_frames
 from ..diagnosis.finding import MOST_PLACES
 from ..files import Frame, PathLike, Source
+from ..topology import TopologyReport
 
 _WIDTH = 80  # of findings, which are long
 _REFUSED_SHOWN = 3

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from .. import files
 from .._checks import check_flag, check_integer, check_path
 from .._command import How, Output, What
-from .._core import Alignment, Tracker
 from .._errors import InputError, locating
 from .._progress import tracked
 from .._report import Report
@@ -24,6 +23,7 @@ from ..registration import Landmarks, Registration
 from ..scans import PointScan, Scan, ScanReader, open_scans
 from ..scans.reader import DepthReader
 from ..sequence import Positions
+from ..tracker import Alignment, Tracker
 from ..tracking.fit_table import fit_table, judge
 from ..tracking.fits import Fits
 from ..tracking.landmarks import read_landmarks

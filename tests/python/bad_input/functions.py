@@ -51,7 +51,7 @@ _laplacian = of("laplacian")
 
 topology = [
     _cells("`n_vertices`: -1", lambda w: dynmesh.cells(w.faces, -1), ValueError, "n_vertices:", "-1"),
-    _cells("`n_vertices`: 49.0", lambda w: dynmesh.cells(w.faces, 49.0), TypeError, "n_vertices:", "float"),  # type: ignore[arg-type]
+    _cells("`n_vertices`: 49.0", lambda w: dynmesh.cells(w.faces, 49.0), TypeError, "n_vertices:", "49.0"),  # type: ignore[arg-type]
     _cells("`n_vertices`: 2^31", lambda w: dynmesh.cells(w.faces, 2**31), ValueError, "n_vertices:", str(2**31)),
     _cells("`n_vertices`: one too few", lambda w: dynmesh.cells(w.faces, 48), ValueError, "faces: face 71", "vertex 48", "48 vertices"),
 ]  # fmt: skip

@@ -1,0 +1,82 @@
+/// The fields of every report, once: for Python, and for the C interface where it has them.
+#pragma once
+
+#include <dynmesh/dynmesh.h>
+
+#include <dynmesh/alignment.hpp>
+#include <dynmesh/frame_report.hpp>
+#include <dynmesh/registration.hpp>
+#include <dynmesh/tracker.hpp>
+
+namespace dynmesh {
+
+// Each calls `visit(name, value, member_in_c)` for each field, some without the last.
+
+template <class Visit>
+void for_each_field(const FrameReport& report, const Visit& visit) {
+  using C = dynmesh_frame_report;
+  visit("known", report.known, &C::known);
+  visit("filled", report.filled, &C::filled);
+  visit("disconnected", report.disconnected, &C::disconnected);
+  visit("iterations", report.iterations, &C::iterations);
+  visit("rejected", report.rejected, &C::rejected);
+  visit("standard_error", report.standard_error, &C::standard_error);
+  visit("seconds", report.seconds, &C::seconds);
+  visit("blend", report.stages.blend, &C::blend);
+  visit("prior_weight", report.stages.prior_weight, &C::prior_weight);
+  visit("prior_share", report.stages.prior_share, &C::prior_share);
+  visit("first_order_share", report.stages.first_order_share, &C::first_order_share);
+  visit("factor_seconds", report.stages.factor_seconds);
+  visit("rotation_seconds", report.stages.rotation_seconds);
+  visit("solve_seconds", report.stages.solve_seconds);
+}
+
+template <class Visit>
+void for_each_field(const Agreement& agreement, const Visit& visit) {
+  using C = dynmesh_agreement;
+  visit("points", agreement.points, &C::points);
+  visit("far", agreement.far_share, &C::far_share);
+  visit("disagreeing", agreement.disagreeing, &C::disagreeing);
+  visit("distance", agreement.distance, &C::distance);
+}
+
+template <class Visit>
+void for_each_field(const TrackingReport& report, const Visit& visit) {
+  for_each_field(static_cast<const FrameReport&>(report), visit);
+  for_each_field(report.agreement, visit);
+  visit("aligned", report.aligned);
+  visit("recovered", report.recovered);
+}
+
+template <class Visit>
+void for_each_field(const Alignment& found, const Visit& visit) {
+  using C = dynmesh_alignment;
+  visit("rotation", found.rotation, &C::rotation);
+  visit("shift", found.shift, &C::shift);
+  visit("mean_edge", found.mean_edge, &C::mean_edge);
+  visit("before", found.before, &C::before);
+  visit("after", found.after, &C::after);
+  visit("ratio", found.ratio, &C::ratio);
+  visit("lies_in_scan", found.lies_in_scan, &C::lies_in_scan);
+  visit("matches", found.matches, &C::matches);
+  visit("other_unit", found.other_unit, &C::other_unit);
+}
+
+template <class Real, class Visit>
+void for_each_field(const Registration<Real>& found, const Visit& visit) {
+  using C = dynmesh_registration_report;
+  visit("transform", found.transform, &C::transform);
+  visit("far", found.far_share, &C::far_share);
+  visit("disagreeing", found.disagreeing, &C::disagreeing);
+  visit("empty", found.empty_share, &C::empty_share);
+  visit("hole", found.hole, &C::hole);
+  visit("overlap", found.overlap, &C::overlap);
+  visit("stretched", found.stretched, &C::stretched);
+  visit("distance", found.distance, &C::distance);
+  visit("rounds", found.rounds, &C::rounds);
+  visit("converged", found.converged, &C::converged);
+  visit("ambiguous", found.ambiguous, &C::ambiguous);
+  visit("quality", static_cast<Index>(found.quality), &C::quality);
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,153 @@
+"""Conversion of arguments to the packed arrays of one dtype that the compiled core takes."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ._checks import as_array
+from ._errors import InputError, KindError
+from .attributes import as_mask
+from .polygons import Faces, split_faces
+
+Positions: TypeAlias = NDArray[np.floating[Any]]
+"""float32 or float64, x, y, z on the last axis, in any unit of length."""
+
+Mask: TypeAlias = NDArray[np.bool_]
+"""True where a position was observed in its frame."""
+
+Integers: TypeAlias = NDArray[np.integer[Any]]
+
+_MOST_ROWS = np.iinfo(np.int32).max
+
+
+def floats(name: str, given: Any) -> Positions:
+    """Returns an array as it is, a list of whole numbers as float64.
+
+    Raises:
+        TypeError: it is not of float32 or float64.
+        ValueError: it is no array.
+    """
+    array = _plain(name, as_array(name, given, np.float64))
+    if array.dtype.kind != "f" or array.itemsize not in (4, 8):
+        raise KindError(f"must be float32 or float64, not {array.dtype}", argument=name)
+    return array
+
+
+def points(name: str, given: Any, dtype: DTypeLike, shape: str = "(k, 3)") -> Positions:
+    """Returns positions, a row for each, as a packed array of a dtype."""
+    if (
+        type(given) is np.ndarray
+        and given.dtype == dtype
+        and given.ndim == 2
+        and given.shape[1] == 3
+        and given.flags.c_contiguous
+        and given.flags.aligned
+    ):
+        return given
+    array = floats(name, given)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"must have shape {shape}, not {array.shape}", argument=name)
+    return packed(_countable(name, array), dtype)
+
+
+def first_frame(name: str, given: Any) -> Positions:
+    """Returns positions as a packed array of their own dtype, which that of all others follows."""
+    array = floats(name, given)
+    return points(name, array, np.dtype(f"f{array.itemsize}"))
+
+
+def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
+    """Returns the array itself or a copy.
+
+    A finite number out of the range of float32 becomes the largest, so that it is refused as too
+    large and does not count as missing.
+    """
+    with np.errstate(over="ignore"):
+        found = np.require(array, dtype, ["C", "A"])
+    if found.itemsize < array.itemsize and (beyond := np.isinf(found) & np.isfinite(array)).any():
+        found[beyond] = np.copysign(np.finfo(found.dtype).max, array[beyond])
+    return found
+
+
+def known_mask(given: Any) -> Mask:
+    """Returns a known mask (k,) as a packed array."""
+    mask = _plain("known", given)
+    if mask.dtype.kind not in "biu":
+        raise KindError(f"must be bool, or integers 0 and 1, not {mask.dtype}", argument="known")
+    if mask.ndim != 1:
+        raise InputError(f"must have shape (k,), not {mask.shape}", argument="known")
+    return np.ascontiguousarray(as_mask(mask))
+
+
+def indices(name: str, given: Any, shape: str = "(n,)") -> NDArray[np.int32]:
+    """Returns integers as a packed array of int32; with the shape "(m, 3)", triangles."""
+    array = _plain(name, given)
+    if array.dtype.kind not in "iu" and array.size:  # an empty list becomes float64
+        raise KindError(f"must be integers, not {array.dtype}", argument=name)
+    if array.shape[1:] != (() if shape == "(n,)" else (3,)) or array.ndim == 0:
+        raise InputError(f"must have shape {shape}, not {array.shape}", argument=name)
+    narrow = packed(_countable(name, array), np.int32)
+    if (wrong := narrow != array).any():
+        place = tuple(np.argwhere(wrong)[0])
+        raise InputError(
+            f"row {place[0]} holds {array[place]}, which cannot be a vertex index", argument=name
+        )
+    return narrow
+
+
+def triangles(faces: Faces, n_vertices: int) -> NDArray[np.int32]:
+    """Returns the triangles of faces, (m, 3), as a packed array."""
+    return indices("faces", split_faces(faces, n_vertices)[0], "(m, 3)")
+
+
+def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
+    """Returns `out`, or a new array if that is None or not packed.
+
+    Raises:
+        TypeError, ValueError: positions cannot be written to it.
+    """
+    if out is None:
+        return np.empty((n_vertices, 3), dtype)
+    if not isinstance(out, np.ndarray):
+        raise KindError(f"must be a numpy array, not {type(out).__name__}", argument="out")
+    if _plain("out", out).dtype != dtype:
+        raise KindError(
+            f"must be {dtype}, the dtype of first_frame, not {out.dtype}", argument="out"
+        )
+    if out.ndim != 2 or out.shape[1] != 3:
+        raise InputError(f"must have shape (k, 3), not {out.shape}", argument="out")
+    if len(out) != n_vertices:
+        raise InputError(
+            f"has {len(out)} rows, but the mesh has {n_vertices} vertices", argument="out"
+        )
+    if not out.flags.writeable:
+        raise InputError("is read-only", argument="out")
+    return out if out.flags.carray else np.empty((n_vertices, 3), dtype)
+
+
+def written(out: Positions | None, found: Positions) -> Positions:
+    """Returns `out` with what was written to :func:`output`."""
+    if out is None:
+        return found
+    if out is not found:
+        out[...] = found
+    return out
+
+
+def _plain(name: str, given: Any) -> NDArray[Any]:
+    if isinstance(given, np.ma.MaskedArray):
+        raise KindError(
+            "is a masked array, whose mask would be ignored; pass a plain array, and the mask as "
+            "`known`",
+            argument=name,
+        )
+    return np.asarray(as_array(name, given))
+
+
+def _countable(name: str, array: NDArray[Any]) -> NDArray[Any]:
+    if len(array) > _MOST_ROWS:
+        raise InputError(
+            f"has {len(array)} rows, more than 32-bit indices can count", argument=name
+        )
+    return array

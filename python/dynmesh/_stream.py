@@ -1,0 +1,188 @@
+"""What the completer and the tracker have in common."""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _arrays, _core
+from ._arrays import Positions
+from ._checks import check_flag, check_integer, check_number
+from ._errors import KindError, SettingError
+from .polygons import Faces
+from .topology import RefusedFace, TopologyReport
+
+
+def trained(training: Iterable[Positions], first_frame: Positions) -> Any:
+    """Returns frames as the core takes them."""
+    if not isinstance(training, Iterable):
+        raise KindError(
+            f"must be frames, an array (n, k, 3) or an iterable, not {type(training).__name__}",
+            argument="training",
+        )
+    found = _core.training(first_frame)
+    for frame in training:
+        found.add(_arrays.points("training", frame, first_frame.dtype))
+    return found
+
+
+class Stream:
+    """A mesh whose frames arrive one after another."""
+
+    def __init__(
+        self,
+        faces: Faces,
+        first_frame: Positions,
+        training: Iterable[Positions] | None,
+        kinds: Mapping[str, Any],
+        settings: dict[str, Any],
+    ) -> None:
+        """Checks the kinds of the settings, and begins."""
+        for name, value in settings.items():
+            _check_setting(name, value, kinds[name])
+        first = _arrays.first_frame("first_frame", first_frame)
+        self._settings = settings
+        # Copies: a pickle holds what was given, which the caller may change.
+        self._faces = _arrays.triangles(faces, len(first)).copy()
+        self._first_frame = first.copy()
+        frames = None if training is None else trained(training, first)
+        self._training = None if frames is None else frames.frames()
+        self._core = self._create(self._faces, self._first_frame, self._settings, frames)
+
+    def _create(self, faces: Any, first_frame: Any, settings: Any, training: Any) -> Any:
+        raise NotImplementedError
+
+    def __getstate__(self) -> tuple[dict[str, Any], bytes]:
+        """Returns everything that makes an equal object."""
+        return {name: given for name, given in vars(self).items() if name != "_core"}, self.state()
+
+    def __setstate__(self, given: tuple[dict[str, Any], bytes]) -> None:
+        """Makes an equal object."""
+        vars(self).update(given[0])
+        frames = None if self._training is None else trained(self._training, self._first_frame)
+        self._core = self._create(self._faces, self._first_frame, self._settings, frames)
+        self.restore(given[1])
+
+    def skip(self, *, out: Positions | None = None) -> Positions:
+        """Passes over a frame in which nothing was observed.
+
+        Args:
+            out: see `push`.
+
+        Returns:
+            The frame, (k, 3).
+        """
+        found = self._output(out)
+        self._core.skip(found)
+        return _arrays.written(out, found)
+
+    def reset(self, frame: Positions) -> None:
+        """Starts again with a new frame 0.
+
+        Args:
+            frame: the new frame 0, (k, 3), complete and finite.
+        """
+        self._core.reset(self._points("frame", frame))
+
+    def state(self) -> bytes:
+        """Returns everything that later frames depend on, to be stored or sent.
+
+        Returns:
+            Little-endian bytes for `restore`. They contain no times, so objects that received the
+            same frames have identical states.
+        """
+        state: bytes = self._core.state()
+        return state
+
+    def restore(self, state: bytes | bytearray | memoryview) -> None:
+        """Continues from a state, with the same results, or up to rounding on another processor.
+
+        The seconds of `report` become 0.
+
+        Args:
+            state: the bytes that `state` returned, from an object with the same faces, dtype,
+                settings and training frames, on any machine.
+        """
+        try:
+            given = bytes(memoryview(state))
+        except TypeError as error:
+            told = f"must be bytes, not {type(state).__name__}"
+            raise KindError(told, argument="state") from error
+        self._core.restore(given)
+
+    @property
+    def generation(self) -> NDArray[np.int32]:
+        """(k,) int32: the number of edges to the nearest observed vertex of the last frame.
+
+        0 for an observed vertex, -1 where no chain of edges leads to one.
+        """
+        generation: NDArray[np.int32] = self._core.generation()
+        return generation
+
+    @property
+    def age(self) -> NDArray[np.int32]:
+        """(k,) int32: the number of frames since the vertex was last observed."""
+        age: NDArray[np.int32] = self._core.age()
+        return age
+
+    @property
+    def topology(self) -> TopologyReport:
+        """The TopologyReport of the mesh."""
+        components, isolated, boundary, refused = self._core.topology()
+        faces = [RefusedFace(*face) for face in refused]
+        return TopologyReport(components, isolated, boundary, faces)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All settings with their values, by name."""
+        return dict(self._settings)
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames since construction or `reset`; `restore` restores it."""
+        n_frames: int = self._core.n_frames()
+        return n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices, k."""
+        return len(self._first_frame)
+
+    @property
+    def n_edges(self) -> int:
+        """The number of edges of the mesh."""
+        n_edges: int = self._core.n_edges()
+        return n_edges
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """float32 or float64, the dtype of first_frame."""
+        return self._first_frame.dtype
+
+    def _points(self, name: str, given: Any, shape: str = "(k, 3)") -> Positions:
+        return _arrays.points(name, given, self._first_frame.dtype, shape)
+
+    def _output(self, out: Positions | None) -> Positions:
+        return _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
+
+    def _standard_error(self) -> NDArray[np.floating[Any]]:
+        found: NDArray[np.floating[Any]] = self._core.standard_error()
+        return found
+
+
+def _check_setting(name: str, value: Any, kind: Any) -> None:
+    """Refuses a value of the wrong kind; the core refuses those out of range."""
+    if kind is bool:
+        check_flag(name, value)
+    elif kind is int:
+        check_integer(name, value, -math.inf)
+    elif choices := [one for one in get_args(kind) if isinstance(one, str)]:
+        if not isinstance(value, str):
+            raise KindError(f"must be a string, not {value!r}", argument=name, value=value)
+        if value not in choices:
+            told = " or ".join(map(repr, choices))
+            raise SettingError(f"must be {told}, not {value!r}", argument=name, value=value)
+    elif value is not None:
+        check_number(name, value)

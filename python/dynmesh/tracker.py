@@ -1,0 +1,359 @@
+"""Tracking of a template in raw scans: loose points, or depth images."""
+
+from collections.abc import Iterable
+from collections.abc import Sequence as SequenceOf
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _arrays, _core
+from ._arrays import Mask, Positions
+from ._errors import InputError, KindError
+from ._stream import Stream
+from .completer import FrameReport
+from .polygons import Faces
+
+Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
+
+_KINDS = {"uncertainty": bool, "recover": bool, "threads": int}
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well a surface explains what a sensor measured of it.
+
+    Attributes:
+        points: as in TrackingReport, like all others.
+        far: the share of the points that are far from the surface.
+        disagreeing: the share with the normal of another surface.
+        distance: the root mean square distance of those that are not far.
+    """
+
+    points: int
+    far: float
+    disagreeing: float
+    distance: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingReport(FrameReport):
+    """Statistics of one tracked frame.
+
+    `known` counts the observed vertices, `filled` the others of their components, `disconnected`
+    those of components without any, and `iterations` how often correspondences were found. With
+    training, `prior_weight` and `prior_share` are as in FrameReport, and with uncertainty,
+    `standard_error` is the root mean square of those of all vertices where it is finite. See also
+    FrameReport.
+
+    Attributes:
+        points: how many measured points were compared with the surface: all of a small scan, every
+            so manyth one of a large one. Stray points, which are far from the surface and sparser
+            than others, are left out.
+        far: the share of them that are farther than one mean edge of the template from the surface,
+            0 to 1; NaN without points. It tells best how well a frame was tracked; up to 0.01 is
+            usual.
+        disagreeing: the share that is near the surface, but whose normal is that of another one.
+        distance: the root mean square distance from the surface of those that are not far, in the
+            unit of the positions; NaN without any.
+        aligned: whether the template was not where the first scan is, and was moved there rigidly.
+        recovered: whether the template was lost and found again by a registration.
+    """
+
+    rejected: int = field(repr=False)
+    points: int
+    far: float
+    disagreeing: float
+    distance: float
+    aligned: bool
+    recovered: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """A rigid motion of a template, and what is known of it and a scan.
+
+    Distances are typical ones between the surface of the template and the scan, small if one of
+    them covers the other: the smaller one of the distance of the median point of the scan from the
+    template and of that within which 40 % of the template have a point of the scan.
+
+    Attributes:
+        rotation: (3, 3) float64; the new positions are ``points @ rotation.T + shift``.
+        shift: (3,) float64, in the unit of the positions.
+        mean_edge: of the template, in the unit of the positions.
+        before: the distance without the motion, in mean edges.
+        after: the distance with it, in mean edges.
+        ratio: how many times as large as the template the scan is.
+        lies_in_scan: whether the template lies in the scan as it is, so that a tracker can bridge
+            the distance in its first frame. Then, the motion is the identity.
+        matches: whether the template lies in the scan with the motion. If not, it has another pose
+            than the scan, or is another mesh, and should not be tracked.
+        other_unit: whether one is at least 20 times as large as the other, so that a unit of length
+            is probably wrong. Then, no motion is sought, and the template does not match.
+    """
+
+    rotation: NDArray[np.float64] = field(repr=False)
+    shift: NDArray[np.float64] = field(repr=False)
+    mean_edge: float
+    before: float
+    after: float
+    ratio: float
+    lies_in_scan: bool
+    matches: bool
+    other_unit: bool
+
+
+def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Alignment:
+    """Finds the rigid motion that puts a template into a scan, from any rotation and position.
+
+    A tracker follows the template from there; `Tracker` itself bridges small distances only. The
+    motion is found by iterative closest points, of which the farthest fifth is ignored (Chetverikov
+    et al. 2002), from 28 rotations; points are first drawn to points (Besl and McKay 1992), and the
+    best results then to tangent planes (Chen and Medioni 1991). Shapes with symmetries match in
+    several rotations, of which one is returned. At most 1000 points and 4000 places of the template
+    are compared, so the time is linear in the size of both, for reading them, plus some hundredths
+    of a second. Computes in double precision.
+
+    Args:
+        faces: the triangles of the template, (m, 3) integers.
+        first_frame: its vertices, (k, 3) float32 or float64, finite.
+        scan: points of the surface in the same unit of length, (n, 3) float32 or float64, finite,
+            at least one.
+
+    Raises:
+        ValueError: there are no faces, vertices or points, or one of them is not as described.
+    """
+    frame = _arrays.points("first_frame", first_frame, np.float64)
+    points = _arrays.points("scan", scan, np.float64, "(n, 3)")
+    found = _core.find_alignment(_arrays.triangles(faces, len(frame)), frame, points)
+    rotation = found.pop("rotation").reshape(3, 3)
+    return Alignment(rotation=rotation, **found)
+
+
+class Tracker(Stream):
+    """Tracks a template in raw scans: loose points, or depth images.
+
+        tracker = dynmesh.Tracker(faces, first_frame)
+        for points, normals in scanner:
+            frame = tracker.push(points, normals, viewpoints=cameras)
+
+    No correspondences are needed. Each frame is found from what was measured in it and from earlier
+    frames; the method is described in docs/reference/tracking.md. `push`, `push_depth` and `skip`
+    return the tracked frame, an array (k, 3) with the dtype of `first_frame`, and release the GIL.
+    Bad input raises ValueError, or TypeError for a wrong type, with a message that says what is
+    wrong, where, and with which value. The tracker is then unchanged.
+
+    The first scan must be where the template is. If it is not, a rigid alignment is tried and
+    reported as `report.aligned`; if that fails, the scan is refused with the distance. Later scans
+    that are far away, or empty, count as frames in which nothing was observed, as does `skip`: the
+    template stays where it is.
+
+    A tracker may be used by one thread at a time. A call while another thread is using it raises
+    RuntimeError. It can be pickled and copied; see Completer.
+
+    Args:
+        faces: the triangles, (m, 3) integers, or other polygons; see Completer.
+        first_frame: the template, (k, 3) float32 or float64, complete and finite, in the pose of
+            the first scan.
+        uncertainty: compute the standard error of each vertex, in the unit of the positions. The
+            frames are the same with and without.
+        recover: register a frame anew if the template is lost in it, that is, if more than 5 % of
+            the points are far from it. The registration begins with the last good frame, and the
+            better result is taken; `report.recovered` says so. Such a frame takes as long as
+            `dynmesh.register`; it is at most one of ten.
+        threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.
+            Results are identical for any number of threads. Whether more threads are faster depends
+            on the machine and the mesh.
+        training: None, or complete frames of the same mesh, as Completer takes them, from which the
+            tracker learns how the shape of the subject varies. Training frames that do not describe
+            the subject have no effect: `report.prior_weight` is then 0.
+    """
+
+    def __init__(
+        self,
+        faces: Faces,
+        first_frame: Positions,
+        *,
+        uncertainty: bool = False,
+        recover: bool = False,
+        threads: int = 1,
+        training: Iterable[Positions] | None = None,
+    ) -> None:
+        """Starts at a template."""
+        settings = {"uncertainty": uncertainty, "recover": recover, "threads": threads}
+        super().__init__(faces, first_frame, training, _KINDS, settings)
+
+    def __repr__(self) -> str:
+        """Names the size."""
+        return f"Tracker({self.n_vertices} vertices, {self.n_edges} edges)"
+
+    def _create(self, faces: Any, first_frame: Any, settings: Any, training: Any) -> Any:
+        return _core.tracker(faces, first_frame, settings, training)
+
+    def push(
+        self,
+        points: Positions,
+        normals: Positions | None = None,
+        *,
+        viewpoints: Positions | None = None,
+        out: Positions | None = None,
+    ) -> Positions:
+        """Finds the template in a scan.
+
+        Args:
+            points: the scan, (n, 3) float32 or float64, finite, in any order and of any number, in
+                the axes and the unit of the template.
+            normals: the outward normals of the points, (n, 3), of any length. A normal of 0 is not
+                known, and its point is not used. If None, normals are estimated from the 12 nearest
+                points, which takes longer than everything else, and turned to the viewpoints;
+                without viewpoints they match either side of the surface.
+            viewpoints: the positions of the sensors, (c, 3). With them, vertices that no sensor can
+                see are not compared with the scan, and sheets, such as cloth or a mask, are also
+                compared where they are seen from behind. Give them if they are known. In the axes
+                and the unit of the template.
+            out: an array (k, 3) of the tracker's dtype to which the tracked frame is written. If
+                None, a new array is allocated.
+
+        Returns:
+            The tracked frame, (k, 3): `out`, or the new array.
+        """
+        found = self._output(out)
+        self._core.push(*scan_arrays(points, normals, viewpoints, self.dtype), found)
+        return _arrays.written(out, found)
+
+    def push_depth(
+        self,
+        depth: Positions | SequenceOf[Positions],
+        intrinsics: Matrix | SequenceOf[Matrix],
+        pose: Matrix | SequenceOf[Matrix],
+        *,
+        out: Positions | None = None,
+    ) -> Positions:
+        """Finds the template in depth images.
+
+        Several cameras of the same moment are given as lists of the same length.
+
+        Args:
+            depth: (h, w) float32 or float64: depths along the axis of the camera, in the unit of
+                the template. Where nothing was measured, they are 0, NaN or infinite.
+            intrinsics: (3, 3) in pixels: fx, s, cx; 0, fy, cy; 0, 0, 1. The centre of the first
+                pixel is at 0, 0.
+            pose: (4, 4): the rigid motion from the axes of the camera to those of the template, in
+                its unit. The camera looks along its +z axis, with x to the right and y down, as in
+                OpenCV.
+            out: see `push`.
+
+        Returns:
+            The tracked frame, (k, 3).
+        """
+        found = self._output(out)
+        self._core.push_depth(image_arrays(depth, intrinsics, pose), found)
+        return _arrays.written(out, found)
+
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool: whether the vertex has a measured point in the last frame."""
+        observed: Mask = self._core.observed().astype(np.bool_)
+        return observed
+
+    @property
+    def standard_error(self) -> NDArray[np.floating[Any]]:
+        """(k,) with `uncertainty=True`: the standard error of each vertex.
+
+        The standard error of the distance of each vertex of the last frame from the surface, along
+        its normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it.
+        The distance along the surface, which may be several times as large, is not included. It is
+        infinite where no measured point is connected, and 0 before the first frame. Without
+        uncertainty, ValueError is raised.
+        """
+        return self._standard_error()
+
+    @property
+    def report(self) -> TrackingReport:
+        """The TrackingReport of the last frame."""
+        return TrackingReport(**self._core.report())
+
+    @property
+    def agreement_of_sensors(self) -> list[Agreement]:
+        """How well the last frame explains what each sensor measured.
+
+        One for each image or viewpoint, in the order of the call. A point of a scan counts for the
+        viewpoint that its normal turns to most. Empty before the first frame and after `restore`.
+        """
+        return [Agreement(**one) for one in self._core.agreement_of_sensors()]
+
+
+def scan_arrays(
+    points: Positions, normals: Positions | None, viewpoints: Positions | None, dtype: Any
+) -> tuple[Positions, Positions | None, Positions | None]:
+    """Returns the arrays of a scan as the core takes them.
+
+    Raises:
+        TypeError, ValueError: one of them has the wrong kind or shape.
+    """
+    found = _arrays.points("points", points, dtype, "(n, 3)")
+    if normals is not None:
+        normals = _arrays.points("normals", normals, dtype, "(n, 3)")
+        if len(normals) != len(found):
+            raise InputError(
+                f"has {len(normals)} rows, but points has {len(found)}", argument="normals"
+            )
+    if viewpoints is not None:
+        viewpoints = _arrays.points("viewpoints", viewpoints, dtype, "(c, 3)")
+    return found, normals, viewpoints
+
+
+def image_arrays(depth: Any, intrinsics: Any, pose: Any) -> list[tuple[NDArray[Any], ...]]:
+    """Returns the arrays of depth images, one or several, as the core takes them.
+
+    Raises:
+        TypeError, ValueError: one of them has the wrong kind or shape, or their numbers differ.
+    """
+    images, cameras, poses = (
+        _several(name, given)
+        for name, given in (("depth", depth), ("intrinsics", intrinsics), ("pose", pose))
+    )
+    for name, given in (("intrinsics", cameras), ("pose", poses)):
+        if len(given) != len(images):
+            raise InputError(
+                f"there are {len(given)}, but {len(images)} depth images", argument=name
+            )
+    return [
+        (_depths(image), _matrix("intrinsics", camera, 3), _matrix("pose", turn, 4))
+        for image, camera, turn in zip(images, cameras, poses, strict=True)
+    ]
+
+
+def _several(name: str, given: Any) -> list[Any]:
+    """The arrays of each camera; one array, or the list of its rows, is that of one camera."""
+    if not isinstance(given, np.ndarray | list | tuple):
+        raise KindError(
+            f"must be an array, or a list of arrays, not {type(given).__name__}", argument=name
+        )
+    is_one = given.ndim <= 2 if isinstance(given, np.ndarray) else given and np.ndim(given[0]) < 2
+    return [given] if is_one else list(given)
+
+
+def _depths(image: Any) -> NDArray[np.float32]:
+    array = np.asarray(image)
+    if array.dtype.kind != "f":
+        more = "; multiply the counts of a sensor by the depth of one count"
+        raise KindError(
+            f"must be float32 or float64, in the unit of the template, not {array.dtype}"
+            f"{more if array.dtype.kind in 'iu' else ''}",
+            argument="depth",
+        )
+    if array.ndim != 2:
+        raise InputError(f"must have shape (h, w), not {array.shape}", argument="depth")
+    with np.errstate(over="ignore"):
+        return np.require(array, np.float32, ["C", "A"])
+
+
+def _matrix(name: str, given: Any, side: int) -> NDArray[np.float64]:
+    array = np.asarray(given)
+    if array.dtype.kind not in "fi":
+        raise KindError(f"must be numbers, not {array.dtype}", argument=name)
+    if array.shape != (side, side):
+        raise InputError(f"must have shape ({side}, {side}), not {array.shape}", argument=name)
+    return np.require(array, np.float64, ["C", "A"])
