@@ -5,6 +5,10 @@
 /// was given.
 #pragma once
 
+#if (defined(_MSVC_LANG) ? _MSVC_LANG : __cplusplus) < 202002L
+#error "dynmesh needs C++20; compile with -std=c++20 or /std:c++20"
+#endif
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -4,20 +4,18 @@
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <dynmesh/settings.hpp>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <vector>
 
-#include "stream/settings_table.hpp"
+#include "stream/report_fields.hpp"
 #include "support/checks.hpp"
 
 namespace dynmesh {
@@ -64,20 +62,25 @@ Points<Real> points_of(const char* argument, const View* view,
           static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
 }
 
-constexpr const char* known_types = "DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64)";
+/// Calls `call` with a zero of the type.
+template <class Call>
+void with_type(const char* argument, std::int32_t type, const Call& call) {
+  if (type == DYNMESH_FLOAT32) {
+    call(float{});
+  } else if (type == DYNMESH_FLOAT64) {
+    call(double{});
+  } else {
+    refuse(argument, "type must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not " +
+                         std::to_string(type));
+  }
+}
 
 /// Calls `call` with the positions of a view, which are float or double as its type says.
 template <class Call>
 void with_type_of(const char* argument, const dynmesh_points* view, const Call& call) {
   check_pointer(argument, view);
-  if (view->type == DYNMESH_FLOAT32) {
-    call(points_of<const float>(argument, view));
-  } else if (view->type == DYNMESH_FLOAT64) {
-    call(points_of<const double>(argument, view));
-  } else {
-    refuse(argument,
-           std::string("type must be ") + known_types + ", not " + std::to_string(view->type));
-  }
+  with_type(argument, view->type,
+            [&]<class Real>(Real) { call(points_of<const Real>(argument, view)); });
 }
 
 inline Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
@@ -95,61 +98,51 @@ inline std::span<const Index> indices_of(const std::int32_t* indices, std::int64
   return {indices, count};
 }
 
-/// The value of a setting in C: an enumeration or a truth value as int32, and NaN for none.
-template <class Value>
-auto to_c(const Value& value) {
-  if constexpr (std::is_same_v<Value, std::optional<double>>) {
-    return value.value_or(std::numeric_limits<double>::quiet_NaN());
-  } else {
-    return static_cast<std::int32_t>(value);
+/// A report in C.
+template <class InC, class Report>
+InC to_c(const Report& report) {
+  InC converted = {};
+  for_each_field(report, [&](const char*, const auto& value, auto... member) {
+    [[maybe_unused]] const auto assign = [&](auto& field) {
+      if constexpr (std::is_array_v<std::remove_reference_t<decltype(field)>>) {
+        std::ranges::copy(value, field);
+      } else {
+        field = static_cast<std::remove_reference_t<decltype(field)>>(value);
+      }
+    };
+    (assign(converted.*member), ...);
+  });
+  return converted;
+}
+
+inline std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
+  if (value < 0) {
+    refuse("images", "image " + std::to_string(number) + " cannot have a " + side + " of " +
+                         std::to_string(value));
   }
+  return static_cast<std::size_t>(value);
 }
 
-template <class Value, class Given>
-Value setting_from_c(const char* name, Given given) {
-  if constexpr (std::is_same_v<Value, std::optional<double>>) {
-    return std::isnan(given) ? std::nullopt : Value(given);
-  } else if constexpr (std::is_same_v<Value, bool>) {
-    return given != 0;
-  } else if constexpr (std::is_enum_v<Value>) {
-    const auto& names = names_of<Value>;
-    if (given >= 0 && static_cast<std::size_t>(given) < names.size()) {
-      return static_cast<Value>(given);
-    }
-    std::string listed;
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      std::string constant = std::string("DYNMESH_") + name + '_' + std::string(names[i]);
-      std::ranges::transform(constant, constant.begin(),
-                             [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-      listed += (i == 0 ? "" : " or ") + constant + " (" + std::to_string(i) + ")";
-    }
-    refuse(name, "must be " + listed + ", not " + std::to_string(given));
-  } else {
-    return given;
-  }
+inline DepthImage image_of(std::size_t number, const dynmesh_depth_image& given) {
+  DepthImage image;
+  image.data = given.data;
+  image.height = side_of(number, "height", given.height);
+  image.width = side_of(number, "width", given.width);
+  const bool is_packed = given.row_stride == 0;
+  image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
+  image.column_stride =
+      static_cast<std::ptrdiff_t>(is_packed || given.column_stride == 0 ? 1 : given.column_stride);
+  std::ranges::copy(given.intrinsics, image.intrinsics.begin());
+  std::ranges::copy(given.pose, image.pose.begin());
+  return image;
 }
 
-/// Later versions may support several sizes, with default values for the fields that smaller ones
-/// lack.
-inline void check_settings_size(const char* argument, std::int64_t size) {
-  constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
-  if (size == known) return;
-  refuse(argument, "is " + std::to_string(size) +
-                       ", but this version of dynmesh expects settings of " +
-                       std::to_string(known) + " bytes; call dynmesh_default_settings first");
-}
-
-/// Null means the defaults.
-inline Settings settings_of(const dynmesh_settings* chosen) {
-  Settings settings;
-  if (chosen == nullptr) return settings;
-  const dynmesh_settings& given = *chosen;
-  check_settings_size("settings.size", given.size);
-  for_each_setting(
-      [&]<class Value>(const Setting& setting, Value Settings::*member, auto member_in_c) {
-        settings.*member = setting_from_c<Value>(setting.name, given.*member_in_c);
-      });
-  return settings;
+inline std::vector<DepthImage> images_of(const dynmesh_depth_image* images, std::int64_t n_images) {
+  const std::size_t count = count_of("images", n_images);
+  if (count > 0) check_pointer("images", images);
+  std::vector<DepthImage> converted(count);
+  for (std::size_t i = 0; i < count; ++i) converted[i] = image_of(i, images[i]);
+  return converted;
 }
 
 }  // namespace dynmesh

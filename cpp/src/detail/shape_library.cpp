@@ -39,7 +39,8 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, Workers& workers, double m
     weights_.push_back(static_cast<float>(weight));
   }
   std::iota(order_.begin(), order_.end(), 0);
-  partial_products_.resize((rows_.size() + vertices_of_a_sum - 1) / vertices_of_a_sum * n_parts_ * slots);
+  partial_products_.resize((rows_.size() + vertices_of_a_sum - 1) / vertices_of_a_sum * n_parts_ *
+                           slots);
 }
 
 bool ShapeLibrary::offer(std::span<const ShapeTerms> memory) {
