@@ -50,8 +50,8 @@ def draw(data: Path, folder: Path) -> None:
         distances = np.linalg.norm(frame - frames[_SHOWN], axis=1)
         return f"{distances[~known].mean():.1f}"
 
-    with new_figure(13, 4) as figure:
-        axes = figure.subplots(1, 4)
+    with new_figure(8.5, 7.4) as figure:
+        axes = figure.subplots(2, 2).ravel()
         colours = np.where(known[faces].all(axis=1)[:, None], to_rgb(_KNOWN), to_rgb(_ESTIMATED))
         _surface(axes[0], faces, frames[0], np.broadcast_to(to_rgb(_KNOWN), (len(faces), 3)))
         _arrows(axes[0], frames[0], arrows, shown, _ARROWS)

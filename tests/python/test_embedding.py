@@ -4,14 +4,11 @@ import re
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from conftest import REPOSITORY
 from test_documents import PROGRAMS, blocks, build, run
-
-import dynmesh
 
 DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
 GUIDE = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
@@ -54,7 +51,7 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
 
 
 @pytest.mark.usefixtures("strict_compilers")
-@pytest.mark.parametrize(("number", "program"), enumerate(("track_points.cpp", "track_image.c")))
+@pytest.mark.parametrize(("number", "program"), [(0, "track_points.cpp"), (1, "track_image.c")])
 def test_the_trackers(number: int, program: str, tmp_path: Path, programs: Path) -> None:
     (project,) = blocks("cmake", DOCUMENT)
     before, _, _ = project.partition("add_executable")
@@ -119,29 +116,3 @@ def test_rust(tmp_path: Path, library_folder: Path) -> None:
     compiler = ("rustc", "--edition", "2021", "-D", "warnings", "-L", library_folder)
     run(*compiler, PROGRAMS / "complete.rs", cwd=tmp_path)
     assert run(tmp_path / "complete", cwd=tmp_path) == "3 filled in; vertex 0 is at height 5.000\n"
-
-
-@pytest.mark.parametrize("dtype", ["float32", "float64"])
-def test_size_of_a_state(dtype: str) -> None:
-    """The table of the page has it, in steps."""
-    rows = re.findall(r"^\| (.*?) \| (\d+) \| (\d+) \| (\d+) \|$", DOCUMENT, flags=re.MULTILINE)
-    stated = {
-        name.removesuffix(", in addition").strip("`"): (int(whole), int(single), int(double))
-        for name, whole, single, double in rows
-    }
-    truth = dynmesh.synth.ocean(3)
-    frames = truth.vertices.astype(dtype)
-
-    def size(**settings: Any) -> int:
-        return len(dynmesh.Completer(truth.faces, frames[0], **settings).state())
-
-    def told(name: str) -> int:
-        whole, single, double = stated[name]
-        return whole + (single if dtype == "float32" else double) * len(frames[0])
-
-    motion, detail = size(method="motion"), size()
-    assert motion == told("method motion")
-    assert detail == motion + told("method detail")
-    assert size(training=frames) == detail + told("training")
-    assert size(learn=True) == detail + told("learn")
-    assert size(uncertainty=True) == detail + told("uncertainty")
