@@ -490,3 +490,9 @@ def test_links_lead_somewhere(document: Path) -> None:
         assert path.exists(), target
         assert path.suffix != ".png" or path.stat().st_size < 300_000, target
         assert not anchor or path.suffix != ".md" or anchor in anchors(path), target
+
+
+def test_no_page_waits_for_the_site_to_be_filled() -> None:
+    pages = [*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]
+    filled = re.compile(r"^(--8<--|:::|\{[%{])", re.MULTILINE)
+    assert [page for page in pages if filled.search(page.read_text())] == []
