@@ -38,10 +38,15 @@ class ChangeSizes {
   /// of the current sizes; they are overwritten. `smoother` averages a field with the neighbours.
   void learn(std::span<Vector3<double>> energies, const DetailOperator& smoother, Workers& workers);
 
-  /// The energies around a vertex, as if all sizes were 1; later sizes depend on nothing else.
-  [[nodiscard]] const Energy& energy(std::size_t v) const { return energies_[v]; }
-  void recall(std::size_t v, const Energy& energy) { energies_[v] = energy; }
-  /// Ends a recall: finds the sizes again.
+  /// The energies around each vertex, as if all sizes were 1; later sizes depend on nothing else.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& energy : self.energies_) {
+      visit(energy.found);
+      visit(energy.expected);
+    }
+  }
+  /// Ends reading them: finds the sizes.
   void find(Workers& workers);
 
  private:

@@ -31,7 +31,7 @@ Detail::Detail(std::span<const Triangle> faces, const Topology& topology,
       local_blend_(topology.cells, workers, constants_),
       memory_(topology.cells.size(), constants_),
       training_(training),
-      rest_fit_(topology.cells, workers, constants_.training),
+      rest_fit_(ShapeFit::Of::rest, topology.cells, workers, constants_.training),
       learns_(learns),
       error_bars_(topology.cells, workers, constants_, has_uncertainty, noise.has_value()),
       first_order_(topology, workers, constants_.first_order, noise.has_value()),
@@ -188,8 +188,7 @@ Detail::Fitted Detail::fit_modes(const ResidualField& directions, const Generati
 }
 
 /// Adds what the fit finds to the shapes, and to the directions, which are in the workspace.
-template <class Fit>
-Detail::Fitted Detail::add_modes(Fit& fit, ResidualField directions,
+Detail::Fitted Detail::add_modes(ShapeFit& fit, ResidualField directions,
                                  const Generations& generations) {
   const Stopwatch stopwatch(report_.solve_seconds);
   system_.keep_steps(workspace_.steps);  // the next solutions overwrite them
@@ -202,10 +201,10 @@ Detail::Fitted Detail::add_modes(Fit& fit, ResidualField directions,
   std::ranges::copy(memory_.shapes(), workspace_.shapes.begin());
   const AddedShape& added = fit.added();
   for (std::size_t v = 0; v < directions.size(); ++v) {
-    Fit::add(k * added.shape[v], workspace_.shapes[v]);
-    Fit::add(k * added.wanted[v], workspace_.turned[v]);
-    Fit::add(k * added.steps[v], workspace_.steps[v]);
-    Fit::add(k * added.k_steps[v], workspace_.k_steps[v]);
+    fit.add(k * added.shape[v], workspace_.shapes[v]);
+    fit.add(k * added.wanted[v], workspace_.turned[v]);
+    fit.add(k * added.steps[v], workspace_.steps[v]);
+    fit.add(k * added.k_steps[v], workspace_.k_steps[v]);
   }
   return {directions, workspace_.shapes, found};
 }
@@ -289,71 +288,29 @@ void Detail::remember(Frame completed) {
   if (learned_) learned_->advance(memory_.shapes(), workspace_.anchors.number > 0);
 }
 
-std::size_t Detail::fit_size() const {
-  if (learned_) return learned_->memory_size();
-  return training_.empty() ? 0 : rest_fit_.memory_size();
-}
-
-std::size_t Detail::memory_size() const {
-  const std::size_t k = topology_.cells.size();
-  return (7 * k + 1 + fit_size()) * sizeof(double) +
-         (learned_ ? k * sizeof(LearnedModes::Row) : 0) + error_bars_.memory_size() +
-         stored_size(first_order_.shares());
-}
+std::size_t Detail::memory_size() const { return stored_size(*this) + error_bars_.memory_size(); }
 
 void Detail::write_memory(Writer& writer) const {
-  for (std::size_t v = 0; v < topology_.cells.size(); ++v) {
-    const Quaternion& q = rotations_.quaternions()[v];
-    const Vector3<double>& u = memory_.shapes()[v].change;
-    for (const double number : {q.w, q.x, q.y, q.z, u.x, u.y, u.z}) writer.write(number);
-  }
-  writer.write(lambda_);
-  write_fields(writer, first_order_.shares());
-  if (learned_) {
-    writer.write(std::span<const double>(learned_->memory()));
-    for (const auto& shapes : learned_->rows()) writer.write(std::span<const float>(shapes));
-  } else if (!training_.empty()) {
-    std::vector<double> fit(fit_size());
-    rest_fit_.store(fit);
-    writer.write(std::span<const double>(fit));
-  }
+  write_fields(writer, *this);
   error_bars_.write_memory(writer);
 }
 
 void Detail::read_memory(Reader& reader, Frame completed) {
-  std::vector<std::array<double, 7>> rows(topology_.cells.size());
-  for (auto& row : rows) reader.read(std::span<double>(row));
-  lambda_ = reader.read<double>();
-  read_fields(reader, first_order_.shares());
-  std::vector<double> fit(fit_size());
-  reader.read(std::span<double>(fit));
-  std::vector<LearnedModes::Row> shapes(learned_ ? rows.size() : 0);
-  for (auto& of_vertex : shapes) reader.read(std::span<float>(of_vertex));
-  const auto errors = error_bars_.read_memory(reader);
-
+  read_fields(reader, *this);
+  error_bars_.read_memory(reader);
   constexpr double rounding = 1e-6;
-  const auto is_sound = [](const auto& row) {
-    const double norm = row[0] * row[0] + row[1] * row[1] + row[2] * row[2] + row[3] * row[3];
-    return std::abs(norm - 1) <= rounding && is_in_range(Vector3<double>{row[4], row[5], row[6]});
-  };
-  const double first = constants_.first_lambda;
-  if (!std::ranges::all_of(rows, is_sound) || !(lambda_ >= first / constants_.range_of_lambda) ||
-      !(lambda_ <= first * constants_.range_of_lambda) ||
-      (learned_ && !learned_->accepts(fit, shapes)) ||
-      (!training_.empty() && !rest_fit_.accepts(fit)) || !error_bars_.accepts(errors)) {
-    refuse_state("does not contain a valid memory of this method");
+  for (const Quaternion& q : rotations_.quaternions()) {
+    if (!(std::abs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1) <= rounding)) {
+      refuse_state("holds a rotation that is none");
+    }
   }
-  std::ranges::transform(rows, rotations_.quaternions().begin(), [](const auto& row) {
-    return Quaternion{row[0], row[1], row[2], row[3]};
-  });
-  const Field detail = detail_turned_back(in_workspace(completed));
-  std::ranges::transform(rows, workspace_.kx.begin(), [](const auto& row) {
-    return Vector3<double>{row[4], row[5], row[6]};
-  });
-  memory_.recall(detail, workspace_.kx);
-  error_bars_.recall(errors);
-  if (learned_) learned_->recall(fit, shapes);
-  if (!training_.empty()) rest_fit_.recall(fit);
+  const double range = constants_.range_of_lambda;
+  if (lambda_ < constants_.first_lambda / range || lambda_ > constants_.first_lambda * range) {
+    refuse_state("weighs anchors as no frame can");
+  }
+  memory_.recall(detail_turned_back(in_workspace(completed)));
+  if (learned_) learned_->recall();
+  rest_fit_.recall();
 }
 
 }  // namespace dynmesh

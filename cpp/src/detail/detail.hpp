@@ -25,6 +25,7 @@
 #include "detail/training_shapes.hpp"
 #include "generations/estimator.hpp"
 #include "generations/generations.hpp"
+#include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -64,6 +65,17 @@ class Detail final : public Estimator<double> {
   }
   [[nodiscard]] StageReport stages() const override { return report_; }
 
+  /// What a state keeps, beside the error bars.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
+    ShapeMemory::fields(self.memory_, visit);
+    visit(self.lambda_);
+    FirstOrderShares::fields(self.first_order_.shares(), visit);
+    if (!self.training_.empty()) ShapeFit::fields(self.rest_fit_, visit);
+    if (self.learned_) LearnedModes::fields(*self.learned_, visit);
+  }
+
  private:
   using Field = std::span<const Vector3<double>>;
 
@@ -88,8 +100,7 @@ class Detail final : public Estimator<double> {
   ResidualField find_directions(const Positions& positions, std::span<const ShapeTerms> turned,
                                 const Anchors& anchors);
   Fitted fit_modes(const ResidualField& directions, const Generations& generations);
-  template <class Fit>
-  Fitted add_modes(Fit& fit, ResidualField directions, const Generations& generations);
+  Fitted add_modes(ShapeFit& fit, ResidualField directions, const Generations& generations);
   Positions take_directions(Positions positions, const ResidualField& directions,
                             const Blend& blend);
   Positions take_step(Positions positions, Field step);
@@ -99,7 +110,6 @@ class Detail final : public Estimator<double> {
                           const Anchors& anchors, const Generations& generations);
   void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
   Field detail_turned_back(Field completed);
-  [[nodiscard]] std::size_t fit_size() const;
 
   std::span<const Triangle> faces_;
   const Topology& topology_;
@@ -109,7 +119,7 @@ class Detail final : public Estimator<double> {
   LocalBlend local_blend_;
   ShapeMemory memory_;
   const TrainingFrames& training_;
-  RestFit rest_fit_;
+  ShapeFit rest_fit_;
   bool learns_;
   std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
   ErrorBars error_bars_;

@@ -221,4 +221,20 @@ void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
                          [](Index g) { return g == Generations::anchor ? 0 : infinite; });
 }
 
+void ErrorBars::write_memory(Writer& writer) const {
+  write_fields(writer, *this);
+  writer.write(of_vertices());
+}
+
+void ErrorBars::read_memory(Reader& reader) {
+  read_fields(reader, *this);
+  reader.read(std::span(standard_errors_));  // infinite for disconnected vertices
+  const auto is_error = [](double x) { return x >= 0; };
+  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.found < 0 ||
+      energy_.expected < 0) {
+    refuse_state("holds standard errors that are none");
+  }
+  if (exist()) sizes_.find(workers_);
+}
+
 }  // namespace dynmesh

@@ -1,7 +1,6 @@
 /// The standard errors of completed positions; see docs/method.md, "Error bars".
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -59,20 +58,23 @@ class ErrorBars {
   /// infinity for disconnected vertices. Empty if there are none.
   [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
 
-  /// What later frames depend on. The numbers of a vertex are its errors and the changes (nine
-  /// each), its energies (two), and its standard error. Those of the mesh are the energies of
-  /// earlier frames and the number of frames.
-  struct Memory {
-    using Row = std::array<double, 21>;
-    std::vector<Row> rows;  ///< one for each vertex, or empty
-    std::array<double, 3> sums{};
-  };
-  [[nodiscard]] std::size_t memory_size() const;
+  /// What later frames depend on, beside `of_vertices`, which a state keeps as well.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto* members_of : {&self.errors_, &self.changes_}) {
+      for (auto& one : *members_of) visit(std::span(&one.x, 3));
+    }
+    if (!self.exist()) return;
+    ChangeSizes::fields(self.sizes_, visit);
+    visit(self.energy_.found);
+    visit(self.energy_.expected);
+    visit(self.frame_);
+  }
+  [[nodiscard]] std::size_t memory_size() const {
+    return stored_size(*this) + of_vertices().size_bytes();
+  }
   void write_memory(Writer& writer) const;
-  [[nodiscard]] Memory read_memory(Reader& reader) const;
-  /// Whether `write_memory` can have written this.
-  [[nodiscard]] bool accepts(const Memory& memory) const;
-  void recall(const Memory& memory);
+  void read_memory(Reader& reader);
 
  private:
   static constexpr std::size_t members = 3;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "support/stored_numbers.hpp"
 #include "support/symmetric_eigen.hpp"
 
 namespace dynmesh {
@@ -16,13 +17,6 @@ static_assert(most_learned_shapes <= largest_symmetric);
 /// vertices.
 constexpr Index remade_after = 4;
 constexpr std::size_t fewest_shapes = 2;
-
-/// Takes the first `n` numbers away.
-std::span<const double> take(std::span<const double>& memory, std::size_t n) {
-  const auto taken = memory.first(n);
-  memory = memory.subspan(n);
-  return taken;
-}
 
 }  // namespace
 
@@ -47,23 +41,25 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, const Cells& cells, Worker
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       weights_(weights_of(parts)),
       library_(parts, workers, scale.mean_edge),
-      fit_(cells, workers, constants, Modes(parts, scale.mean_edge)),
+      fit_(ShapeFit::Of::change, cells, workers, constants),
       next_(parts, scale.mean_edge),
       used_(static_cast<std::size_t>(constants.local_parts + 1)),
-      making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
+      making_(static_cast<std::size_t>(constants.local_parts + 1)) {
+  fit_.reset(Modes(parts, scale.mean_edge));
+}
 
 void LearnedModes::advance(std::span<const ShapeTerms> memory, bool is_evident) {
   if (n_slices_ > 0) make_slice();
   if (!is_evident) return;
-  has_changed_ |= library_.offer(memory);
+  if (library_.offer(memory)) has_changed_ = 1;
   // The slices of earlier modes are made by now.
-  if (library_.n_offered() % remade_after != 0 || !has_changed_) return;
+  if (library_.n_offered() % remade_after != 0 || has_changed_ == 0) return;
   const auto members = library_.members();
   if (members.size() < fewest_shapes) return;
   making_.members = {};
   std::ranges::copy(members, making_.members.begin());
   making_.n_members = members.size();
-  has_changed_ = false;
+  has_changed_ = 0;
   n_slices_ = 1;
 }
 
@@ -119,60 +115,21 @@ void LearnedModes::form(Index slice) {
   next_.form(library_.shapes(), making_.data(), bound(slice), bound(slice + 1), workers_);
 }
 
-std::size_t LearnedModes::memory_size() const {
-  return ChangeFit::memory_size + ShapeLibrary::memory_size + 2 + 2 * (1 + slots) +
-         used_.factors.size();
-}
-
-std::vector<double> LearnedModes::memory() const {
-  std::vector<double> memory(ChangeFit::memory_size);
-  fit_.store(memory);
-  library_.append_memory(memory);
-  memory.push_back(static_cast<double>(n_slices_));
-  memory.push_back(has_changed_ ? 1 : 0);
-  for (const Combination* combination : {&used_, &making_}) {
-    memory.push_back(static_cast<double>(combination->n_members));
-    for (const Index slot : combination->members) memory.push_back(static_cast<double>(slot));
+void LearnedModes::recall() {
+  const auto is_slot = [](Index slot) { return slot >= 0 && slot < most_learned_shapes; };
+  for (const Combination* of : {&used_, &making_}) {
+    if (of->n_members > slots || !std::ranges::all_of(of->members, is_slot)) {
+      refuse_state("combines shapes that there are not");
+    }
   }
-  memory.insert(memory.end(), used_.factors.begin(), used_.factors.end());
-  return memory;
-}
-
-bool LearnedModes::accepts(std::span<const double> memory, std::span<const Row> rows) const {
-  if (memory.size() != memory_size() || !fit_.accepts(take(memory, ChangeFit::memory_size)) ||
-      !ShapeLibrary::accepts(take(memory, ShapeLibrary::memory_size), rows)) {
-    return false;
+  if (n_slices_ < 0 || n_slices_ > remade_after || (n_slices_ > 0 && making_.n_members == 0)) {
+    refuse_state("has an impossible number of slices");
   }
-  const double n_slices = take(memory, 1)[0];
-  if (!is_count(n_slices, remade_after) || !is_count(take(memory, 1)[0], 1)) return false;
-  const auto is_slot = [](double slot) { return is_count(slot, slots - 1); };
-  for (const double fewest : {0, n_slices > 0 ? 1 : 0}) {  // of the modes in use and in the making
-    const double n_members = take(memory, 1)[0];
-    if (!is_count(n_members, slots) || n_members < fewest) return false;
-    if (!std::ranges::all_of(take(memory, slots), is_slot)) return false;
-  }
-  // A component of a unit vector, divided by a root.
-  return std::ranges::all_of(memory, [](double factor) {
-    return std::abs(factor) <= 1 && static_cast<double>(static_cast<float>(factor)) == factor;
-  });
-}
-
-void LearnedModes::recall(std::span<const double> memory, std::span<const Row> rows) {
-  const auto of_fit = take(memory, ChangeFit::memory_size);
-  library_.recall(take(memory, ShapeLibrary::memory_size), rows);
-  n_slices_ = static_cast<Index>(take(memory, 1)[0]);
-  has_changed_ = take(memory, 1)[0] != 0;
-  for (Combination* combination : {&used_, &making_}) {
-    combination->n_members = static_cast<std::size_t>(take(memory, 1)[0]);
-    std::ranges::transform(take(memory, slots), combination->members.begin(),
-                           [](double slot) { return static_cast<Index>(slot); });
-  }
-  std::ranges::transform(memory, used_.factors.begin(),
-                         [](double factor) { return static_cast<float>(factor); });
-  next_.form(library_.shapes(), used_.data(), 0, static_cast<Index>(rows.size()), workers_);
+  library_.recall();
+  const auto k = static_cast<Index>(library_.rows().size());
+  next_.form(library_.shapes(), used_.data(), 0, k, workers_);
   next_.set_size(used_.n_modes());
   fit_.replace(next_);
-  fit_.recall(of_fit);
   // The slices that had been made.
   if (n_slices_ > 1) combine();
   for (Index slice = 2; slice < n_slices_; ++slice) form(slice - 2);

@@ -23,27 +23,31 @@ namespace dynmesh {
 /// are complete, they replace the modes in use. Allocates memory only in the constructor.
 class LearnedModes {
  public:
-  using Row = ShapeLibrary::Row;
-
   /// `cells`, `workers` and `constants` must outlive this object.
   LearnedModes(const SurfaceParts& parts, const Cells& cells, Workers& workers,
                const TrainingConstants& constants, const ModeScale& scale);
 
   /// The fit of the modes in use.
-  [[nodiscard]] ChangeFit& fit() { return fit_; }
+  [[nodiscard]] ShapeFit& fit() { return fit_; }
 
   /// Continues after a completed frame. `memory` is as for ShapeLibrary::offer; the frame is
   /// offered only if it `is_evident`.
   void advance(std::span<const ShapeTerms> memory, bool is_evident);
 
-  /// The number of values of a memory; with `rows`, all that later frames depend on.
-  [[nodiscard]] std::size_t memory_size() const;
-  [[nodiscard]] std::vector<double> memory() const;
-  [[nodiscard]] std::span<const Row> rows() const { return library_.rows(); }
-  /// Whether such modes can have this memory.
-  [[nodiscard]] bool accepts(std::span<const double> memory, std::span<const Row> rows) const;
-  /// Restores the modes in use as well.
-  void recall(std::span<const double> memory, std::span<const Row> rows);
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    ShapeFit::fields(self.fit_, visit);
+    ShapeLibrary::fields(self.library_, visit);
+    visit(self.n_slices_);
+    visit(self.has_changed_);
+    for (auto* combination : {&self.used_, &self.making_}) {
+      visit(combination->n_members);
+      visit(combination->members);
+    }
+    visit(self.used_.factors);
+  }
+  /// Ends reading them: forms the modes in use, and those in the making as far as they were.
+  void recall();
 
  private:
   static constexpr std::size_t slots = most_learned_shapes;
@@ -60,7 +64,7 @@ class LearnedModes {
     }
 
     std::array<Index, slots> members{};
-    std::size_t n_members = 0;
+    std::uint64_t n_members = 0;
     std::vector<float> factors;  // (n_parts, slots, 16), U / sqrt(n)
   };
 
@@ -75,10 +79,10 @@ class LearnedModes {
   std::size_t n_parts_;
   std::vector<double> weights_;  // of the parts
   ShapeLibrary library_;
-  ChangeFit fit_;
-  Modes next_;                // in the making
-  Index n_slices_ = 0;        // the slice that comes next, from 1; 0 if no modes are in the making
-  bool has_changed_ = false;  // whether the library has, since modes were last begun
+  ShapeFit fit_;
+  Modes next_;             // in the making
+  Index n_slices_ = 0;     // the slice that comes next, from 1; 0 if no modes are in the making
+  Index has_changed_ = 0;  // whether the library has, since modes were last begun
   Combination used_;
   Combination making_;
 };

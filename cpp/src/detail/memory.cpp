@@ -22,9 +22,10 @@ void ShapeMemory::learn(Field detail, Workers& workers) {
   });
 }
 
-void ShapeMemory::recall(Field detail, Field change) {
+void ShapeMemory::recall(Field detail) {
   for (std::size_t v = 0; v < detail.size(); ++v) {
-    shapes_[v] = {detail[v], first_[v] - detail[v], change[v]};
+    shapes_[v].last = detail[v];
+    shapes_[v].to_rest = first_[v] - detail[v];
   }
 }
 

@@ -28,8 +28,12 @@ class ShapeMemory {
   /// 0.
   void learn(Field detail, Workers& workers);
 
-  /// Restores m and u.
-  void recall(Field detail, Field change);
+  /// Restores m; u is what `fields` visits.
+  void recall(Field detail);
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
+  }
 
   /// m, m_first - m and u: (k,).
   [[nodiscard]] std::span<const ShapeTerms> shapes() const { return shapes_; }

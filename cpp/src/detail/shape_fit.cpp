@@ -8,6 +8,7 @@
 
 #include "support/conjugate_gradients.hpp"
 #include "support/geometry.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -24,8 +25,7 @@ void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system
 
 }  // namespace
 
-void ModeFit::reset(Modes modes) {
-  std::vector<double> coefficients(modes.n_coefficients());
+void ShapeFit::reset(Modes modes) {
   if (modes.n_coefficients() > 0) {
     for (auto* values :
          {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
@@ -41,69 +41,32 @@ void ModeFit::reset(Modes modes) {
   }
   // Nothing below can throw.
   modes_ = std::move(modes);
-  coefficients_ = std::move(coefficients);
   begin_at_zero();
   begin();
 }
 
 /// Nothing is known about the coefficients yet.
-void ModeFit::begin() {
+void ShapeFit::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
   size_ = constants_.least_variance * determined_;
   explained_ = 2 * constants_.least_share;
 }
 
-void ModeFit::replace(Modes& modes) {
-  const bool is_first = !exists();
+void ShapeFit::replace(Modes& modes) {
   std::swap(modes_, modes);
-  if (is_first) begin();
+  if (determined_ == 0) begin();  // there were none before
 }
 
-void ModeFit::store(std::span<double> memory) const {
-  memory[0] = residual_variance_;
-  memory[1] = size_;
-  memory[2] = determined_;
-  memory[3] = explained_;
-}
-
-bool ModeFit::accepts(std::span<const double> memory) const {
-  const auto is_finite = [](double value) { return std::isfinite(value); };
-  return std::ranges::all_of(memory.first(n_evidence), is_finite) && memory[1] >= 0 &&
-         memory[2] >= 0 && memory[3] >= 0 && memory[3] <= 1;
-}
-
-void ModeFit::recall(std::span<const double> memory) {
-  residual_variance_ = memory[0];
-  size_ = memory[1];
-  determined_ = memory[2];
-  explained_ = memory[3];
-}
-
-void ModeFit::recall_coefficients(std::span<const double> coefficients) {
-  std::ranges::copy(coefficients, coefficients_.begin());
-  if (exists()) modes_.combine(coefficients_, added_.shape, workers_);
-}
-
-bool ModeFit::are_plausible(std::span<const double> coefficients) const {
-  const double largest = constants_.largest_coefficient;
-  return std::ranges::all_of(coefficients, [&](double a) { return std::abs(a) <= largest; });
-}
-
-void ModeFit::begin_at_zero() {
+void ShapeFit::begin_at_zero() {
   std::ranges::fill(coefficients_, 0.0);
   for (auto* field : {&added_.shape, &added_.wanted, &added_.steps, &added_.k_steps}) {
     std::ranges::fill(*field, Vector3<double>{});
   }
 }
 
-void ModeFit::begin_at_last(const Anchors& anchors, ShapeSystem& system,
-                            const Rotations& rotations) {
-  step_towards(added_, anchors, system, rotations);
-}
-
 /// h: the known mask, averaged over the cells.
-void ModeFit::weigh_seen(const Generations& generations) {
+void ShapeFit::weigh_seen(const Generations& generations) {
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < seen_.size(); ++v) {
     seen_[v] = generation[v] == Generations::anchor ? 1 : 0;
@@ -121,7 +84,7 @@ void ModeFit::weigh_seen(const Generations& generations) {
 
 /// lambda_j, and the share of each coefficient that the anchors determine, g_j = d_j / (d_j +
 /// lambda_j).
-void ModeFit::penalize(double ratio) {
+void ShapeFit::penalize(double ratio) {
   for (std::size_t j = 0; j < penalties_.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
     penalties_[j] = (is_global ? 1 : constants_.caution) * ratio;
@@ -131,7 +94,7 @@ void ModeFit::penalize(double ratio) {
 }
 
 /// Sets the residual of the shape and returns the energies, with the terms of noisy anchors.
-ModeFit::Energies ModeFit::measure(const ResidualField& residuals) {
+ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
   Energies energies;
   const Anchors& anchors = residuals.anchors;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
@@ -140,7 +103,7 @@ ModeFit::Energies ModeFit::measure(const ResidualField& residuals) {
     const Vector3<double> r3 = added_.k_steps[v] - added_.wanted[v];
     bool is_shape = true;
     residuals.visit(v, [&](const Residuals& r) {
-      const Vector3<double> without = residual_(r);
+      const Vector3<double> without = of_ == Of::rest ? r.r0 + r.r1 : r.r0;
       const Vector3<double> with = without + (is_shape ? r3 : added_.steps[v]);
       if (is_shape) left_[v] = with;
       energies.without += r.weight * squared_norm(without);
@@ -154,7 +117,7 @@ ModeFit::Energies ModeFit::measure(const ResidualField& residuals) {
 /// What a coefficient is, as far as is known before the frame: 0 if the anchors determine it, so
 /// that the fit is no larger than they demand, and otherwise what it was, so that a limb that is
 /// hidden keeps its shape.
-double ModeFit::expected(std::size_t j) const {
+double ShapeFit::expected(std::size_t j) const {
   const double largest = constants_.largest_kept;
   return std::clamp((1 - shares_[j]) * coefficients_[j], -largest, largest);
 }
@@ -162,8 +125,8 @@ double ModeFit::expected(std::size_t j) const {
 /// Minimises |r + r3 + F(B d)|^2 + sum_j lambda_j (a_j + d_j - e_j)^2 over d, e being what is
 /// expected, by preconditioned conjugate gradients. F(f) = K Y - Q f with the steps Y towards Q f.
 /// Adds d to a.
-double ModeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations) {
-  std::vector<double>& a = coefficients_;
+double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations) {
+  const std::span<double> a = used();
   AddedShape& along = direction_added_;
   // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e).
   for (std::size_t j = 0; j < a.size(); ++j) {
@@ -200,7 +163,7 @@ double ModeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotat
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is
 /// kept without being determined says nothing about the training sequence.
-void ModeFit::update_evidence() {
+void ShapeFit::update_evidence() {
   double determined = 0;
   double size = 0;
   for (std::size_t j = 0; j < shares_.size(); ++j) {
@@ -212,23 +175,46 @@ void ModeFit::update_evidence() {
 }
 
 /// v
-double ModeFit::variance() const {
+double ShapeFit::variance() const {
   const double found = determined_ > 0 ? size_ / determined_ : 0;
-  return std::clamp(found, constants_.least_variance, largest_variance_);
+  const double least = constants_.least_variance;
+  return std::clamp(found, least, of_ == Of::rest ? constants_.largest_variance : least);
 }
 
-/// The mean square of the coefficients, divided by the number n of training frames. None of these
-/// has a coefficient whose square exceeds n.
-double ModeFit::extrapolation() const {
-  return determined_ > 0 ? size_ / determined_ / static_cast<double>(modes_.n_frames()) : 0;
+bool ShapeFit::is_plausible() const {
+  const double largest = constants_.largest_coefficient;
+  return std::ranges::all_of(coefficients_, [&](double a) { return std::abs(a) <= largest; });
 }
 
-FittedModes ModeFit::find(const ResidualField& residuals, ShapeSystem& system,
-                          const Rotations& rotations, const Generations& generations) {
+void ShapeFit::recall() {
+  if (!is_plausible()) refuse_state("holds a pose far out of any range");
+  if (exists()) modes_.combine(used(), added_.shape, workers_);
+}
+
+/// k
+double ShapeFit::prior_weight(const Anchors& anchors) const {
+  if (of_ == Of::change) return 1;
+  const auto beyond = [](double x, double least) { return std::clamp(x / least - 1, 0.0, 1.0); };
+  double weight = beyond(variance(), constants_.least_variance);
+  if (!anchors.are_noisy()) weight *= beyond(explained_, constants_.least_share);
+  // None of the n training frames has a coefficient whose square exceeds n. Poses far beyond them
+  // say nothing about what they do not show.
+  const double mean_square = determined_ > 0 ? size_ / determined_ : 0;
+  return weight * std::clamp(2 - mean_square / static_cast<double>(modes_.n_frames()), 0.0, 1.0);
+}
+
+FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
+                           const Rotations& rotations, const Generations& generations) {
   const Anchors& anchors = residuals.anchors;
+  if (of_ == Of::rest) {
+    step_towards(added_, anchors, system, rotations);
+  } else {
+    begin_at_zero();
+  }
   Energies energies = measure(residuals);
   const double coordinates = 3 * static_cast<double>(anchors.number);
-  const double residual_variance = is_first() ? energies.with / coordinates : residual_variance_;
+  const bool is_first = residual_variance_ < 0;
+  const double residual_variance = is_first ? energies.with / coordinates : residual_variance_;
   const double ratio = residual_variance / variance();
   // Rounding errors say nothing about the coefficients, nor about how well the modes fit.
   const double rounding =
@@ -240,8 +226,8 @@ FittedModes ModeFit::find(const ResidualField& residuals, ShapeSystem& system,
     modes_.project_and_weigh(left_, seen_, gradient_, squares_, workers_);
     penalize(ratio);
     if (descend(anchors, system, rotations) > 0) {
-      if (!are_plausible(coefficients_)) begin_at_zero();
-      modes_.combine(coefficients_, added_.shape, workers_);
+      if (!is_plausible()) begin_at_zero();
+      modes_.combine(used(), added_.shape, workers_);
       energies.with = measure(residuals).with;
     }
     update_evidence();
@@ -253,42 +239,7 @@ FittedModes ModeFit::find(const ResidualField& residuals, ShapeSystem& system,
     explained_ = kept * explained_ + (1 - kept) * explained;
   }
   if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  return {.prior_share = is_share ? explained : 0};
-}
-
-FittedModes RestFit::find(const ResidualField& residuals, ShapeSystem& system,
-                          const Rotations& rotations, const Generations& generations) {
-  const bool was_first = is_first();
-  begin_at_last(residuals.anchors, system, rotations);
-  FittedModes found = ModeFit::find(residuals, system, rotations, generations);
-  const auto beyond = [](double x, double least) { return std::clamp(x / least - 1, 0.0, 1.0); };
-  found.prior_weight = beyond(variance(), constants().least_variance);
-  if (!residuals.anchors.are_noisy()) {
-    found.prior_weight *= beyond(explained(), constants().least_share);
-  }
-  // Poses far beyond those of the training say nothing about what they do not show.
-  found.prior_weight *= std::clamp(2 - extrapolation(), 0.0, 1.0);
-  found.is_first = was_first;
-  return found;
-}
-
-std::size_t RestFit::memory_size() const {
-  return n_evidence + static_cast<std::size_t>(modes_of_part * (constants().local_parts + 1));
-}
-
-void RestFit::store(std::span<double> memory) const {
-  ModeFit::store(memory);
-  std::ranges::copy(coefficients(), memory.begin() + n_evidence);
-}
-
-bool RestFit::accepts(std::span<const double> memory) const {
-  return memory.size() == memory_size() && ModeFit::accepts(memory) &&
-         are_plausible(memory.subspan(n_evidence));
-}
-
-void RestFit::recall(std::span<const double> memory) {
-  ModeFit::recall(memory);
-  recall_coefficients(memory.subspan(n_evidence, coefficients().size()));
+  return {prior_weight(anchors), is_share ? explained : 0, is_first && of_ == Of::rest};
 }
 
 }  // namespace dynmesh

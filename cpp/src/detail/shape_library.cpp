@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
+
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -118,34 +119,14 @@ void ShapeLibrary::release(std::size_t member) {
   --n_members_;
 }
 
-void ShapeLibrary::append_memory(std::vector<double>& memory) const {
-  memory.push_back(static_cast<double>(n_offered_));
-  memory.push_back(static_cast<double>(n_members_));
-  for (const Index slot : order_) memory.push_back(static_cast<double>(slot));
-}
-
-bool ShapeLibrary::accepts(std::span<const double> memory, std::span<const Row> rows) {
-  constexpr double largest_count = 1e15;
-  if (!is_count(memory[0], largest_count) || !is_count(memory[1], most_members)) return false;
-  std::array<bool, slots> is_found{};
-  for (const double slot : memory.subspan(2)) {
-    if (!is_count(slot, slots - 1)) return false;
-    if (std::exchange(is_found[static_cast<std::size_t>(slot)], true)) return false;
+void ShapeLibrary::recall() {
+  std::array<Index, slots> ascending = order_;
+  std::ranges::sort(ascending);
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    if (ascending[slot] != static_cast<Index>(slot) || n_members_ > most_members) {
+      refuse_state("does not contain a valid library of shapes");
+    }
   }
-  // A state may be of another frame 0, so its unit is not known here.
-  const auto is_sound = [](float x) {
-    return std::abs(static_cast<double>(x)) <= largest_in_float;
-  };
-  return std::ranges::all_of(rows,
-                             [&](const Row& row) { return std::ranges::all_of(row, is_sound); });
-}
-
-void ShapeLibrary::recall(std::span<const double> memory, std::span<const Row> rows) {
-  n_offered_ = static_cast<std::uint64_t>(memory[0]);
-  n_members_ = static_cast<std::size_t>(memory[1]);
-  std::ranges::transform(memory.subspan(2), order_.begin(),
-                         [](double slot) { return static_cast<Index>(slot); });
-  std::ranges::copy(rows, rows_.begin());
   for (Index slot = 0; slot < most_learned_shapes; ++slot) multiply(slot);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
@@ -16,12 +15,6 @@
 #include "support/workers.hpp"
 
 namespace dynmesh {
-
-/// Whether a stored number is a whole one from 0 to `most`, and not -0, which would not be stored
-/// again.
-inline bool is_count(double number, double most) {
-  return !std::signbit(number) && number <= most && number == std::floor(number);
-}
 
 /// Holds z = Q^T K V - m_0 of up to 28 frames, in single precision, and the products of these
 /// shapes over each part of the surface. Allocates memory only in the constructor.
@@ -55,13 +48,15 @@ class ShapeLibrary {
   [[nodiscard]] ShapeData shapes() const { return {rows_.front().data(), weights_.data()}; }
   [[nodiscard]] std::span<const Row> rows() const { return rows_; }
 
-  /// The number of values that `append_memory` appends; with `rows`, all that later frames depend
-  /// on.
-  static constexpr std::size_t memory_size = 2 + most_learned_shapes;
-  void append_memory(std::vector<double>& memory) const;
-  /// Whether a library can have this memory and these rows.
-  [[nodiscard]] static bool accepts(std::span<const double> memory, std::span<const Row> rows);
-  void recall(std::span<const double> memory, std::span<const Row> rows);
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    visit(self.n_offered_);
+    visit(self.n_members_);
+    visit(self.order_);
+    for (auto& row : self.rows_) visit(row);
+  }
+  /// Ends reading them.
+  void recall();
 
  private:
   static constexpr std::size_t slots = most_learned_shapes;
@@ -83,7 +78,7 @@ class ShapeLibrary {
   LargeVector<double> partial_products_;  // (chunks, n_parts, slots)
   /// The slots of the members, the oldest first, and then the free ones, the longest free first.
   std::array<Index, slots> order_{};
-  std::size_t n_members_ = 0;
+  std::uint64_t n_members_ = 0;
   std::uint64_t n_offered_ = 0;
 };
 

@@ -126,24 +126,40 @@ class Reader {
   std::span<const std::byte> rest_;
 };
 
-/// What a state keeps of an object: `T::fields(object, visit)` calls `visit` with each number.
+/// What a state keeps of an object: `T::fields(object, visit)` calls `visit` with each number, or
+/// with several side by side.
+template <class Visited>
+auto numbers_of(Visited& visited) {
+  if constexpr (std::is_arithmetic_v<Visited>) {
+    return std::span(&visited, 1);
+  } else {
+    return std::span(visited.data(), visited.size());
+  }
+}
 template <class T>
 std::size_t stored_size(const T& object) {
   std::size_t size = 0;
-  T::fields(object, [&](const auto& number) { size += sizeof number; });
+  T::fields(object, [&](const auto& visited) { size += numbers_of(visited).size_bytes(); });
   return size;
 }
 template <class T>
 void write_fields(Writer& writer, const T& object) {
-  T::fields(object, [&](const auto& number) { writer.write(number); });
+  T::fields(object, [&](const auto& visited) {
+    const auto numbers = numbers_of(visited);
+    writer.write(std::span<const typename decltype(numbers)::value_type>(numbers));
+  });
 }
 /// Refuses numbers that are not finite.
 template <class T>
 void read_fields(Reader& reader, T& object) {
-  T::fields(object, [&]<class Number>(Number& number) {
-    number = reader.read<Number>();
+  T::fields(object, [&](auto&& visited) {
+    const auto numbers = numbers_of(visited);
+    reader.read(numbers);
+    using Number = typename decltype(numbers)::value_type;
     if constexpr (std::is_floating_point_v<Number>) {
-      if (!std::isfinite(number)) refuse_state("holds a number that is not finite");
+      if (!std::ranges::all_of(numbers, [](Number x) { return std::isfinite(x); })) {
+        refuse_state("holds a number that is not finite");
+      }
     }
   });
 }

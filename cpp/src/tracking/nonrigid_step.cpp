@@ -253,19 +253,18 @@ NonrigidStep::Memory NonrigidStep::read_memory(Reader& reader) const {
   memory.rest.prior_share = reader.read<double>();
   memory.rest.fit.resize(rest_.fit_size());
   reader.read(std::span<double>(memory.rest.fit));
-  memory.errors = error_bars_.read_memory(reader);
-  if (!rest_.accepts(memory.rest) || !error_bars_.accepts(memory.errors)) {
-    refuse_state("does not contain a valid rest shape and valid errors");
-  }
+  if (!rest_.accepts(memory.rest)) refuse_state("does not contain a valid rest shape");
+  memory.errors = reader;
+  ErrorBars(error_bars_).read_memory(reader);  // or it throws
   return memory;
 }
 
-void NonrigidStep::recall(const Memory& memory, Field last) {
+void NonrigidStep::recall(Memory memory, Field last) {
   std::ranges::copy(memory.rotations, rotations_.quaternions().begin());
   system_.apply(last, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
   rest_.recall(memory.rest);
-  error_bars_.recall(memory.errors);
+  error_bars_.read_memory(memory.errors);
 }
 
 }  // namespace dynmesh

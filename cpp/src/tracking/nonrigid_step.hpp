@@ -90,13 +90,13 @@ class NonrigidStep {
   struct Memory {
     std::vector<Quaternion> rotations;
     RestShape::Memory rest;
-    ErrorBars::Memory errors;
+    Reader errors{{}};
   };
   [[nodiscard]] std::size_t memory_size() const;
   void write_memory(Writer& writer) const;
   /// Refuses a memory that `write_memory` cannot have written.
   [[nodiscard]] Memory read_memory(Reader& reader) const;
-  void recall(const Memory& memory, Field last);
+  void recall(Memory memory, Field last);
 
  private:
   bool choose_components(const Measured& measured);

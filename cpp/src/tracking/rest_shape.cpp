@@ -1,6 +1,7 @@
 #include "tracking/rest_shape.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "detail/blend.hpp"
@@ -15,7 +16,7 @@ RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants
       workers_(workers),
       constants_(constants),
       training_(std::move(training)),
-      fit_(cells, workers, constants.training),
+      fit_(ShapeFit::Of::rest, cells, workers, constants.training),
       before_{0, 0, std::vector<double>(fit_size())},
       first_(cells.size()),
       shape_(cells.size()),
@@ -68,21 +69,26 @@ void RestShape::fit(const Surface& surface, ShapeSystem& system, const Rotations
 
 RestShape::Memory RestShape::memory() const {
   Memory memory = {prior_weight_, prior_share_, std::vector<double>(fit_size())};
-  if (is_trained()) fit_.store(memory.fit);
+  if (is_trained()) store_fit(memory.fit);
   return memory;
 }
 
 bool RestShape::accepts(const Memory& memory) const {
   const auto is_share = [&](double x) { return x >= 0 && x <= (is_trained() ? 1 : 0); };
   return is_share(memory.prior_weight) && is_share(memory.prior_share) &&
-         memory.fit.size() == fit_size() && (!is_trained() || fit_.accepts(memory.fit));
+         memory.fit.size() == fit_size() &&
+         std::ranges::all_of(memory.fit, [](double x) { return std::isfinite(x); });
 }
 
 void RestShape::recall(const Memory& memory) {
   prior_weight_ = memory.prior_weight;
   prior_share_ = memory.prior_share;
   if (!is_trained()) return;
-  fit_.recall(memory.fit);
+  auto number = memory.fit.begin();
+  ShapeFit::fields(fit_, [&](auto& visited) {
+    for (double& x : numbers_of(visited)) x = *number++;
+  });
+  fit_.recall();
   set_shape();
 }
 
@@ -90,11 +96,18 @@ void RestShape::begin_frame() {
   if (!is_trained()) return;
   before_.prior_weight = prior_weight_;
   before_.prior_share = prior_share_;
-  fit_.store(before_.fit);
+  store_fit(before_.fit);
 }
 
 void RestShape::undo_frame() {
   if (is_trained()) recall(before_);
+}
+
+void RestShape::store_fit(std::span<double> numbers) const {
+  auto number = numbers.begin();
+  ShapeFit::fields(fit_, [&](const auto& visited) {
+    number = std::ranges::copy(numbers_of(visited), number).out;
+  });
 }
 
 void RestShape::set_shape() {

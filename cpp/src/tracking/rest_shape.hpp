@@ -18,6 +18,7 @@
 #include "detail/shape_system.hpp"
 #include "detail/training_shapes.hpp"
 #include "generations/generations.hpp"
+#include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -69,7 +70,9 @@ class RestShape {
     double prior_share = 0;
     std::vector<double> fit;  ///< `fit_size()` numbers
   };
-  [[nodiscard]] std::size_t fit_size() const { return is_trained() ? fit_.memory_size() : 0; }
+  [[nodiscard]] std::size_t fit_size() const {
+    return is_trained() ? stored_size(fit_) / sizeof(double) : 0;
+  }
   [[nodiscard]] Memory memory() const;
   /// Whether `memory` can return this.
   [[nodiscard]] bool accepts(const Memory& memory) const;
@@ -81,13 +84,14 @@ class RestShape {
 
  private:
   void set_shape();
+  void store_fit(std::span<double> numbers) const;
 
   const Cells& cells_;
   Workers& workers_;
   const DetailConstants& constants_;
   TrainingFrames
       training_;  // the frames of the training sequence, since a new frame 0 has other modes
-  RestFit fit_;
+  ShapeFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
   Memory before_;                       // of the last frame
