@@ -13,6 +13,7 @@
 #include <optional>
 #include <regex>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -27,7 +28,6 @@
 #include "stream/settings_table.hpp"
 #include "support/parse_number.hpp"
 #include "support/paths.hpp"
-#include "support/wrapped_text.hpp"
 
 namespace {
 
@@ -256,6 +256,27 @@ std::string option_of(const Setting& setting, Value Settings::*member) {
     if (Settings{}.*member) return "--no-" + name;
   }
   return "--" + name;
+}
+
+/// Returns `text` as lines of at most `width` columns, of which the first begins with `head` and
+/// the others with `indent` spaces. A head shorter than the indentation is filled up to it.
+std::string wrapped_text(std::string head, const std::string& text, std::size_t indent,
+                         std::size_t width) {
+  std::string lines;
+  std::string line = std::move(head);
+  const auto end_line = [&] {
+    lines += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+    line.assign(indent, ' ');
+  };
+  if (!line.empty() && line.back() != ' ') line += ' ';
+  if (line.size() < indent) line.resize(indent, ' ');
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (line.size() + word.size() > width) end_line();
+    line += word + ' ';
+  }
+  end_line();
+  return lines;
 }
 
 void print_help() {

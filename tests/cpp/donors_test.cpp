@@ -1,11 +1,10 @@
-#include "disconnected/donors.hpp"
-
 #include <doctest/doctest.h>
 
 #include <chrono>
 #include <limits>
 #include <random>
 
+#include "disconnected/disconnected.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {

@@ -1,11 +1,10 @@
-#include "detail/surface_parts.hpp"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
+#include "detail/modes.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {

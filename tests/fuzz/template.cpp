@@ -8,7 +8,6 @@
 #include "input.hpp"
 #include "mesh/mesh_text.hpp"
 #include "mesh/obj_file.hpp"
-#include "mesh/off_file.hpp"
 #include "mesh/ply_file.hpp"
 
 using namespace dynmesh;

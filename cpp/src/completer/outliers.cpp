@@ -12,15 +12,6 @@ constexpr std::size_t fewest_neighbours = 3;
 constexpr double most_deviations = 5;
 constexpr double floor_in_edges = 1e-3;
 
-/// Returns the median, or the mean of the middle two for an even number of values. Reorders
-/// `values`, which must not be empty.
-double median(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
 }  // namespace
 
 template <class Real>

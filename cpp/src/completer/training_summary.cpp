@@ -7,8 +7,6 @@
 #include <vector>
 
 #include "detail/modes.hpp"
-#include "detail/surface_parts.hpp"
-#include "detail/training_shapes.hpp"
 #include "mesh/numbering.hpp"
 #include "mesh/training_frames.hpp"
 #include "stream/arguments.hpp"
@@ -30,9 +28,7 @@ SurfaceParts whole_surface(std::size_t n_vertices) {
 /// The root mean square distance of the vertices after the best rigid motion.
 double distance_between(std::span<const Vector3<double>> before,
                         std::span<const Vector3<double>> first) {
-  std::vector<Index> all(before.size());
-  std::iota(all.begin(), all.end(), 0);
-  const RigidMotion motion = fit_rigid_motion<double>(all, before, first);
+  const RigidMotion motion = fit_rigid_motion<double>(before, first);
   double squares = 0;
   for (std::size_t v = 0; v < before.size(); ++v) {
     const Vector3<double> left = motion.apply(before[v]) - first[v];

@@ -10,7 +10,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
-#include "detail/shape_terms.hpp"
+#include "detail/memory.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 

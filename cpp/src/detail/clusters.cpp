@@ -1,5 +1,3 @@
-#include "detail/clusters.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "detail/rotations.hpp"
 #include "support/geometry.hpp"
 #include "support/indices.hpp"
 

@@ -1,14 +1,31 @@
 #include "detail/detail.hpp"
 
 #include <algorithm>
-#include <array>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "support/geometry.hpp"
-#include "support/stopwatch.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// Adds the duration of its scope to `seconds`.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace
 
 Detail::Workspace::Workspace(std::size_t n_vertices, bool is_noisy, bool has_modes)
     : anchors(n_vertices, is_noisy),

@@ -10,9 +10,9 @@
 
 #include "detail/anchors.hpp"
 #include "detail/change_sizes.hpp"
-#include "detail/clusters.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
+#include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "generations/generations.hpp"
 #include "support/stored_numbers.hpp"

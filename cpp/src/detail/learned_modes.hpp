@@ -12,7 +12,6 @@
 #include "detail/modes.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"
-#include "detail/surface_parts.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

@@ -2,16 +2,37 @@
 #pragma once
 
 #include <cstddef>
+#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/constants.hpp"
-#include "detail/surface_parts.hpp"
+#include "detail/detail_operator.hpp"
+#include "detail/rounding.hpp"
 #include "kernels/kernels.hpp"
+#include "mesh/training_frames.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
+
+/// The parts that hold each vertex, with weights. Vertex i has the entries offsets[i] to
+/// offsets[i + 1] - 1. Part 0 is global: it holds every vertex with weight 1. The weights of the
+/// others add up to 1 at every vertex that a seed reaches, and do not reach across components.
+struct SurfaceParts {
+  struct Entry {
+    Index part;
+    double weight;
+  };
+  Index n_parts = 1;
+  std::vector<Index> offsets;  ///< (k + 1,)
+  std::vector<Entry> entries;
+};
+
+/// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
+/// all vertices. The weight of a seed decreases with the shortest distance along the edges.
+SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
+                            const TrainingConstants& constants);
 
 /// What modes are measured by.
 struct ModeScale {
@@ -87,5 +108,12 @@ class Modes {
   std::vector<float> coefficients_;  // as float
   std::vector<float> partial_sums_;  // of each chunk of vertices, one or two for each coefficient
 };
+
+/// Returns the modes of the shapes z = Q^T K V - m_0 of the frames V, in the axes of frame 0, which
+/// is `first` and has the operator `k`. Those of a moved and turned sequence are the same.
+Modes training_modes(const TrainingFrames& training, const SurfaceParts& parts,
+                     const DetailOperator& k, const Cells& cells,
+                     std::span<const Vector3<double>> first, double mean_edge,
+                     const Rounding& rounding, const DetailConstants& constants, Workers& workers);
 
 }  // namespace dynmesh

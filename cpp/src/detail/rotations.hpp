@@ -6,12 +6,28 @@
 #include <span>
 #include <vector>
 
-#include "detail/clusters.hpp"
-#include "detail/shape_terms.hpp"
+#include "detail/memory.hpp"
 #include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
+
+/// Each vertex is in one cluster. Most clusters are a cell whose vertices are in no other cluster.
+struct Clusters {
+  std::vector<Index> of_vertex;  ///< (k,)
+  std::vector<Index> centres;    ///< (clusters,) a vertex of each
+  Cells members;     ///< the vertices of each cluster; `members[c]` instead of the cell of a vertex
+  Cells neighbours;  ///< the clusters that an edge connects with each cluster
+
+  [[nodiscard]] std::size_t size() const { return centres.size(); }
+};
+
+/// Aggregates vertices as in algebraic multigrid (Vanek, Mandel and Brezina 1996): vertices become
+/// centres if nobody in their cell has a cluster, and their cell becomes theirs; then what is left
+/// joins a cluster of a neighbour. Vertices far from the mean position come first, and of vertices
+/// at the same distance those with the smaller coordinates, so that the clusters do not depend on
+/// the numbers of the vertices. Sorts the vertices; otherwise linear in the number of edges.
+Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions);
 
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
 /// edges are weighted by the inverse of their squared length in frame 0, and the covariances are

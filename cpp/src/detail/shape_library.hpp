@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "detail/shape_terms.hpp"
-#include "detail/surface_parts.hpp"
+#include "detail/memory.hpp"
+#include "detail/modes.hpp"
 #include "kernels/kernels.hpp"
 #include "support/large_vector.hpp"
 #include "support/workers.hpp"

@@ -1,5 +1,3 @@
-#include "detail/surface_parts.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -7,6 +5,7 @@
 #include <queue>
 #include <utility>
 
+#include "detail/modes.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -69,11 +68,7 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
     }
     if (next < unreached) second.push_back(next);
   }
-  if (second.empty()) return 0;
-  const auto middle = second.begin() + std::ssize(second) / 2;
-  std::ranges::nth_element(second, middle);
-  if (second.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(second.begin(), middle)) / 2;
+  return second.empty() ? 0 : median(second);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
-#include "detail/training_shapes.hpp"
-
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
+#include "detail/modes.hpp"
 #include "detail/rotations.hpp"
-#include "kernels/best_rotation.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {
@@ -13,38 +13,14 @@ namespace {
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
 
-Vector3<double> mean_of(std::span<const Vector3<double>> frame) {
-  Vector3<double> mean{};
-  for (const auto& x : frame) mean = mean + (1 / static_cast<double>(frame.size())) * x;
-  return mean;
-}
-
 /// The rotation that best maps one frame to another as a whole.
 Quaternion whole_rotation(std::span<const Vector3<double>> from,
                           std::span<const Vector3<double>> to) {
-  const Vector3<double> from_mean = mean_of(from);
-  const Vector3<double> to_mean = mean_of(to);
-  double s[3][3] = {};
-  for (std::size_t v = 0; v < from.size(); ++v) {
-    const Vector3<double> a = to[v] - to_mean;
-    const Vector3<double> b = from[v] - from_mean;
-    const double rows[3] = {a.x, a.y, a.z};
-    for (int r = 0; r < 3; ++r) {
-      s[r][0] += rows[r] * b.x;
-      s[r][1] += rows[r] * b.y;
-      s[r][2] += rows[r] * b.z;
-    }
-  }
-  double largest = 0;
-  for (const auto& row : s) {
-    for (const double value : row) largest = std::max(largest, std::abs(value));
-  }
-  const Quaternion none{1, 0, 0, 0};
-  if (!(largest > 0)) return none;
-  for (auto& row : s) {
-    for (double& value : row) value /= largest;
-  }
-  return best_rotation(s, none, none);
+  const RigidMotion motion = fit_rigid_motion<double>(from, to);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(
+      motion.rotation.front().data());
+  const Eigen::Quaterniond q(Eigen::Matrix3d{rows});
+  return {q.w(), q.x(), q.y(), q.z()};
 }
 
 double largest_change(std::span<const Quaternion> before, std::span<const Quaternion> after) {

@@ -4,7 +4,6 @@
 #include <numeric>
 #include <optional>
 
-#include "disconnected/donors.hpp"
 #include "support/rigid_motion.hpp"
 
 namespace dynmesh {

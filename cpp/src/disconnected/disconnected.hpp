@@ -12,6 +12,12 @@
 
 namespace dynmesh {
 
+/// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Ties
+/// are resolved in favour of the smallest index. The time is about k log k.
+template <class Real>
+std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
+                               std::span<const Index> component);
+
 /// Moves the components of a frame that contain no anchor. Allocates memory only in `reset`.
 template <class Real>
 class Disconnected {

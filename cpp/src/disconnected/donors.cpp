@@ -1,10 +1,10 @@
-#include "disconnected/donors.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
 #include <numeric>
+
+#include "disconnected/disconnected.hpp"
 
 namespace dynmesh {
 namespace {

@@ -2,13 +2,36 @@
 /// computed once for the whole matrix and used for any of its principal submatrices.
 #pragma once
 
+#include <cstddef>
 #include <dynmesh/types.hpp>
 #include <vector>
 
-#include "factor/elimination_order.hpp"
-#include "factor/symmetric_matrix.hpp"
-
 namespace dynmesh {
+
+/// A sparse symmetric matrix. Both triangles are stored, with ascending rows in each column.
+struct SymmetricMatrix {
+  std::vector<Index> offsets;
+  std::vector<Index> rows;
+  std::vector<double> values;
+
+  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
+};
+
+enum class Ordering {
+  minimum_degree,     ///< approximate minimum degree (Amestoy, Davis and Duff 1996), by Eigen
+  nested_dissection,  ///< nested dissection (George 1973), by METIS (Karypis and Kumar 1998)
+};
+
+/// Whether this build has METIS.
+bool has_nested_dissection();
+
+/// The order that `plan_elimination` takes for a matrix of `size` columns: nested dissection for
+/// large ones, if this build has it.
+Ordering best_ordering(std::size_t size);
+
+/// Returns the column at each position. It depends only on where the matrix has entries. Nested
+/// dissection in a build without METIS is minimum degree.
+std::vector<Index> elimination_order(const SymmetricMatrix& matrix, Ordering ordering);
 
 /// A position is an index in the elimination order. Supernode s consists of the columns at
 /// positions firsts[s] to firsts[s + 1] - 1. Below them, the factor can have entries only in the

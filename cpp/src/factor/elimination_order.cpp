@@ -1,11 +1,11 @@
-#include "factor/elimination_order.hpp"
-
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <csignal>
 #include <mutex>
 #include <new>
 #include <optional>
+
+#include "factor/elimination.hpp"
 
 #ifdef DYNMESH_METIS
 #include <metis.h>

@@ -1,12 +1,17 @@
 /// The parser of OBJ files.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
-#include "mesh/polygon_mesh.hpp"
-
 namespace dynmesh {
+
+struct PolygonMesh {
+  std::vector<double> positions;      ///< x y z of every vertex, in the order of the file
+  std::vector<std::int64_t> sizes;    ///< the number of corners of each face, at least 3
+  std::vector<std::int64_t> corners;  ///< the vertices of all corners, counted from 0
+};
 
 /// The content of an OBJ file. Statements and comments are parts of its text, so their order and
 /// their lines follow from where they are. They are as in the file, with "\" where a statement
@@ -24,5 +29,10 @@ struct ObjFile {
 /// MalformedFile if a vertex or face is invalid. Takes linear time, and memory of a small multiple
 /// of the size of the text.
 ObjFile parse_obj(std::string_view text);
+
+/// Parses the text of an OFF file or of a variant such as COFF, whose normals, colours and texture
+/// coordinates are skipped. Positions may be NaN or infinite. Throws MalformedFile if the text is
+/// invalid. Takes linear time, and memory of a small multiple of the size of the text.
+PolygonMesh parse_off(std::string_view text);
 
 }  // namespace dynmesh

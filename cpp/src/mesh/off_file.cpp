@@ -1,11 +1,10 @@
-#include "mesh/off_file.hpp"
-
 #include <algorithm>
 #include <cstddef>
 #include <span>
 #include <string>
 
 #include "mesh/mesh_text.hpp"
+#include "mesh/obj_file.hpp"
 
 namespace dynmesh {
 namespace {

@@ -13,7 +13,6 @@
 
 #include "mesh/mesh_text.hpp"
 #include "mesh/obj_file.hpp"
-#include "mesh/off_file.hpp"
 #include "mesh/ply_file.hpp"
 #include "support/paths.hpp"
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "detail/clusters.hpp"
-#include "detail/shape_terms.hpp"
+#include "detail/memory.hpp"
+#include "detail/rotations.hpp"
 #include "kernels/kernels.hpp"
 #include "mesh/triangle.hpp"
 #include "registration/constants.hpp"

@@ -1,7 +1,6 @@
-#include "stream/exchange.hpp"
-
 #include <atomic>
 
+#include "stream/stream.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

@@ -104,4 +104,13 @@ Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) 
   return mean > 0 ? mean : Real{1};
 }
 
+/// Returns the median, or the mean of the middle two for an even number of values. Reorders
+/// `values`, which must not be empty.
+inline double median(std::span<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
 }  // namespace dynmesh

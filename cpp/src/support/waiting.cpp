@@ -1,4 +1,4 @@
-#include "support/waiting.hpp"
+#include "support/workers.hpp"
 
 #ifdef _WIN32
 #define WIN32_LEAN_AND_MEAN

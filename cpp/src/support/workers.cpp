@@ -5,8 +5,6 @@
 #include <string>
 #include <system_error>
 
-#include "support/waiting.hpp"
-
 namespace dynmesh {
 namespace {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "detail/blend.hpp"
-#include "detail/surface_parts.hpp"
+#include "detail/modes.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

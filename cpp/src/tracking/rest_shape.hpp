@@ -16,7 +16,6 @@
 #include "detail/rotations.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
-#include "detail/training_shapes.hpp"
 #include "generations/generations.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"

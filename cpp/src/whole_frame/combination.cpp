@@ -1,11 +1,10 @@
-#include "whole_frame/combination.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
 #include "generations/generations.hpp"
+#include "whole_frame/trips.hpp"
 
 namespace dynmesh {
 namespace {

@@ -8,14 +8,6 @@
 namespace dynmesh {
 namespace {
 
-/// Reorders the values, of which there must be some.
-double median_of(std::span<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
 double log_length(const Vector3<double>& a, const Vector3<double>& b) {
   const auto edge = a - b;
   return std::log(std::hypot(edge.x, edge.y, edge.z));
@@ -104,9 +96,9 @@ std::vector<PairLength> pair_lengths(std::span<const VertexPair> pairs, const Wi
     if (values.empty()) continue;
     PairLength& length = lengths[i];
     length.frames = values.size();
-    length.median = median_of(values);
+    length.median = median(values);
     for (double& value : values) value = std::abs(value - length.median);
-    length.spread = constants.deviations_to_spread * median_of(values);
+    length.spread = constants.deviations_to_spread * median(values);
   }
   return lengths;
 }
@@ -116,7 +108,7 @@ double typical_length(std::span<const PairLength> lengths) {
   for (const PairLength& length : lengths) {
     if (length.frames > 0) medians.push_back(length.median);
   }
-  return medians.empty() ? 1 : std::exp(median_of(medians));
+  return medians.empty() ? 1 : std::exp(median(medians));
 }
 
 template <class Real>

@@ -1,11 +1,10 @@
-#include "whole_frame/smooth_fill.hpp"
-
 #include <algorithm>
 #include <cstddef>
 
+#include "factor/elimination.hpp"
 #include "factor/masked_factor.hpp"
-#include "factor/symmetric_matrix.hpp"
 #include "support/rigid_motion.hpp"
+#include "whole_frame/trips.hpp"
 
 namespace dynmesh {
 namespace {

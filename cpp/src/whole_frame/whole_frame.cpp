@@ -8,9 +8,7 @@
 
 #include "stream/arguments.hpp"
 #include "support/workers.hpp"
-#include "whole_frame/combination.hpp"
 #include "whole_frame/edge_lengths.hpp"
-#include "whole_frame/smooth_fill.hpp"
 #include "whole_frame/trips.hpp"
 #include "whole_frame/window.hpp"
 
