@@ -33,12 +33,12 @@ TEST_CASE("a forged state is refused if later frames could not handle it") {
       CHECK(completer.state() == state);
     };
     refused(facts - 6 * sizeof(double), -0.0, "extra_iterations is -0, not 0");
-    refused(facts, std::int64_t{-1}, "reports -1 iterations");
+    refused(facts, std::int64_t{-1}, "reports 18446744073709551615 iterations");
     refused(facts, std::int64_t{1} << 32, "reports 4294967296 iterations");
     refused(facts + 8, std::uint64_t{1}, "reports 1 outliers, but only 0 vertices were unknown");
     for (const std::size_t field : {16U, 24U, 32U, 40U}) refused(facts + field, nan, "not finite");
     refused(ages + sizeof(Index), Index{1}, "vertex 1 has the age 1 after 0 frames");
-    refused(frames, std::numeric_limits<float>::quiet_NaN(), "position of vertex 0");
+    refused(frames, std::numeric_limits<float>::quiet_NaN(), "not finite");
     refused(ages - sizeof(float), 1e30F, "position of vertex 15");
     refused(ages + sizeof(Index), Index{-1}, "vertex 1 has the age -1");
     refused(masks + 2, std::uint8_t{2}, "the mask 2");

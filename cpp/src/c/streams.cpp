@@ -2,7 +2,6 @@
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -45,10 +44,7 @@ Value setting_from_c(const char* name, Given given) {
     }
     std::string listed;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      std::string constant = std::string("DYNMESH_") + name + '_' + std::string(names[i]);
-      std::ranges::transform(constant, constant.begin(),
-                             [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-      listed += (i == 0 ? "" : " or ") + constant + " (" + std::to_string(i) + ")";
+      listed += (i == 0 ? "" : " or ") + std::to_string(i) + " (" + std::string(names[i]) + ")";
     }
     refuse(name, "must be " + listed + ", not " + std::to_string(given));
   } else {

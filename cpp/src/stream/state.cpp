@@ -92,28 +92,6 @@ void check_stored_settings(Reader& reader, const StateKind& kind, const Settings
       });
 }
 
-/// The details of the last frame that cannot be computed from its mask and the mesh.
-struct FrameFacts {
-  std::int64_t iterations = 0;
-  std::uint64_t rejected = 0;
-  double blend = 0;
-  double prior_weight = 0;
-  double prior_share = 0;
-  double first_order_share = 0;
-  std::uint64_t n_frames = 0;
-
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    visit(self.iterations);
-    visit(self.rejected);
-    visit(self.blend);
-    visit(self.prior_weight);
-    visit(self.prior_share);
-    visit(self.first_order_share);
-    visit(self.n_frames);
-  }
-};
-
 /// A state can be restored only for a mesh of the same connectivity.
 std::uint64_t hash_of_cells(const Cells& cells) {
   return hash_of(std::as_bytes(std::span(cells.offsets))) ^
@@ -155,13 +133,13 @@ void check_frame(const std::vector<Vector3<Real>>& frame) {
                " that is not finite, or too large");
 }
 
-void check_facts(const FrameFacts& facts, std::span<const std::uint8_t> known) {
-  if (facts.iterations < 0 || facts.iterations > std::numeric_limits<Index>::max()) {
-    refuse_state("reports " + std::to_string(facts.iterations) + " iterations");
+void check_report(const FrameReport& report, std::span<const std::uint8_t> known) {
+  if (report.iterations > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+    refuse_state("reports " + std::to_string(report.iterations) + " iterations");
   }
-  const auto n_unknown = static_cast<std::uint64_t>(std::ranges::count(known, 0));
-  if (facts.rejected > n_unknown) {
-    refuse_state("reports " + std::to_string(facts.rejected) + " outliers, but only " +
+  const auto n_unknown = static_cast<std::size_t>(std::ranges::count(known, 0));
+  if (report.rejected > n_unknown) {
+    refuse_state("reports " + std::to_string(report.rejected) + " outliers, but only " +
                  std::to_string(n_unknown) + " vertices were unknown");
   }
 }
@@ -197,30 +175,28 @@ void check_seal(std::span<const std::byte> state, std::size_t size) {
 
 template <class Settings, class Real>
 std::size_t size_of_state(const Stream<Real>& stream, std::size_t of_memory) {
-  const std::size_t of_vertex = 2 * 3 * sizeof(Real) + sizeof(Index) + sizeof(std::uint8_t);
-  return sizeof(StateFormat) + stored_size(Header()) + size_of_settings<Settings>() +
-         stored_size(FrameFacts()) + stream.n_vertices() * of_vertex + of_memory +
-         sizeof(std::uint64_t);
+  const std::size_t of_mesh = stored_size(StoredStream<Real>(0));
+  const std::size_t of_vertex = stored_size(StoredStream<Real>(1)) - of_mesh;
+  return sizeof(StateFormat) + stored_size(Header()) + size_of_settings<Settings>() + of_mesh +
+         stream.n_vertices() * of_vertex + of_memory + sizeof(std::uint64_t);
 }
 
 template <class Real, class Settings>
 void write_stream(Writer& writer, const StateKind& kind, const Stream<Real>& stream,
                   const Settings& settings, std::uint64_t training, const FrameReport& report) {
-  const FrameFacts facts = {static_cast<std::int64_t>(report.iterations),
-                            report.rejected,
-                            report.stages.blend,
-                            report.stages.prior_weight,
-                            report.stages.prior_share,
-                            report.stages.first_order_share,
-                            stream.n_frames};
+  StoredStream<Real> stored(0);
+  stored.report = report;
+  stored.n_frames = stream.n_frames;
+  stored.first_frame = to_caller_order(stream.numbering, stream.first_frame);
+  stored.previous = to_caller_order(stream.numbering, stream.previous);
+  const auto age = stream.age_of_caller();
+  stored.age.assign(age.begin(), age.end());
+  const auto known = stream.known_of_caller();
+  stored.known.assign(known.begin(), known.end());
   writer.write(std::span<const char>(kind.format));
   write_fields(writer, header_of(stream, training));
   write_settings(writer, settings);
-  write_fields(writer, facts);
-  writer.write(to_caller_order(stream.numbering, stream.first_frame));
-  writer.write(to_caller_order(stream.numbering, stream.previous));
-  writer.write(stream.age_of_caller());
-  writer.write(stream.known_of_caller());
+  write_fields(writer, stored);
 }
 
 template <class Real, class Settings>
@@ -235,32 +211,15 @@ StoredStream<Real> read_stream(Reader& reader, std::span<const std::byte> state,
   check_header(header, header_of(stream, training), kind);
   check_stored_settings(reader, kind, settings);
   check_seal(state, size);
-  FrameFacts facts;
-  read_fields(reader, facts);
-  const std::size_t k = stream.n_vertices();
-  StoredStream<Real> stored;
-  stored.first_frame.resize(k);
-  stored.previous.resize(k);
-  stored.age.resize(k);
-  stored.known.resize(k);
-  reader.read(stored.first_frame);
-  reader.read(stored.previous);
-  reader.read(std::span<Index>(stored.age));
-  reader.read(std::span<std::uint8_t>(stored.known));
+  StoredStream<Real> stored(stream.n_vertices());
+  read_fields(reader, stored);
   check_frame(stored.first_frame);
   check_frame(stored.previous);
-  check_ages(stored.age, stored.known, facts.n_frames);
-  check_facts(facts, stored.known);
+  check_ages(stored.age, stored.known, stored.n_frames);
+  check_report(stored.report, stored.known);
   stored.previous = to_internal_order(stream.numbering, stored.previous);
   stored.age = to_internal_order(stream.numbering, stored.age);
   stored.known = to_internal_order(stream.numbering, stored.known);
-  stored.n_frames = facts.n_frames;
-  stored.report.iterations = static_cast<std::size_t>(facts.iterations);
-  stored.report.rejected = facts.rejected;
-  stored.report.stages.blend = facts.blend;
-  stored.report.stages.prior_weight = facts.prior_weight;
-  stored.report.stages.prior_share = facts.prior_share;
-  stored.report.stages.first_order_share = facts.first_order_share;
   return stored;
 }
 

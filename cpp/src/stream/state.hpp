@@ -31,16 +31,35 @@ template <class Real, class Settings>
 void write_stream(Writer& writer, const StateKind& kind, const Stream<Real>& stream,
                   const Settings& settings, std::uint64_t training, const FrameReport& report);
 
-/// What `write_stream` has written, without what the stream and its settings have in common.
+/// What `write_stream` writes, without what the stream and its settings have in common.
 template <class Real>
 struct StoredStream {
+  explicit StoredStream(std::size_t n_vertices)
+      : first_frame(n_vertices), previous(n_vertices), age(n_vertices), known(n_vertices) {}
+
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    visit(self.report.iterations);
+    visit(self.report.rejected);
+    visit(self.report.stages.blend);
+    visit(self.report.stages.prior_weight);
+    visit(self.report.stages.prior_share);
+    visit(self.report.stages.first_order_share);
+    visit(self.n_frames);
+    for (auto* frame : {&self.first_frame, &self.previous}) {
+      for (auto& position : *frame) visit(std::span(&position.x, 3));
+    }
+    visit(self.age);
+    visit(self.known);
+  }
+
+  FrameReport report;  ///< without the numbers of vertices and the standard error
+  std::size_t n_frames = 0;
   std::vector<Vector3<Real>> first_frame;  ///< in the caller's order
-  // In the internal order:
+  // In the internal order after reading:
   std::vector<Vector3<Real>> previous;
   std::vector<Index> age;
   std::vector<std::uint8_t> known;
-  std::size_t n_frames = 0;
-  FrameReport report;  ///< without the numbers of vertices and the standard error
 };
 
 /// Reads it again, and leaves `reader` at the memory of the estimator. Refuses a state of another
