@@ -65,7 +65,6 @@ int main(int argc, char** argv) {
   std::string_view processor = "portable";
 #if defined(__x86_64__)
   const ProcessorLevel level = level_of(processor_features());
-  if (level >= ProcessorLevel::v2) processor = "x86-64-v2";
   if (level >= ProcessorLevel::v3) processor = "x86-64-v3";
   if (level >= ProcessorLevel::v4) processor = "x86-64-v4";
 #endif

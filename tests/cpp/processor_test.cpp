@@ -17,32 +17,26 @@ TEST_CASE("a processor has a level only if it has all of its features") {
   CHECK(level_of(everything) == ProcessorLevel::v4);
   CHECK(level_of({}) == ProcessorLevel::baseline);
 
-  for (const int sse3_ssse3_cmpxchg16b_sse41_sse42_popcnt : {0, 9, 13, 19, 20, 23}) {
+  // SSE3, SSSE3, FMA, CMPXCHG16B, SSE4.1, SSE4.2, MOVBE, POPCNT, OSXSAVE, AVX, F16C
+  for (const int feature : {0, 9, 12, 13, 19, 20, 22, 23, 27, 28, 29}) {
     ProcessorFeatures lacking = everything;
-    lacking.leaf_1_ecx &= ~bit(sse3_ssse3_cmpxchg16b_sse41_sse42_popcnt);
+    lacking.leaf_1_ecx &= ~bit(feature);
     CHECK(level_of(lacking) == ProcessorLevel::baseline);
   }
-  ProcessorFeatures without_lahf = everything;
-  without_lahf.leaf_80000001_ecx &= ~bit(0);
-  CHECK(level_of(without_lahf) == ProcessorLevel::baseline);
-
-  for (const int fma_movbe_osxsave_avx_f16c : {12, 22, 27, 28, 29}) {
+  for (const int lahf_lzcnt : {0, 5}) {
     ProcessorFeatures lacking = everything;
-    lacking.leaf_1_ecx &= ~bit(fma_movbe_osxsave_avx_f16c);
-    CHECK(level_of(lacking) == ProcessorLevel::v2);
+    lacking.leaf_80000001_ecx &= ~bit(lahf_lzcnt);
+    CHECK(level_of(lacking) == ProcessorLevel::baseline);
   }
   for (const int bmi1_avx2_bmi2 : {3, 5, 8}) {
     ProcessorFeatures lacking = everything;
     lacking.leaf_7_ebx &= ~bit(bmi1_avx2_bmi2);
-    CHECK(level_of(lacking) == ProcessorLevel::v2);
+    CHECK(level_of(lacking) == ProcessorLevel::baseline);
   }
-  ProcessorFeatures without_lzcnt = everything;
-  without_lzcnt.leaf_80000001_ecx &= ~bit(5);
-  CHECK(level_of(without_lzcnt) == ProcessorLevel::v2);
   for (const int xmm_ymm : {1, 2}) {
     ProcessorFeatures not_kept = everything;
     not_kept.xcr0 &= ~std::uint64_t{bit(xmm_ymm)};
-    CHECK(level_of(not_kept) == ProcessorLevel::v2);
+    CHECK(level_of(not_kept) == ProcessorLevel::baseline);
   }
   for (const int avx512f_dq_cd_bw_vl : {16, 17, 28, 30, 31}) {
     ProcessorFeatures lacking = everything;
@@ -57,10 +51,8 @@ TEST_CASE("a processor has a level only if it has all of its features") {
 }
 
 TEST_CASE("no other features are required") {
-  const ProcessorFeatures v2 = {bit(0) | bit(9) | bit(13) | bit(19) | bit(20) | bit(23), 0, bit(0),
-                                0};
-  CHECK(level_of(v2) == ProcessorLevel::v2);
-  const ProcessorFeatures v3 = {v2.leaf_1_ecx | bit(12) | bit(22) | bit(27) | bit(28) | bit(29),
+  const ProcessorFeatures v3 = {bit(0) | bit(9) | bit(12) | bit(13) | bit(19) | bit(20) | bit(22) |
+                                    bit(23) | bit(27) | bit(28) | bit(29),
                                 bit(3) | bit(5) | bit(8), bit(0) | bit(5), 6};
   CHECK(level_of(v3) == ProcessorLevel::v3);
   const ProcessorFeatures v4 = {v3.leaf_1_ecx,
@@ -74,7 +66,6 @@ TEST_CASE("the level of this processor agrees with the compiler") {
   const ProcessorLevel level = level_of(processor_features());
   CHECK((level >= ProcessorLevel::v4) == (__builtin_cpu_supports("x86-64-v4") != 0));
   CHECK((level >= ProcessorLevel::v3) == (__builtin_cpu_supports("x86-64-v3") != 0));
-  CHECK((level >= ProcessorLevel::v2) == (__builtin_cpu_supports("x86-64-v2") != 0));
   CHECK(runnable_kernels().size() == static_cast<std::size_t>(level) + 1);
 }
 #endif

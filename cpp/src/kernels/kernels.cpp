@@ -23,7 +23,6 @@ namespace dynmesh {
   }                                                                          \
   }
 #ifdef DYNMESH_X86_64
-DYNMESH_DECLARE_KERNELS(x86_64_v2)
 DYNMESH_DECLARE_KERNELS(x86_64_v3)
 DYNMESH_DECLARE_KERNELS(x86_64_v4)
 #endif
@@ -37,7 +36,6 @@ const std::vector<Kernels>& runnable_kernels() {
     const ProcessorLevel level = level_of(processor_features());
     if (level >= ProcessorLevel::v4) found.push_back(x86_64_v4::kernels());
     if (level >= ProcessorLevel::v3) found.push_back(x86_64_v3::kernels());
-    if (level >= ProcessorLevel::v2) found.push_back(x86_64_v2::kernels());
 #endif
     found.push_back(portable::kernels());
     return found;

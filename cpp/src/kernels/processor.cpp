@@ -25,27 +25,22 @@ constexpr std::uint32_t bits(std::initializer_list<int> numbers) {
 constexpr bool has(std::uint64_t found, std::uint64_t wanted) { return (found & wanted) == wanted; }
 
 // Bit numbers from the manuals of Intel and AMD.
-constexpr std::uint32_t v2_leaf_1 = bits({0, 9, 13, 19, 20, 23});      // SSE3, SSSE3, CMPXCHG16B,
-                                                                       // SSE4.1, SSE4.2, POPCNT
-constexpr std::uint32_t v2_leaf_80000001 = bits({0});                  // LAHF and SAHF
-constexpr std::uint32_t osxsave = bits({27});                          // XGETBV may be used
-constexpr std::uint32_t v3_leaf_1 = osxsave | bits({12, 22, 28, 29});  // FMA, MOVBE, AVX, F16C
-constexpr std::uint32_t v3_leaf_7 = bits({3, 5, 8});                   // BMI1, AVX2, BMI2
-constexpr std::uint32_t v3_leaf_80000001 = bits({5});                  // LZCNT
-constexpr std::uint32_t v4_leaf_7 = bits({16, 17, 28, 30, 31});        // AVX-512 F, DQ, CD, BW, VL
+constexpr std::uint32_t osxsave = bits({27});  // XGETBV may be used
+// SSE3, SSSE3, FMA, CMPXCHG16B, SSE4.1, SSE4.2, MOVBE, POPCNT, AVX, F16C
+constexpr std::uint32_t v3_leaf_1 = osxsave | bits({0, 9, 12, 13, 19, 20, 22, 23, 28, 29});
+constexpr std::uint32_t v3_leaf_7 = bits({3, 5, 8});             // BMI1, AVX2, BMI2
+constexpr std::uint32_t v3_leaf_80000001 = bits({0, 5});         // LAHF and SAHF, LZCNT
+constexpr std::uint32_t v4_leaf_7 = bits({16, 17, 28, 30, 31});  // AVX-512 F, DQ, CD, BW, VL
 constexpr std::uint64_t sse_and_avx_registers = bits({1, 2});
 constexpr std::uint64_t avx_512_registers = bits({5, 6, 7});
 
 }  // namespace
 
 ProcessorLevel level_of(const ProcessorFeatures& features) {
-  const bool is_v2 =
-      has(features.leaf_1_ecx, v2_leaf_1) && has(features.leaf_80000001_ecx, v2_leaf_80000001);
-  if (!is_v2) return ProcessorLevel::baseline;
   const bool is_v3 = has(features.leaf_1_ecx, v3_leaf_1) && has(features.leaf_7_ebx, v3_leaf_7) &&
                      has(features.leaf_80000001_ecx, v3_leaf_80000001) &&
                      has(features.xcr0, sse_and_avx_registers);
-  if (!is_v3) return ProcessorLevel::v2;
+  if (!is_v3) return ProcessorLevel::baseline;
   const bool is_v4 = has(features.leaf_7_ebx, v4_leaf_7) && has(features.xcr0, avx_512_registers);
   return is_v4 ? ProcessorLevel::v4 : ProcessorLevel::v3;
 }

@@ -1,12 +1,12 @@
-/// Determines the level of an x86-64 processor as defined by the psABI, for which -march=x86-64-v2
-/// and -v3 compile.
+/// Determines the level of an x86-64 processor as defined by the psABI, for which -march=x86-64-v3
+/// and -v4 compile.
 #pragma once
 
 #include <cstdint>
 
 namespace dynmesh {
 
-enum class ProcessorLevel { baseline, v2, v3, v4 };
+enum class ProcessorLevel { baseline, v3, v4 };
 
 /// The features of a processor: registers after the instructions CPUID, with the leaf in eax, and
 /// XGETBV.
