@@ -13,8 +13,8 @@ In raw scans and depth images, whose points belong to no vertex, a tracker finds
     for points, normals in scanner:
         frame = tracker.push(points, normals)
 
-The method of the completer is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and
-Effective Dynamic Mesh Completion" (WSCG 2017).
+The method "motion" is that of Arvanitis, Lalos, Moustakas and Fakotakis, "Fast and Effective
+Dynamic Mesh Completion" (WSCG 2017); "detail", the default, starts from it.
 """
 
 import ast
