@@ -15,7 +15,7 @@ from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings, check_settings
 from .start import Start, check_start, start_in
-from .ways import complete_frames, settings_for
+from .ways import Options, complete_frames
 
 
 @overload
@@ -76,16 +76,17 @@ def complete(
             frame; also if there is no frame, or if frames and masks differ in number.
     """
     check_settings(settings)
+    options = Options(bidirectional=bidirectional, drop_above=drop_above)
     if isinstance(faces, Sequence):
         for name, given in (("frames", frames), ("known", known)):
             if given is not None:
                 raise InputError("is that of the sequence; leave it out", argument=name)
-        return _complete_sequence(faces, training, start, bidirectional, drop_above, settings)
+        return _complete_sequence(faces, training, start, options, settings)
     if frames is None:
         raise KindError(
             "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
         )
-    if start != "auto" or bidirectional or drop_above is not None:
+    if start != "auto" or options != Options():
         raise InputError(
             "start, bidirectional and drop_above are for a Sequence, whose frames can be read "
             "more than once, not for a stream of frames",
@@ -126,17 +127,11 @@ def _complete_sequence(
     sequence: Sequence,
     training: Iterable[Positions] | None,
     start: Start,
-    bidirectional: bool,
-    drop_above: float | None,
+    options: Options,
     settings: Settings,
 ) -> Sequence:
     check_start(start, None)
-    settings = settings_for(
-        settings,
-        bidirectional=bidirectional,
-        drop_above=drop_above,
-        trained=training is not None,
-    )
+    settings = options.settings(settings, trained=training is not None)
     reader = SequenceReader(sequence)
     whole = start_in(
         reader,
@@ -149,15 +144,13 @@ def _complete_sequence(
     made = Collected(
         replace(
             reader.header,
-            has_known=drop_above is not None,
+            has_known=options.leave_missing,
             has_provenance=True,
             has_standard_error=completer.settings["uncertainty"],
             standard_error_of="position",
         )
     )
-    complete_frames(
-        reader, whole, completer, made, bidirectional=bidirectional, drop_above=drop_above
-    )
+    complete_frames(reader, whole, completer, made, options)
     return made.sequence()
 
 

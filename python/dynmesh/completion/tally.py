@@ -43,16 +43,10 @@ class Tally:
             long = completer.age >= LONG
             self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
 
-    def add_written(self, frame: Frame, drop_above: float | None) -> None:
-        """Takes the standard errors of a frame into account, in which some may be left missing.
-
-        Vertices whose standard error exceeds `drop_above` do not count among the distances.
-        """
+    def add_written(self, frame: Frame, kept: Mask) -> None:
+        """Takes the standard errors of the vertices of a frame that are kept into account."""
+        self.dropped += int(np.count_nonzero(~kept))
         errors, generation = frame.standard_error, frame.generation
         if errors is None or generation is None:
             return
-        kept = np.asarray(generation > 0)
-        if drop_above is not None:
-            self.dropped += int(np.count_nonzero(errors > drop_above))
-            kept &= errors <= drop_above
-        self.distances.add(errors, kept)
+        self.distances.add(errors, kept & np.asarray(generation > 0))

@@ -7,7 +7,7 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Generator, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,6 +20,7 @@ from .._progress import tracked
 from ..completer import Completer
 from ..files import Frame, Reader, naming
 from ..files.memory import Output
+from ..sequence import Mask
 from ..settings import Settings
 from .both_ways import combined
 from .start import StartFrame
@@ -28,27 +29,48 @@ from .tally import Tally
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
 
-def settings_for(
-    settings: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
-) -> Settings:
-    """Returns the settings of the completer of a sequence, with those that its options imply.
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """How a sequence is completed, beside the settings of the completer.
 
-    Raises:
-        TypeError, ValueError: an option is refused, or cannot be combined with the method.
+    Attributes:
+        bidirectional: whether to complete each frame from both sides.
+        drop_above: the standard error above which vertices are left missing; None leaves none.
     """
-    asked = {"bidirectional": bidirectional, "drop_above": drop_above, "training": trained}
-    if drop_above is not None:
-        check_positive("drop_above", drop_above)
-    if settings.get("method", "detail") != "detail":
-        for name, value in asked.items():
-            if value not in (None, False):
-                raise SettingError("is for method detail alone", argument=name, value=value)
-    implied: dict[str, Any] = {}
-    if bidirectional or drop_above is not None:
-        implied["uncertainty"] = True
-    if bidirectional:
-        implied["learn"] = not trained
-    return cast(Settings, {**settings, **implied})
+
+    bidirectional: bool = False
+    drop_above: float | None = None
+
+    def settings(self, given: Settings, *, trained: bool) -> Settings:
+        """Returns the settings of the completer, with those that the options imply.
+
+        Raises:
+            TypeError, ValueError: an option is refused, or cannot be combined with the method.
+        """
+        if self.drop_above is not None:
+            check_positive("drop_above", self.drop_above)
+        if given.get("method", "detail") != "detail":
+            for name, value in {**asdict(self), "training": trained}.items():
+                if value not in (None, False):
+                    raise SettingError("is for method detail alone", argument=name, value=value)
+        implied: dict[str, Any] = {}
+        if self.bidirectional or self.drop_above is not None:
+            implied["uncertainty"] = True
+        if self.bidirectional:
+            implied["learn"] = not trained
+        return cast(Settings, {**given, **implied})
+
+    @property
+    def leave_missing(self) -> bool:
+        """Whether vertices may be left missing."""
+        return self.drop_above is not None
+
+    def kept(self, frame: Frame) -> Mask:
+        """Returns (k,) which vertices of a completed frame are not left missing."""
+        if self.drop_above is None:
+            return np.ones(len(frame.points), np.bool_)
+        assert frame.standard_error is not None  # as the options have set
+        return np.asarray(frame.standard_error <= self.drop_above)
 
 
 def complete_frames(
@@ -56,9 +78,8 @@ def complete_frames(
     start: StartFrame,
     completer: Completer,
     output: Output,
+    options: Options,
     *,
-    bidirectional: bool = False,
-    drop_above: float | None = None,
     folder: Path | None = None,
     progress: bool = False,
 ) -> Tally:
@@ -69,10 +90,9 @@ def complete_frames(
         start: the whole frame.
         completer: begins at the whole frame.
         output: takes the frames.
-        bidirectional: whether to complete each frame from both sides.
-        drop_above: the standard error above which vertices are left missing.
+        options: which ways lead through the sequence, and what is left missing.
         folder: on whose disk frames wait that cannot be written yet; None keeps them in memory.
-        progress: whether to show a bar; with `bidirectional`, a frame counts as often as it is
+        progress: whether to show a bar; from both sides, a frame counts as often as it is
             completed.
 
     Raises:
@@ -80,8 +100,10 @@ def complete_frames(
     """
     tally = Tally(completer.settings["method"])
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
-    out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)
-    waiting = _records(whole, reader.n_frames if bidirectional else start.number + 1, folder)
+    out, *further = ways = _ways(start.number, reader.n_frames, options.bidirectional)
+    waiting = _records(
+        whole, reader.n_frames if options.bidirectional else start.number + 1, folder
+    )
     if start.number >= 0:
         _store(waiting, start.number, whole)
 
@@ -93,20 +115,20 @@ def complete_frames(
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
-            _write(start.add_errors(frame, number), drop_above, output, tally)
+            _write(start.add_errors(frame, number), options, output, tally)
 
     with contextlib.closing(_frames(reader, ways)) as read:
         frames = tracked(read, sum(map(len, ways)), "completing", progress)
         for number, frame in go(out, whole):
             _store(waiting, number, frame)
-        if bidirectional:
+        if options.bidirectional:
             there, back = further
             for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
                 _store(waiting, number, frame)
             for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
                 _store(waiting, number, combined(_stored(waiting, number), frame))
         write((number, _stored(waiting, number)) for number in range(len(waiting)))
-        if not bidirectional:
+        if not options.bidirectional:
             write(go(further[0], whole))
         next(frames, None)  # at its end, the reader looks whether the file was changed
     return tally
@@ -186,13 +208,12 @@ def _stored(records: NDArray[Any], number: int) -> Frame:
     return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})
 
 
-def _write(frame: Frame, drop_above: float | None, output: Output, tally: Tally) -> None:
-    """Writes a completed frame, without what is too uncertain."""
-    tally.add_written(frame, drop_above)
-    if drop_above is not None:
-        assert frame.standard_error is not None  # as the options have set
-        known = np.asarray(frame.standard_error <= drop_above)
-        points = np.where(known[:, None], frame.points, frame.points.dtype.type(np.nan))
-        frame = replace(frame, points=points, known=known)
+def _write(frame: Frame, options: Options, output: Output, tally: Tally) -> None:
+    """Writes a completed frame, without what is left missing."""
+    kept = options.kept(frame)
+    tally.add_written(frame, kept)
+    if options.leave_missing:
+        points = np.where(kept[:, None], frame.points, frame.points.dtype.type(np.nan))
+        frame = replace(frame, points=points, known=kept)
     values = frame.attributes()
     output.append(frame.points, **{name: values[name] for name in output.header.attributes})

@@ -13,7 +13,7 @@ from ..calibration import in_words
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
 from ..completion.tally import LONG
 from ..completion.training import Training, TrainingFiles, paths_of
-from ..completion.ways import complete_frames, settings_for
+from ..completion.ways import Options, complete_frames
 from ..files import PathLike, Source, naming, target_over
 from ..files.header import MeshFile
 
@@ -184,7 +184,8 @@ def complete_file(
     """
     check_start(start, template)
     training_files = paths_of(training)
-    settings = settings_for(
+    options = Options(bidirectional=bidirectional, drop_above=drop_above)
+    settings = options.settings(
         {
             "method": method,
             "noise": noise,
@@ -193,8 +194,6 @@ def complete_file(
             "uncertainty": uncertainty,
             "threads": threads,
         },
-        bidirectional=bidirectional,
-        drop_above=drop_above,
         trained=bool(training_files),
     )
     target = target_over(path, output)
@@ -207,7 +206,7 @@ def complete_file(
         target.check(overwrite=overwrite, reader=reader, others=others)
         header = replace(
             reader.header,
-            has_known=drop_above is not None,
+            has_known=options.leave_missing,
             has_provenance=provenance,
             has_standard_error=provenance and settings["uncertainty"],
             standard_error_of="position",
@@ -227,8 +226,7 @@ def complete_file(
                 whole,
                 learnt.completer(whole.points, settings),
                 writer,
-                bidirectional=bidirectional,
-                drop_above=drop_above,
+                options,
                 folder=writer.folder,
                 progress=progress,
             )
