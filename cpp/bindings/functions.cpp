@@ -9,7 +9,6 @@
 #include <variant>
 
 #include "bindings.hpp"
-#include "completer/training_summary.hpp"
 #include "images.hpp"
 
 namespace dynmesh {
@@ -130,12 +129,6 @@ void bind_functions_of(py::module_& module) {
                                bool outliers, Index threads, const py::function& progress) {
     return py_whole_frame(faces, first, n_frames, source, {frame, noise, outliers, threads},
                           progress);
-  });
-  module.def("training_summary", [](const Exact<Index>& faces, const Exact<Real>& first_frame,
-                                    const Training<Real>& training) {
-    const TrainingSummary found = summarise(view(faces), view(first_frame), training);
-    return std::tuple(found.frames, found.variance_held, found.rms_distance,
-                      found.largest_distance);
   });
 }
 

@@ -22,8 +22,8 @@ namespace dynmesh {
 
 static_assert(std::is_same_v<Index, std::int32_t>);
 
-[[noreturn]] inline void refuse(const char* argument, const std::string& why) {
-  throw std::invalid_argument(std::string(argument) + ": " + why);
+[[noreturn]] inline void refuse(const std::string& argument, const std::string& why) {
+  throw std::invalid_argument(argument + ": " + why);
 }
 
 inline void check_pointer(const char* argument, const void* pointer) {
@@ -62,16 +62,16 @@ Points<Real> points_of(const char* argument, const View* view,
           static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
 }
 
-/// Calls `call` with a zero of the type.
+/// Calls `call` with a zero of the type. `argument` is the name of what has it.
 template <class Call>
-void with_type(const char* argument, std::int32_t type, const Call& call) {
+void with_type(const std::string& argument, std::int32_t type, const Call& call) {
   if (type == DYNMESH_FLOAT32) {
     call(float{});
   } else if (type == DYNMESH_FLOAT64) {
     call(double{});
   } else {
-    refuse(argument, "type must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not " +
-                         std::to_string(type));
+    refuse(argument,
+           "must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not " + std::to_string(type));
   }
 }
 
@@ -79,7 +79,7 @@ void with_type(const char* argument, std::int32_t type, const Call& call) {
 template <class Call>
 void with_type_of(const char* argument, const dynmesh_points* view, const Call& call) {
   check_pointer(argument, view);
-  with_type(argument, view->type,
+  with_type(std::string(argument) + ": type", view->type,
             [&]<class Real>(Real) { call(points_of<const Real>(argument, view)); });
 }
 

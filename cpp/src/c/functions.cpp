@@ -155,7 +155,7 @@ dynmesh_status dynmesh_whole_frame(const dynmesh_whole_frame_request* request,
     if (request->source == nullptr) refuse("source", "is a null pointer");
     check_pointer("positions", positions);
     check_pointer("report", report);
-    with_type("positions", positions->type, [&]<class Real>(Real) {
+    with_type("positions: type", positions->type, [&]<class Real>(Real) {
       const auto out = points_of<Real>("positions", positions, "all frames");
       const auto whole = put_together<Real>(*request, out);
       give(whole.positions, out, whole.seen, seen, whole.standard_error, standard_error);

@@ -274,7 +274,7 @@ dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
     if (n_vertices < 0 || n_vertices > std::numeric_limits<Index>::max()) {
       refuse("n_vertices", "must be from 0 to 2147483647, not " + std::to_string(n_vertices));
     }
-    with_type("training", type, [&]<class Real>(Real) {
+    with_type("type", type, [&]<class Real>(Real) {
       *training = new dynmesh_training{Training<Real>(static_cast<std::size_t>(n_vertices))};
     });
   });

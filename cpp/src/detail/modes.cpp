@@ -56,22 +56,13 @@ std::vector<Matrix> products_of_frames(const SurfaceParts& parts,
 }
 
 /// The leading eigenvectors, (n_frames, up to 16).
-struct Leading {
-  Matrix vectors;
-  double share = 0;  // of the sum of all eigenvalues
-};
-
-Leading leading_vectors(const Matrix& products, double least) {
+Matrix leading_vectors(const Matrix& products, double least) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(products);  // reads the lower triangle
   const auto& values = solver.eigenvalues();                     // ascending
   const Eigen::Index n = values.size();
   Eigen::Index kept = 0;
-  double held = 0;
-  while (kept < std::min<Eigen::Index>(n, modes_of_part) && values[n - 1 - kept] > least) {
-    held += values[n - 1 - kept++];
-  }
-  const double all = values.cwiseMax(0).sum();
-  return {solver.eigenvectors().rightCols(kept).rowwise().reverse(), all > 0 ? held / all : 0};
+  while (kept < std::min<Eigen::Index>(n, modes_of_part) && values[n - 1 - kept] > least) ++kept;
+  return solver.eigenvectors().rightCols(kept).rowwise().reverse();
 }
 
 }  // namespace
@@ -98,14 +89,13 @@ Modes::Modes(const SurfaceParts& parts, double mean_edge)
 Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
              std::size_t n_frames, const TrainingConstants& constants, const ModeScale& scale)
     : Modes(parts, scale.mean_edge) {
-  std::vector<Leading> leading;
+  std::vector<Matrix> leading;
   const std::vector<double> weights = weights_of(parts);
   for (const Matrix& products : products_of_frames(parts, shapes, n_frames)) {
     const double least = scale.least_eigenvalue(n_frames, weights[leading.size()], constants);
     leading.push_back(leading_vectors(products, least));
-    size_ += static_cast<std::size_t>(leading.back().vectors.cols());
+    size_ += static_cast<std::size_t>(leading.back().cols());
   }
-  variance_held_ = leading.front().share;
   n_frames_ = n_frames;
   const std::size_t k = offsets_.size() - 1;
   const double share = 1 / std::sqrt(static_cast<double>(n_frames)) / unit_;
@@ -116,7 +106,7 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
       const auto [part, weight] = parts.entries[entry];
       // B_j(i) = w_i sum_l U_lj z_li / sqrt(n)
       const Matrix modes =
-          weight * share * (leading[static_cast<std::size_t>(part)].vectors.transpose() * z);
+          weight * share * (leading[static_cast<std::size_t>(part)].transpose() * z);
       for (Eigen::Index j = 0; j < modes.rows(); ++j) {
         for (Eigen::Index c = 0; c < 3; ++c) {
           values_[(3 * entry + static_cast<std::size_t>(c)) * modes_of_part +

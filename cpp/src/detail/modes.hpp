@@ -77,8 +77,6 @@ class Modes {
   /// The number of modes, all parts together.
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
-  /// The share of the variance over the training sequence that the global modes hold, 0 to 1.
-  [[nodiscard]] double variance_held() const { return variance_held_; }
   /// The number of frames of the training, whose squared coefficients are at most this; 0 without.
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 
@@ -99,7 +97,6 @@ class Modes {
 
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
-  double variance_held_ = 0;
   std::size_t n_frames_ = 0;
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
