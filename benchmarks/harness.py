@@ -67,7 +67,13 @@ def parser(
         )
     if known:
         made.add_argument("--known", type=float, nargs="+", metavar="SHARE", default=known)
-    made.add_argument("--out", type=Path, metavar="FOLDER", help="also write tables to NAME.csv")
+    made.add_argument(
+        "--out",
+        type=Path,
+        metavar="FOLDER",
+        default=Path("build/reproduce"),
+        help="where each table is written as NAME.csv; the default is build/reproduce",
+    )
     made.add_argument("--docs", action="store_true", help="also replace the tables in docs/tables")
     return made
 
@@ -108,9 +114,8 @@ def show(arguments: argparse.Namespace, *tables: Table) -> None:
     """Print tables in Markdown, and write them where the arguments say."""
     print("\n\n".join(table.text() for table in tables))
     for table in tables:
-        if arguments.out is not None:
-            arguments.out.mkdir(parents=True, exist_ok=True)
-            _write_csv(table, arguments.out / f"{table.name}.csv")
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        _write_csv(table, arguments.out / f"{table.name}.csv")
         shown = DOCS / "tables" / f"{table.name}.csv"
         if arguments.docs and shown.exists():
             _write_csv(table, shown)

@@ -12,7 +12,7 @@ from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
-from dynmesh.tracking.single_scans import open_single
+from dynmesh.tracking.single_scan import open_single
 
 from .subjects import Subject
 from .tracking import around

@@ -24,8 +24,6 @@ def broken() -> dynmesh.Sequence:
     known = rng.random(vertices.shape[:2]) < 0.4
     known[0] = True
 
-    chest = near(first, first[faces].mean(axis=1), (0, -0.1, 1.25), 0.1)
-    faces[chest] = faces[chest, ::-1]  # flipped
     corner = faces[9000]
     faces = np.concatenate([faces, [[corner[0], corner[1], np.argmax(first[:, 2])]]])  # a fin
 
@@ -35,7 +33,6 @@ def broken() -> dynmesh.Sequence:
     scan = rng.random(len(first)) < 0.02
     vertices[18:22, scan], known[18:22, scan] = 0, True  # holes written as zeros
     vertices[48:] += np.array([0.4, 0, 0.1], np.float32)  # a cut
-    vertices[60:62], known[60:62] = vertices[59], known[59]  # a capture that hung
     stray = rng.integers(0, len(first), 60)
     vertices[70, stray] += rng.normal(0, 0.3, (60, 3)).astype(np.float32)
     known[70, stray] = True

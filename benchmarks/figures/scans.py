@@ -28,7 +28,7 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     # The cameras circle the positions of all frames, so that no point leaves the pictures.
     cameras = dynmesh.degrade.orbit(frames.reshape(-1, 3), CAMERAS, up=subject.up_vector)
     scans = dynmesh.degrade.scan_points(
-        frames, subject.faces, cameras, points=POINTS, flying=0.02, outliers=0.01
+        frames, subject.faces, cameras, points=POINTS, outliers=0.01
     )
     tracker = dynmesh.Tracker(subject.faces, frames[0])
     for scan in progress(scans, picture.file, shown + 1):

@@ -9,7 +9,6 @@ method of libigl that cannot complete a sequence is left out.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 from ..cells import ABSENT, Line, by_row_and_column, milliseconds, nmsve_cell, percent
 from ..harness import Table, parser, progress, sequences, show
@@ -42,7 +41,6 @@ def _error_and_time(run: Run | None) -> str:
 def main() -> None:
     """Measure, draw, and print the tables."""
     made = parser(__doc__)
-    made.set_defaults(out=Path("build/reproduce"))
     made.add_argument("--frames", type=int, help="at most this many of each sequence")
     made.add_argument("--azimuth", type=float, help="of the pictures, in degrees around up")
     arguments = made.parse_args()

@@ -16,7 +16,7 @@ app: Any = None
 with contextlib.suppress(ImportError):  # not built
     from dynmesh.cli import VERBS, app
 
-MODULES = ("metrics", "baselines", "degrade", "synth", "scans", "draw.plot")
+MODULES = ("metrics", "baselines", "degrade", "synth", "scans")
 """What is documented beside the names of the package itself."""
 
 REPOSITORY = Path(__file__).parents[2]

@@ -19,6 +19,7 @@ from .completion.in_memory import complete as complete
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import Finding as Finding
 from .diagnosis import diagnose as diagnose
+from .diagnosis.true_errors import FrameErrors as FrameErrors
 from .files import Writer as Writer
 from .files import create as create
 from .files import create_like as create_like
@@ -52,7 +53,6 @@ from .verbs.convert import ConversionReport as ConversionReport
 from .verbs.convert import convert as convert
 from .verbs.convert import convert_file as convert_file
 from .verbs.evaluate import Evaluation as Evaluation
-from .verbs.evaluate import FrameErrors as FrameErrors
 from .verbs.evaluate import evaluate as evaluate
 from .verbs.register import RegisterReport as RegisterReport
 from .verbs.register import register_file as register_file

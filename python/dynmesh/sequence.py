@@ -110,7 +110,7 @@ class Sequence(Description, VertexAttributes):
 
     In a notebook, a sequence shows itself: as a player that needs no network if the extra `view` is
     installed, with a simplified mesh and fewer frames if it is large, and as a table.
-    :func:`dynmesh.draw.plot` draws one frame.
+    :func:`dynmesh.picture` draws frames.
 
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.

@@ -30,9 +30,9 @@ COMMANDS = {
     "synth": "synth ocean {}/out.npz --frames FRAMES",
     "degrade": "degrade template.npz {}/out.npz --noise 0.1",
     "scans": "degrade partial.npz {}/out --scan --points 60",
-    "track": "track points {}/out.npz --template template.npz --report {}/fit.csv",
+    "track": "track points {}/out.npz --template template.npz",
     "track depth": "track depth {}/out.h5 --template template.npz",
-    "register": "register template.npz points/frame_00002.ply {}/out.ply --report {}/out.json",
+    "register": "register template.npz points/frame_00002.ply {}/out.ply",
     "evaluate": "evaluate truth.npz truth.npz --csv {}/out.csv",
 }
 FOLDERS = {"ply", "obj, by a pattern", "scans"}

@@ -108,7 +108,7 @@ class Watched(ABC, Generic[Subject]):
         try:
             bad.call(self._subject, *given)
         except Exception as error:  # its class is checked below
-            if type(error) is bad.error and str(error).startswith(bad.argument):
+            if isinstance(error, bad.error) and str(error).startswith(bad.argument):
                 self.refusals[kind] += 1
             else:
                 self._blame(kind, f"raised {type(error).__name__}: {error}")

@@ -10,6 +10,7 @@ import pytest
 from commands import dynmesh_command as run
 
 import dynmesh
+from dynmesh.scans import read_points
 
 N = 10
 FIRST = 1001
@@ -73,35 +74,6 @@ def test_units_and_scale(partial: dynmesh.Sequence) -> None:
         dynmesh.convert(made, scale=1e38)
 
 
-@pytest.mark.parametrize("times", [None, np.array([0, 1, 3, 4, 5, 6, 7, 8, 9, 12.0]) + FIRST])
-@pytest.mark.parametrize("rate", [30.0, 24.0, 10.0])
-def test_resampling_is_exact_where_motion_is_even(
-    truth: dynmesh.Sequence, times: np.ndarray | None, rate: float
-) -> None:
-    numbers = np.arange(N, dtype=float) if times is None else times - FIRST
-    moving = truth.vertices[:1] + numbers[:, None, None] / 24 * np.array([1.0, 2, -3])
-    even = replace(truth, vertices=moving, times=times)
-    made = dynmesh.convert(even, retime=rate)
-    assert (made.fps, made.start, made.times) == (rate, FIRST, None)
-    seconds = np.arange(len(made)) / rate
-    assert seconds[-1] <= numbers[-1] / 24 + 1e-9 < seconds[-1] + 1 / rate
-    expected = truth.vertices[:1] + seconds[:, None, None] * np.array([1.0, 2, -3])
-    np.testing.assert_allclose(made.vertices, expected, atol=1e-9)
-
-
-def test_a_vertex_between_frames_is_known_if_it_is_in_both(partial: dynmesh.Sequence) -> None:
-    assert partial.known is not None
-    made = dynmesh.convert(partial, retime=48)
-    assert made.known is not None
-    assert len(made) == 2 * N - 1
-    np.testing.assert_array_equal(made.known[::2], partial.known)
-    np.testing.assert_array_equal(made.known[1::2], partial.known[:-1] & partial.known[1:])
-    np.testing.assert_array_equal(made.vertices[::2], partial.vertices)
-    nan = np.where(partial.known[..., None], partial.vertices, np.nan)
-    unmasked = dynmesh.convert(replace(partial, vertices=nan, known=None), retime=48)
-    np.testing.assert_array_equal(np.isfinite(unmasked.vertices).all(axis=2), made.known)
-
-
 def test_a_rate_alone_changes_no_frame(truth: dynmesh.Sequence) -> None:
     assert_same(dynmesh.convert(truth, fps=25), replace(truth, fps=25.0), 0)
 
@@ -109,9 +81,8 @@ def test_a_rate_alone_changes_no_frame(truth: dynmesh.Sequence) -> None:
 CONVERSIONS: list[dict[str, Any]] = [
     {"to_up": "y", "to_unit": "m"},
     {"scale": 3.0, "fps": 25.0},
-    {"retime": 30.0},
     {"frames": slice(1003, 1008)},
-    {"frames": slice(1003, None, 3), "to_up": "x", "retime": 12.0},
+    {"frames": slice(1003, None, 3), "to_up": "x"},
 ]
 
 
@@ -177,3 +148,30 @@ def test_frames_of_files_of_which_some_are_lost(partial: dynmesh.Sequence, tmp_p
     made = dynmesh.read(tmp_path / "o_%04d.ply")
     np.testing.assert_array_equal(made.known, known)
     np.testing.assert_array_equal(made.vertices[known], zeros[2:6][known])
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> None:
+    folder = tmp_path / "clouds"
+    folder.mkdir()
+    points = np.random.default_rng(0).random((20, 3))
+    normals = np.tile([0.0, 0, 1], (20, 1))
+    np.savetxt(folder / "a_7.xyz", np.hstack([points, normals]))
+    if is_folder:
+        np.savetxt(folder / "a_9.xyz", points[:5])
+    given, output = (
+        (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")
+    )
+    changes: dict[str, Any] = {"unit": "mm", "to_unit": "m", "up": "z", "to_up": "y"}
+    report = dynmesh.convert_file(given, output, **changes)
+    assert report.frames == 1 + is_folder
+    found = read_points(output / "a_7.ply" if is_folder else output)
+    turned = points[:, [0, 2, 1]] * [1, 1, -1] / 1000
+    np.testing.assert_allclose(found.scan.points, turned, atol=1e-12)
+    assert found.scan.normals is not None
+    np.testing.assert_allclose(found.scan.normals, np.tile([0.0, 1, 0], (20, 1)), atol=1e-12)
+    assert (found.metadata.up_axis, found.metadata.metres_per_unit) == ("y", 1)
+    if is_folder:
+        assert sorted(file.name for file in output.iterdir()) == ["a_7.ply", "a_9.ply"]
+    with pytest.raises(FileExistsError):
+        dynmesh.convert_file(given, output, **changes)

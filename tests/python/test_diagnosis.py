@@ -71,13 +71,10 @@ def test_lost_vertices_are_not_a_finding() -> None:
 
 
 def test_recordings_raise_no_false_alarm(data: Path) -> None:
-    small = {"horse_gallop": ["small_holes", "needle_faces"]}
-    people = {"crane": "metres", "horse_gallop": "metres"}
+    small = {"horse_gallop": ["needle_faces"]}
     for path in sorted(set(data.glob("*.npz")) - set(data.glob("*_scans.npz"))):
         diagnosis = dynmesh.diagnose(dynmesh.read(path)[:60])
         assert codes(diagnosis) == small.get(path.stem, []), path
-        unit = diagnosis.likely_unit
-        assert (None if unit is None else unit.name) == people.get(path.stem), path
 
 
 def test_most_outliers_are_found_and_nothing_else() -> None:
@@ -132,15 +129,6 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     list(dynmesh.complete(sequence.faces, iter(largest)))
 
 
-def test_units_of_people_are_guessed_and_no_others() -> None:
-    person = replace(walker(), vertices=walker().vertices[:1])
-    for scale, metres in ((1, 1.0), (100, 0.01), (1000, 0.001), (7, None)):
-        unit = dynmesh.diagnose(replace(person, vertices=person.vertices * scale)).likely_unit
-        assert (None if unit is None else unit.metres) == metres
-    sheet_of_a_size = replace(person, faces=person.faces[:200])
-    assert dynmesh.diagnose(sheet_of_a_size).likely_unit is None
-
-
 def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
@@ -148,8 +136,8 @@ def test_empty_and_still_sequences_are_diagnosed() -> None:
     found = dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))).findings[0]
     assert (found.code, found.severity) == ("first_frame_incomplete", "error")
     still = dynmesh.diagnose(Sequence(np.zeros((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
-    assert {"coincident_vertices", "flat_faces", "repeated_frames"} <= set(codes(still))
-    json.loads(still.as_json())
+    assert {"coincident_vertices", "flat_faces"} <= set(codes(still))
+    json.dumps(still.as_dict(), allow_nan=False)
     with pytest.raises(ValueError, match="no frame"):
         dynmesh.diagnose(Sequence(np.empty((0, 4, 3)), no_faces))
     with pytest.raises(ValueError, match="no vertices"):
@@ -169,19 +157,13 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
 
     refused = topology.refused_faces
     assert places("degenerate_faces") == [f.index for f in refused if f.kind == "degenerate"]
-    assert places("duplicate_faces") == [f.index for f in refused if f.kind == "duplicate"]
     parts = topology.components - topology.isolated_vertices
     assert ("several_components" in found) == (parts > 1)
     if parts > 1:
         assert found["several_components"].count == parts
     isolated = found["isolated_vertices"].count if "isolated_vertices" in found else 0
     assert isolated == topology.isolated_vertices
-    # After reversing the flipped faces, none is flipped.
-    faces = mesh.faces.copy()
-    flipped = places("flipped_faces")
-    faces[flipped] = faces[flipped, ::-1]
-    assert "flipped_faces" not in codes(dynmesh.diagnose(replace(sequence, faces=faces)))
-    json.loads(diagnosis.as_json())
+    json.dumps(diagnosis.as_dict(), allow_nan=False)
 
 
 def test_the_most_important_comes_first() -> None:
@@ -197,9 +179,7 @@ def test_the_most_important_comes_first() -> None:
 def test_json_holds_it_all_and_is_limited() -> None:
     sequence, _ = BROKEN["outliers"]()
     diagnosis = dynmesh.diagnose(sequence)
-    parsed = json.loads(diagnosis.as_json())
-    assert parsed == diagnosis.as_dict()
-    (finding,) = parsed["findings"]
+    (finding,) = json.loads(json.dumps(diagnosis.as_dict()))["findings"]
     assert finding["where"] == {"vertices": [50], "faces": [], "frames": [4]}
     assert finding["worst"] == pytest.approx(10 / 1.1, rel=0.3)  # mean edges
     still = np.zeros((2, 3 * MOST_PLACES, 3)) + np.arange(3 * MOST_PLACES)[:, None]
@@ -207,8 +187,6 @@ def test_json_holds_it_all_and_is_limited() -> None:
     isolated = next(f for f in alone.findings if f.code == "isolated_vertices")
     assert isolated.count == 3 * MOST_PLACES
     assert len(isolated.where.vertices) == MOST_PLACES
-    few = next(f for f in alone.as_dict(most_places=5)["findings"] if f["code"] == isolated.code)
-    assert (few["count"], few["where"]["vertices"]) == (isolated.count, [0, 1, 2, 3, 4])
 
 
 def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
@@ -238,14 +216,7 @@ def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
     assert "zeros" not in " ".join(codes(found))
 
 
-def test_zeros_in_frame_0_are_missing_or_positions() -> None:
-    sequence = BROKEN["first_frame_zeros"]()[0]
-    sequence.vertices[1:3, 9] = np.nan
-    finding = dynmesh.diagnose(sequence).findings[0]
-    assert "start from frame 3, the first complete one" in finding.advice
-    sequence.vertices[:, 9] = np.nan
-    sequence.vertices[0, 9] = 0
-    assert "the best frame" in dynmesh.diagnose(sequence).findings[0].advice
+def test_most_of_frame_0_may_be_zeros() -> None:
     most = moving(sheet(12))
     most.vertices[0, :140] = 0
     found = {finding.code: finding.count for finding in dynmesh.diagnose(most).findings}
@@ -287,16 +258,11 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     path, sound, holes = (tmp_path / f"{name}.npz" for name in ("a", "sound", "holes"))
     dynmesh.write(path, sequence)
     dynmesh.write(sound, moving(sheet(12)))
-    dynmesh.write(holes, BROKEN["small_holes"]()[0])  # no more than a note
+    dynmesh.write(holes, BROKEN["needle_faces"]()[0])  # no more than notes
     assert re.search(r"^warning: 1 outlier more than 4 mean edges", info(path), re.MULTILINE)
     assert "No problems were found." in info(sound, "--strict")
-    assert "1 note\n" in info(holes, "--strict")
+    assert "2 notes\n" in info(holes, "--strict")
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
-    sequence.vertices[1:, :20] = np.nan
-    dynmesh.write(tmp_path / "never.npz", sequence)
-    told = json.loads(info(tmp_path / "never.npz", "--json", "--brief"))["findings"]
-    (never,) = (finding for finding in told if finding["code"] == "never_seen")
-    assert (never["count"], never["where"]["vertices"]) == (20, [0, 1, 2, 3, 4])
 
 
 def test_the_page_explains_every_finding() -> None:

@@ -49,10 +49,9 @@ def test_frames_cameras_and_images_are_told(ruined_first: Path, tmp_path: Path) 
     assert len(report.lost) == 5
 
 
-def test_points_in_planes_do_not_count() -> None:
+def test_the_share_of_far_points_is_the_quality() -> None:
     assert Counts().share is None
-    assert Counts(100, 100, 100).share is None
-    assert Counts(100, 40, 20).share == 0.25
-    assert Fits(total=Counts(1000, 300, 299)).quality == "good"
-    assert Fits(total=Counts(1000, 300, 270)).quality == "doubtful"
-    assert Fits(total=Counts(1000, 300, 200)).quality == "ruined"
+    assert Counts(100, 25).share == 0.25
+    assert Fits(total=Counts(1000, 19)).quality == "good"
+    assert Fits(total=Counts(1000, 40)).quality == "doubtful"
+    assert Fits(total=Counts(1000, 60)).quality == "ruined"

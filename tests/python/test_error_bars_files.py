@@ -296,4 +296,4 @@ def test_the_legend_says_what_errors_are_of(tmp_path: Path, completed: dynmesh.S
             np.testing.assert_allclose(
                 values[finite], factor * frame.standard_error[finite], rtol=1e-6
             )
-            assert quantity.scale(sources, values, None).title == title
+            assert quantity.scale(sources, values).title == title

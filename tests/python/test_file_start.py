@@ -216,23 +216,6 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 
 
-def test_zeros_are_missing_in_every_frame_but_the_whole_one(
-    tmp_path: Path, partial: dynmesh.Sequence
-) -> None:
-    assert partial.known is not None
-    vertices = np.where(partial.known[:, :, None], partial.vertices, np.float32(0))
-    vertices[WHOLE, 3] = 0
-    zeros = replace(partial, vertices=vertices, known=None)
-    dynmesh.write(tmp_path / "zeros.npz", zeros)
-    output = tmp_path / "out.npz"
-    source: Any = {"missing": "zero"}
-    dynmesh.complete_file(
-        tmp_path / "zeros.npz", output, start=WHOLE, source=source, provenance=True
-    )
-    masked = replace(zeros, known=(vertices != 0).any(axis=2))
-    assert_same(dynmesh.read(output), expected_of(masked, WHOLE, method="detail"), *HISTORY)
-
-
 def test_a_template_stands_before_frame_0(
     tmp_path: Path, stored: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
 ) -> None:
@@ -295,13 +278,24 @@ def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path
     lost, whole, output = tmp_path / "lost.npz", tmp_path / "whole.npz", tmp_path / "a.npz"
     dynmesh.write(lost, replace(truth, vertices=vertices))
     dynmesh.write(whole, truth)
-    options = ("--missing", "zero", "--overwrite")
-    said = run("complete", lost, output, *options).stderr
+    said = run("complete", lost, output, "--overwrite").stderr
     assert "3 vertices of frame 0 at exactly (0, 0, 0), far from their neighbours" in said
-    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--start", "5").stderr
-    assert "(0, 0, 0)" not in run("complete", lost, output, *options, "--template", whole).stderr
-    said = run("complete", whole, output, *options, "--template", lost).stderr
+    assert "(0, 0, 0)" not in run("complete", lost, output, "--overwrite", "--start", "5").stderr
+    said = run("complete", whole, output, "--overwrite", "--template", lost).stderr
     assert "3 vertices of the template at exactly (0, 0, 0)" in said
+
+
+def test_zeros_are_missing_in_every_frame(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+    vertices = truth.vertices.copy()
+    for number in range(len(vertices)):
+        vertices[number, [70 + number % 3, 90]] = 0
+    vertices[5, 90] = truth.vertices[5, 90]
+    dynmesh.write(tmp_path / "in.npz", replace(truth, vertices=vertices))
+    said = run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero").stderr
+    assert "(0, 0, 0)" not in said
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    off = np.linalg.norm(made - truth.vertices, axis=2).max()
+    assert off < 0.05 * dynmesh.metrics.bounding_box_diagonal(truth.vertices[0])
 
 
 def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command as run
 from meshes import Array, Mesh
 from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 
@@ -272,3 +273,16 @@ def test_large_polygons_survive(tmp_path: Path, suffix: str) -> None:
     for one, other in zip(again.polygons, polygons, strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(again.faces, triangulate(polygons))
+
+
+@pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])
+@pytest.mark.parametrize("verb", ["complete", "convert", "degrade"])
+def test_frames_in_a_folder_keep_the_names_of_the_input(
+    tmp_path: Path, verb: str, given: str
+) -> None:
+    ocean = dynmesh.synth.ocean(3, grid=6)
+    dynmesh.write(tmp_path / "in" / "dance.%04d.obj", replace(ocean, start=7))
+    options = {"complete": [], "convert": ["--scale", "2"], "degrade": ["--known", "0.5"]}
+    run(verb, tmp_path / "in" / given, tmp_path / "out", *options[verb])
+    made = sorted(file.name for file in (tmp_path / "out").iterdir())
+    assert made == ["dance.0007.obj", "dance.0008.obj", "dance.0009.obj"]

@@ -67,7 +67,8 @@ def test_obj_keeps_everything_but_normals(tmp_path: Path) -> None:
     source.parent.mkdir()
     source.write_text(OBJ)
     (source.parent / "skins").mkdir()
-    (source.parent / "skins" / "my body.mtl").touch()
+    (source.parent / "skins" / "my body.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
+    (source.parent / "skins" / "skin.png").touch()
     (tmp_path / "out").mkdir()
     with dynmesh.open(source.with_name("body_%04d.obj")) as reader:
         (frame,) = reader
@@ -76,7 +77,9 @@ def test_obj_keeps_everything_but_normals(tmp_path: Path) -> None:
     made = tmp_path / "out" / "a_0001.obj"
     check_kept(made, source)
     (library,) = (words for words in words_of(made) if words[0] == "mtllib")
-    assert library == ["mtllib", "../in/skins/my", "body.mtl"]  # from the folder of the file
+    assert library == ["mtllib", "my", "body.mtl"]  # which is beside the file
+    materials = (tmp_path / "out" / "my body.mtl").read_text()
+    assert materials == "newmtl skin\nmap_Kd ../in/skins/skin.png\n"
     np.testing.assert_array_equal(numbers(made)[:, :3], numbers(source)[:, :3] @ TURN.T + 5)
     assert writer.remarks == ["normals of body_0001.obj are not written"]
     again: Any = trimesh.load(made, process=False, group_material=False)  # another reader

@@ -124,24 +124,6 @@ def test_measures_are_placed_by_decades_or_evenly_from_zero(
     np.testing.assert_allclose([tick.position for tick in scale.ticks], marked, atol=1e-6)
 
 
-def test_a_range_fixes_the_scale(sequence: Sequence, mesh: Mesh) -> None:
-    reference = SequenceReader(Sequence(np.stack([mesh.vertices] * 5), mesh.faces))
-    reader = SequenceReader(sequence)
-    heatmap = Heatmap(reader, reference=reference, range=(0.5, 20))
-    scale = heatmap.scale("error")
-    assert scale is not None
-    np.testing.assert_allclose(scale.position(np.array([0.5, 20])), [0, 1], atol=1e-6)
-    counts = Heatmap(reader, colour="age", range=(2, 5)).scale("age")
-    assert counts is not None
-    labels = ["0, observed", "1 to 2", "3", "4", "5 or more"]
-    assert [tick.label for tick in counts.ticks] == labels
-    steps = (counts.position(np.array([0, 1, 2, 3, 5, 900])) * 5).astype(int)
-    assert steps.tolist() == [0, 1, 1, 2, 4, 4]
-    labels = [tick.label for tick in CountScale("age", 60, zero="here", fixed=5).ticks]
-    assert labels[:3] == ["0, here", "1 to 5", "6"]
-    assert labels[-2:] == ["37 to 59", "60 or more"]
-
-
 def test_an_exact_completion_has_a_scale(mesh: Mesh) -> None:
     reader = SequenceReader(Sequence(np.stack([mesh.vertices] * 3), mesh.faces))
     heatmap = Heatmap(reader, reference=reader)

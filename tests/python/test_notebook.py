@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +73,12 @@ def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
         assert "<iframe" in player
         assert len(player) < 2_001_000
     for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
-        pictures = [output for output in outputs(executed, cell) if "image/png" in output.data]
+        shown = [output.get("data", {}) for output in outputs(executed, cell)]
+        pictures = [data for data in shown if "image/png" in data]
         assert len(pictures) == n_pictures
+    printed = "".join(output.get("text", "") for output in outputs(executed, "errors"))
+    errors = re.findall(r": (\S+) on average", printed)
+    assert len(errors) == len(set(errors)) == 3
     for picture in outputs(executed, "where"):
         assert_upright(picture.data["image/png"])
     assert {file.name for file in (tmp_path / "work").iterdir()} == {"partial.npz", "completed.npz"}

@@ -1,7 +1,5 @@
 """Pictures of sequences as PNG files."""
 
-import subprocess
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,12 +7,9 @@ import numpy as np
 import pytest
 from meshes import Array, Mesh, sheet
 
-import dynmesh
 from dynmesh import Sequence, write
 from dynmesh import open as open_sequence
-from dynmesh.draw import figures
-from dynmesh.draw.figures import View
-from dynmesh.draw.picture import evenly_spaced, pictures
+from dynmesh.draw.picture import drawn, evenly_spaced
 from dynmesh.draw.scales import CountScale
 from dynmesh.draw.sheet import contact_sheet
 
@@ -45,7 +40,7 @@ def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
     """Writes a sequence and its picture, from the front with x to the right."""
     write(folder / "sheet.npz", sequence)
     with open_sequence(folder / "sheet.npz") as reader:
-        next(pictures(reader, **{"up": "z", "azimuth": -90, **options})).save(folder / "sheet.png")
+        drawn(reader, **{"up": "z", "azimuth": -90, **options}).save(folder / "sheet.png")
     return pixels(folder / "sheet.png")
 
 
@@ -60,11 +55,11 @@ def bluish(image: Array) -> Array:
 
 
 def test_colours_are_at_their_vertices(sequence: Sequence, tmp_path: Path) -> None:
-    first = draw(sequence, tmp_path, indices=[0], colour="known", size=(300, 300))
+    first = draw(sequence, tmp_path, indices=[0], colour="known", size=300)
     left = first[:, :300]  # the colour bar is at the right
     assert bluish(left).sum() > 10_000
     assert not reddish(left).any()
-    left = draw(sequence, tmp_path, indices=[2], colour="known", size=(300, 300))[:, :300]
+    left = draw(sequence, tmp_path, indices=[2], colour="known", size=300)[:, :300]
     assert bluish(left).sum() > 4_000
     assert reddish(left).sum() > 4_000
     blue, red = (np.nonzero(mask(left))[1] for mask in (bluish, reddish))
@@ -145,72 +140,3 @@ def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None
     far = draw(Sequence(mesh.vertices[None] + 5e5, mesh.faces), tmp_path, indices=[0])
     areas = [(image < 235).all(axis=2).sum() for image in (near, far)]
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
-
-
-def images_of(path: Path) -> list[Array]:
-    """The pictures of a moving one, (height, width, 3)."""
-    if path.suffix == ".mp4":
-        ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="needs dynmesh[movie]")
-        as_gif = [ffmpeg.get_ffmpeg_exe(), "-i", path, path.with_suffix(".gif")]
-        subprocess.run(as_gif, check=True, capture_output=True)
-        path = path.with_suffix(".gif")
-    with images.open(path) as clip:
-        found = []
-        for number in range(clip.n_frames):
-            clip.seek(number)
-            found.append(np.asarray(clip.convert("RGB")).astype(int))
-        return found
-
-
-@pytest.mark.parametrize("suffix", [".gif", ".webp", ".mp4"])
-def test_a_moving_picture_shows_every_frame(
-    suffix: str, sequence: Sequence, tmp_path: Path
-) -> None:
-    path = tmp_path / f"clip{suffix}"
-    first = np.asarray(dynmesh.picture(sequence, path, up="z", azimuth=-90, size=64, fps=10))
-    shown = images_of(path)
-    assert len(shown) == 4
-    height, width, _ = first.shape
-    assert np.abs(shown[0][:height, :width] - first).mean() < 10
-    # What was filled in, in later frames, has another colour.
-    changes = [np.abs(image - shown[0]).max(axis=2)[:, :80] > 60 for image in shown]
-    assert [bool(change.sum() > 300) for change in changes] == [False, True, True, True]
-
-
-def test_a_turntable_shows_one_frame_from_all_sides(sequence: Sequence, tmp_path: Path) -> None:
-    path = tmp_path / "turn.gif"
-    dynmesh.picture(sequence, path, frames=0, up="y", size=64, turntable=True)
-    shown = images_of(path)
-    assert len(shown) == 72
-    first, quarter = ((shown[at][44:108, :80] < 200).any(axis=2).sum() for at in (0, 18))
-    assert abs(first - quarter) > 100
-
-
-def test_the_camera_of_moving_pictures_follows(mesh: Mesh, tmp_path: Path) -> None:
-    """A mesh that goes far away is as large as if it stayed, and in the same place."""
-    found = []
-    for far in (0, 400):
-        vertices = mesh.vertices + np.array([[[0, 0, 0]], [[1, 0, 0]], [[1, 1, 0]]]) * far
-        path = tmp_path / "a.gif"
-        sequence = Sequence(vertices, mesh.faces)
-        dynmesh.picture(sequence, path, up="z", azimuth=-90, size=200, overwrite=True)
-        seen = [np.nonzero((image[44:-40] < 235).any(axis=2)) for image in images_of(path)]
-        found.append([(len(rows), rows.mean(), columns.mean()) for rows, columns in seen])
-    np.testing.assert_allclose(found[1], found[0], rtol=0.02)
-
-
-def test_a_turning_figure_keeps_its_size(
-    mesh: Mesh, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    drawn: list[View] = []
-
-    def note(_: object, __: object, view: View, *___: object) -> Array:
-        drawn.append(view)
-        return np.zeros((16, 16, 3), np.uint8)
-
-    monkeypatch.setattr(figures, "render", note)
-    sequence = Sequence(mesh.vertices[None] * [1, 3, 1], mesh.faces)
-    dynmesh.picture(sequence, tmp_path / "a.gif", up="z", size=16, turntable=True)
-    assert len({view.towards_viewer for view in drawn}) == 72
-    assert len({view.reach for view in drawn}) == 1
-    assert len({replace(view, least_reach=0).reach for view in drawn}) > 10

@@ -10,7 +10,6 @@ from meshes import turned
 
 import dynmesh
 from dynmesh import baselines, degrade, metrics
-from dynmesh.completion.training import training_summary
 from dynmesh.polygons import Polygons
 
 N = 7
@@ -113,7 +112,6 @@ CALLS: dict[str, Callable[[Any, Any], Any]] = {
     "LaplacianInterpolation": lambda f, p: baselines.laplacian_interpolation(
         f, p[1], KNOWN[1].tolist(), reference=p[0], weights="inverse_distance"
     ),
-    "training_summary": lambda f, p: training_summary(f, p[0], p).rms_distance,
     "add_noise": lambda f, p: list(degrade.add_noise(p, f, 0.1)),
     "add_outliers": lambda f, p: list(degrade.add_outliers(p, f, 0.1)),
     "camera_known": lambda f, p: list(degrade.camera_known(p, f, CAMERAS)),

@@ -1,6 +1,5 @@
 """The command that registers a mesh with scans."""
 
-import csv
 import json
 import re
 import subprocess
@@ -20,9 +19,10 @@ from test_registration import scan
 from test_tracking import bumpy_torus, error
 
 import dynmesh
+from dynmesh._errors import DynmeshError
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import read_landmarks
-from dynmesh.tracking.single_scans import open_single
+from dynmesh.tracking.single_scan import open_single
 
 
 @pytest.fixture
@@ -46,16 +46,26 @@ def positions(path: Path) -> Array:
     return np.asarray(dynmesh.read(path).vertices[0], np.float64)
 
 
-def test_a_folder_of_scans(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
-    """A point cloud, and a mesh whose vertices are the points."""
+@pytest.mark.parametrize("name", ["first.ply", "second.obj"])
+def test_a_point_cloud_and_a_mesh_whose_vertices_are_the_points(
+    name: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
     truth = written(tmp_path, torus, rng)
-    report, made = tmp_path / "report.json", tmp_path / "made"
-    run("register", tmp_path / "body.obj", tmp_path / "scans", made, "--report", report)
-    for name in ("first.obj", "second.obj"):
-        assert error(torus, truth, positions(made / name)) < 0.5
-    told = json.loads(report.read_text())
-    assert [one["quality"] for one in told.values()] == ["good", "good"]
-    run("register", tmp_path / "body.obj", tmp_path / "scans", made, code=1)
+    words = ("register", tmp_path / "body.obj", tmp_path / "scans" / name, tmp_path / "made.obj")
+    told = json.loads(run(*words, "--json").stdout)
+    assert error(torus, truth, positions(tmp_path / "made.obj")) < 0.5
+    assert told["quality"] == "good"
+    run(*words, code=1)
+
+
+def test_one_scan_is_registered_at_a_time(
+    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    written(tmp_path, torus, rng)
+    files = tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made.obj"
+    with pytest.raises(DynmeshError, match="name one scan") as caught:
+        dynmesh.register_file(*files)
+    assert caught.value.file == tmp_path / "scans"
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply"])
@@ -77,46 +87,46 @@ def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) ->
     truth = np.stack([torus.vertices, turned])
     dynmesh.write(tmp_path / "truth.npz", dynmesh.Sequence(truth, torus.faces, start=7))
     dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(truth[:1], torus.faces))
-    depth, made = tmp_path / "depth", tmp_path / "made"
+    depth, made = tmp_path / "depth", tmp_path / "made.obj"
     size = ("--depth", "160x120", "--cameras", "4", "--up", "z")
     run("degrade", tmp_path / "truth.npz", depth, *size)
-    run("register", tmp_path / "body.obj", depth, made)
-    assert sorted(path.name for path in made.iterdir()) == ["frame_00007.obj", "frame_00008.obj"]
-    assert error(torus, turned, positions(made / "frame_00008.obj")) < 0.5
+    words = ("register", tmp_path / "body.obj", depth / "depth_00008_*.png", made)
+    run(*words)
+    assert error(torus, turned, positions(made)) < 0.5
+    assert "holds 2 scans" in run(*words[:2], depth, tmp_path / "two.obj", code=1).stderr
+    (depth / "depth_00008_1.png").unlink()
+    assert "no image of camera '1' for frame 8" in run(*words, "--overwrite").stderr
     (depth / "cameras.json").rename(tmp_path / "rig.json")
-    refused = run("register", tmp_path / "body.obj", depth, made, "--overwrite", code=1).stderr
+    refused = run(*words, "--overwrite", code=1).stderr
     assert "depth images need cameras" in refused
-    one = (tmp_path / "body.obj", depth / "depth_00007_0.png", tmp_path / "one.obj")
-    assert "depth_00007_0.png: is a single depth image" in run("register", *one, code=1).stderr
-    with_cameras = ("--overwrite", "--cameras", tmp_path / "rig.json")
-    run("register", tmp_path / "body.obj", depth, made, *with_cameras)
+    run(*words, "--overwrite", "--cameras", tmp_path / "rig.json")
 
 
 def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
-    """A template that is elsewhere and in another unit, a scan, and a scan of something else."""
+    """A template that is elsewhere and in another unit, in its scan and one of something else."""
     written(tmp_path, torus, rng)
     template = torus.vertices / 1000 + [50, 0, 0]
     dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], torus.faces))
-    (tmp_path / "scans" / "second.obj").unlink()
     wrong = rng.normal(size=(2000, 3)) * np.ptp(torus.vertices, axis=0) / 3
-    write_ply(tmp_path / "scans" / "second.ply", PointScan(wrong, None, None))
-    words = ("register", tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made", "--scale")
-    run(*words, "--page", tmp_path / "page.html", code=3)
-    page = Page(browser, tmp_path / "page.html")
-    assert page.captions() == ["body.obj, the template", "the scans", "made"]
-    assert page.text("title").split()[0] == "distance"
-    areas, yellow = [], []
-    for frame, name in enumerate(("first.ply: good", "second.ply: ruined")):
-        page.scrub(frame)
-        assert page.text("counter") == name
+    write_ply(tmp_path / "scans" / "wrong.ply", PointScan(wrong, None, None))
+    yellow = []
+    for name, quality in (("first", "good"), ("wrong", "ruined")):
+        files = tmp_path / "body.obj", tmp_path / "scans" / f"{name}.ply", tmp_path / f"{name}.obj"
+        html, code = tmp_path / f"{name}.html", 0 if quality == "good" else 3
+        run("register", *files, "--scale", "--page", html, code=code)
+        page = Page(browser, html)
+        captions = ["body.obj, the template", f"{name}.ply, the scan", f"{name}.obj"]
+        assert page.captions() == captions
+        assert page.text("title").split()[0] == "distance"
         pictures = page.pictures(0, 1, 2)
-        areas.append([in_colour(pixels).mean() for pixels in pictures])
+        areas = [in_colour(pixels).mean() for pixels in pictures]
+        assert min(areas) > 0.005
+        if quality == "good":
+            assert 0.5 < areas[0] / areas[2] < 2  # it is not turned
         _, green, blue = pictures[2][in_colour(pictures[2])].mean(axis=0)
         yellow.append(green - blue)
-    assert np.min(areas) > 0.005
-    assert 0.5 < areas[0][0] / areas[0][2] < 2  # it is not turned
+        assert page.complaints == []
     assert yellow[1] > yellow[0] + 10
-    assert page.complaints == []
 
 
 @pytest.mark.parametrize("suffix", ["stl", "glb"])
@@ -181,6 +191,23 @@ def test_landmarks_picked_in_viewers(torus: Mesh, rng: np.random.Generator, tmp_
     assert ended.returncode == 1
 
 
+def test_a_template_in_inches_and_a_scan_in_metres(
+    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    truth = written(tmp_path, torus, rng)
+    inches = dynmesh.Sequence(torus.vertices[None] / 0.0254, torus.faces)
+    dynmesh.write(tmp_path / "body.obj", inches)
+    words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
+    said = run(*words, tmp_path / "none.obj", code=1).stderr
+    assert re.search(r"the scan is 0\.02\d* times as large as the template, as if", said)
+    assert "as if the template were in inch and the scan in m\n" in said
+    units = ("--template-unit", "inch", "--scan-unit", "m")
+    run(*words, tmp_path / "made.obj", *units)
+    made = dynmesh.read(tmp_path / "made.obj")
+    assert error(torus, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
+    assert made.metres_per_unit == 1
+
+
 def test_a_wrong_scan_ends_with_code_3(
     torus: Mesh, rng: np.random.Generator, tmp_path: Path
 ) -> None:
@@ -213,31 +240,22 @@ def test_landmarks_that_contradict_the_scan(
 def test_lines_of_a_table_are_registered(
     torus: Mesh, rng: np.random.Generator, tmp_path: Path
 ) -> None:
-    """One scan, a folder of which one shows something else, and a scan that does not exist."""
+    """A scan, one of something else, and one that does not exist."""
     truth = written(tmp_path, torus, rng)
     wrong = rng.normal(size=(1000, 3))
     write_ply(tmp_path / "scans" / "wrong.ply", PointScan(2 * wrong, None, None))
-    table, report = tmp_path / "jobs.csv", tmp_path / "report.csv"
+    table = tmp_path / "jobs.csv"
     table.write_text(
         "scan,output,template,threads,scale\n"
         "scans/first.ply,new/one.obj,body.obj,2,yes\n"
-        "scans,made,body.obj,,\n"
+        "scans/wrong.ply,two.obj,body.obj,,\n"
         "no.ply,none.obj,body.obj,,\n"
     )
-    said = run("batch", table, "--report", report, code=1).stderr
-    assert "1 done, 1 doubtful, 0 already complete, 1 failed of 3 jobs" in said
-    with report.open(newline="") as file:
-        lines = sorted(csv.DictReader(file), key=lambda line: line["status"])
-    assert [(line["status"], line["frames"]) for line in lines] == [
-        ("done", "1"),
-        ("doubtful", "3"),
-        ("failed", "0"),
-    ]
-    assert "ruined: " in lines[1]["reason"]
+    said = run("batch", table, "--json", code=1).stdout
+    one, two, none = json.loads(said)["results"]
+    assert [job["status"] for job in (one, two, none)] == ["done", "doubtful", "failed"]
+    assert [job["frames"] for job in (one, two, none)] == [1, 1, 0]
+    assert "ruined: " in two["reason"]
     assert error(torus, truth, positions(tmp_path / "new" / "one.obj")) < 0.5
     table.write_text("".join(table.read_text().splitlines(keepends=True)[:3]))
     assert "0 done, 2 already complete, 0 failed" in run("batch", table).stderr
-    (tmp_path / "made" / "second.obj").unlink()
-    assert "exists, but others do not" in run("batch", table, code=1).stderr
-    run("batch", table, "--overwrite", code=3)
-    assert (tmp_path / "made" / "second.obj").exists()

@@ -97,7 +97,7 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Path) -> None:
     options = [f"--seed={seed}", f"--cameras={1 + seed}", f"--noise={(0.02, 0.2)[seed % 2]}"]
-    options += ["--room"] if seed % 3 == 0 else ["--outliers=2%", "--flying=2%"]
+    options += ["--room"] if seed % 3 == 0 else ["--outliers=2%"]
     scans = tmp_path / "depth"
     run("degrade", folder / "body.obj", scans, "--depth=160x120", "--up=z", *options)
     words = ("rig", scans, "--template", folder / "body.obj", "-o", tmp_path / "same.json")

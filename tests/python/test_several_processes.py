@@ -1,7 +1,5 @@
 """Outputs that several processes write, and inputs that another process writes meanwhile."""
 
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,11 +13,10 @@ from test_every_format import FORMATS, place
 
 import dynmesh
 from dynmesh import files
-from dynmesh._errors import InputError
 from dynmesh.completion import ways
-from dynmesh.draw import page
+from dynmesh.draw import page, picture
 from dynmesh.files.new_output import making
-from dynmesh.verbs import convert, degrade, show
+from dynmesh.verbs import convert, degrade
 
 
 def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
@@ -129,7 +126,7 @@ def test_an_output_that_appears_meanwhile_is_kept(
     monkeypatch.chdir(tmp_path)
     dynmesh.write("in.npz", moving(mesh))
     before = contents(tmp_path)
-    for module in (convert, degrade, show, page):
+    for module in (convert, degrade, picture, page):
         monkeypatch.setattr(module, "tracked", write_another(Path(made)))
     result = dynmesh_command(*command.split(), code=1)
     assert "exists already" in result.stderr
@@ -151,93 +148,3 @@ def test_completion_keeps_an_output_that_appears_meanwhile(
     assert output.read_bytes() == b"of another process"
     dynmesh.complete_file(source, output, overwrite=True)
     assert len(dynmesh.read(output).vertices) == 4
-
-
-def rewrite(folder: Path, path: Path, sequence: dynmesh.Sequence) -> None:
-    """Writes other frames into the same files."""
-    other = dynmesh.Sequence(sequence.vertices[::-1].copy(), sequence.faces)
-    anew = folder / "anew"
-    anew.mkdir()
-    dynmesh.write(anew / path.name, other)
-    for file in anew.rglob("*"):
-        if file.is_file():
-            (path.parent / file.relative_to(anew)).write_bytes(file.read_bytes())
-    shutil.rmtree(anew)
-
-
-def make_old(folder: Path) -> None:
-    """Sets the times of all files back, as they were not written in this moment."""
-    for file in folder.rglob("*"):
-        os.utime(file, (1e9, 1e9))
-
-
-@pytest.mark.parametrize("format", FORMATS)
-def test_an_input_that_is_rewritten_is_refused(tmp_path: Path, mesh: Mesh, format: str) -> None:
-    folder, sequence = tmp_path / "in", moving(mesh, 6)
-    folder.mkdir()
-    path = place(folder, format)
-    dynmesh.write(path, sequence)
-    make_old(folder)
-    with files.open(path) as reader:
-        assert len(list(reader)) == 6
-        frames = iter(reader)
-        next(frames)
-        rewrite(tmp_path, path, sequence)
-        with pytest.raises(ValueError, match="was changed while it was read") as caught:
-            list(frames)
-        assert isinstance(caught.value, InputError)
-        assert caught.value.file in reader.files
-        with pytest.raises(ValueError, match="was changed while it was read"):
-            list(reader.frames(2, 4))
-    assert len(dynmesh.read(path).vertices) == 6
-
-
-def test_masks_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh) -> None:
-    sequence = moving(mesh)
-    dynmesh.write(tmp_path / "in.npz", sequence)
-    masks = np.ones(sequence.vertices.shape[:2], bool)
-    np.save(tmp_path / "m.npy", masks)
-    make_old(tmp_path)
-    with files.open(tmp_path / "in.npz", known=tmp_path / "m.npy") as reader:
-        frames = iter(reader)
-        next(frames)
-        np.save(tmp_path / "m.npy", ~masks)
-        with pytest.raises(ValueError, match=r"m\.npy: was changed while it was read"):
-            list(frames)
-
-
-@pytest.mark.parametrize("start", [0, 3])
-def test_a_rewritten_input_is_not_completed(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, start: int
-) -> None:
-    folder, output, sequence = tmp_path / "in", tmp_path / "out.npz", moving(mesh, 6)
-    folder.mkdir()
-    path = folder / "f.npy"
-    dynmesh.write(path, sequence)
-    make_old(folder)
-
-    def meanwhile(frames: Iterator[Any], *_: Any) -> Iterator[Any]:
-        for number, frame in enumerate(frames):
-            if number == 1:
-                rewrite(tmp_path, path, sequence)
-            yield frame
-
-    monkeypatch.setattr(ways, "tracked", meanwhile)
-    with pytest.raises(ValueError, match="was changed while it was read"):
-        dynmesh.complete_file(path, output, start=start)
-    assert sorted(tmp_path.iterdir()) == [folder]
-
-
-@pytest.mark.parametrize("kind", ["--scan", "--depth"])
-def test_scans_that_are_rewritten_are_refused(tmp_path: Path, mesh: Mesh, kind: str) -> None:
-    source, folder = tmp_path / "in.npz", tmp_path / "scans"
-    dynmesh.write(source, moving(mesh))
-    what = ("--points", "50") if kind == "--scan" else ("8x8",)
-    dynmesh_command("degrade", source, folder, kind, *what, "--cameras", "1")
-    make_old(folder)
-    scans_of_all = iter(dynmesh.scans.open_scans(folder))
-    next(scans_of_all)
-    *_, last = sorted({*folder.iterdir()} - {folder / "cameras.json"})
-    last.write_bytes(last.read_bytes())
-    with pytest.raises(ValueError, match=rf"{last.name}: was changed while it was read"):
-        list(scans_of_all)

@@ -1,4 +1,4 @@
-"""Sequences show themselves in plots and in notebooks."""
+"""Pages and pictures have one scale, and sequences show themselves in notebooks."""
 
 import io
 from dataclasses import replace
@@ -18,7 +18,7 @@ from dynmesh.draw.heatmap import Heatmap
 from dynmesh.draw.scales import MOST_FRAMES, Scale
 from dynmesh.settings import Settings
 
-pyvista = pytest.importorskip("pyvista", reason="plots need pyvista: pip install 'dynmesh[view]'")
+pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 
 
 @pytest.fixture
@@ -41,42 +41,9 @@ def in_colour(picture: Array) -> Array:
     return np.asarray((picture < 240).any(axis=2))
 
 
-def pixels(sequence: dynmesh.Sequence, frame: int, **options: Any) -> Array:
-    """A plot from the front, with x to the right, as (height, width, 3) without the texts."""
-    plotter = dynmesh.draw.plot(sequence, frame, up="z", azimuth=-90, off_screen=True, **options)
-    for name in list(plotter.scalar_bars.keys()):
-        plotter.remove_scalar_bar(name)
-    picture = np.asarray(plotter.screenshot(return_img=True)).astype(int)
-    plotter.close()
-    return picture[100:]
-
-
-def shares(picture: Array) -> tuple[float, float]:
-    """How much of the surface is blue, observed, and red, filled in."""
-    red, _, blue = picture.transpose(2, 0, 1)
-    area = in_colour(picture).sum()
-    return (blue > red + 60).sum() / area, (red > blue + 60).sum() / area
-
-
-def test_a_plot_shows_the_frame_and_its_colours(moving: dynmesh.Sequence) -> None:
-    later, first = (pixels(moving, frame, colour="known") for frame in (-1, 0))
-    observed, filled_in = shares(later)
-    assert 0.4 < observed < 0.6
-    assert 0.4 < filled_in < 0.6
-    blue, red = (np.nonzero(later[..., a] > later[..., b] + 60)[1] for a, b in ((2, 0), (0, 2)))
-    assert blue.max() <= red.min() + 40
-    assert shares(first)[0] > 0.9
-    grey = pixels(replace(moving, generation=None, age=None), 2)
-    assert np.ptp(grey, axis=2).max() < 40
-    np.testing.assert_array_equal(later, pixels(moving, 4, colour="known"))
-    default, generation = pixels(moving, 3), pixels(moving, 3, colour="generation")
-    np.testing.assert_array_equal(default, generation)
-    assert (default != pixels(moving, 3, colour="known")).any()
-
-
 @pytest.mark.parametrize("colour", ["error", "generation"])
-def test_pages_pictures_and_plots_of_a_sequence_have_one_scale(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, colour: Any
+def test_pages_and_pictures_of_a_sequence_have_one_scale(
+    monkeypatch: pytest.MonkeyPatch, colour: Any
 ) -> None:
     """Whichever frames they show, and however few vertices."""
     mesh, n_frames = sheet(4), 2 * MOST_FRAMES + 10
@@ -98,24 +65,10 @@ def test_pages_pictures_and_plots_of_a_sequence_have_one_scale(
     dynmesh.view(own, **options)
     dynmesh.view(own, max_frames=3, max_vertices=8, **options)
     dynmesh.picture(own, frames=2, size=32, **options)
-    dynmesh.picture(own, tmp_path / "a.gif", frames=[1, 3], size=32, **options)
-    dynmesh.draw.plot(own, 5, off_screen=True, **options).close()
-    assert len(found) == 5
+    dynmesh.picture(own, frames=[1, 3], size=32, **options)
+    assert len(found) == 4
     assert all(ticks == found[0] for ticks in found)
     assert found[0][-1][1] == {"error": "50 % or more", "generation": "9 or more"}[colour]
-
-
-def test_a_plot_has_holes_and_dots(moving: dynmesh.Sequence) -> None:
-    known = np.ones(moving.vertices.shape[:2], np.bool_)
-    known[1, moving.vertices[0, :, 0] > 5.5] = False
-    known[2, 1:] = False
-    vertices = np.where(known[..., None], moving.vertices, np.nan)
-    partial = dynmesh.Sequence(vertices, moving.faces, known)
-    whole, half, dot = (in_colour(pixels(partial, frame)).sum() for frame in range(3))
-    assert 0 < dot < 0.01 * whole
-    assert min(whole, half) > 10_000  # the camera follows what is there
-    with pytest.raises(ValueError, match="frame 3: frame: no vertex of it is known"):
-        dynmesh.draw.plot(replace(partial, known=known & (np.arange(5) != 3)[:, None]), 3)
 
 
 def size_of(html: str) -> int:

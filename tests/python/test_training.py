@@ -11,7 +11,6 @@ from meshes import Array, Mesh
 from training_reference import Trained
 
 import dynmesh
-from dynmesh.completion.training import training_summary
 
 
 def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
@@ -199,27 +198,3 @@ def test_a_useless_training_does_no_harm(
     masks = list(masks_of("30 %", frames, sequence.faces))[1:]
     errors = errors_of(sequence, frames, masks, {}, {"training": training})
     assert errors[1] <= 1.02 * errors[0]
-
-
-def test_a_summary_measures_poses_and_modes(sheet: Mesh, rng: np.random.Generator) -> None:
-    """Of frames that are turned and moved, and of which one has another shape."""
-    first, n = sheet.vertices, 40
-    turn = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-    lifted = first.copy()
-    lifted[:, 2] += 0.02 * first[:, 0] * first[:, 1]
-    training = np.stack([first, first @ turn + [5, 6, 7], first, lifted @ turn])
-    summary = training_summary(sheet.faces, first, training)
-    moved = lifted - lifted.mean(axis=0)
-    u, _, vt = np.linalg.svd(moved.T @ (first - first.mean(axis=0)))
-    rotation = u @ np.diag([1, 1, np.sign(np.linalg.det(u @ vt))]) @ vt
-    left = moved @ rotation - (first - first.mean(axis=0))
-    distance = np.sqrt((left**2).sum(axis=1).mean())
-    assert summary.frames == 4
-    assert summary.largest_distance == pytest.approx(distance)
-    assert summary.rms_distance == pytest.approx(distance / 2)
-    assert summary.variance_held == pytest.approx(1)  # of one shape
-    many = first + 0.05 * rng.normal(size=(n, *first.shape))
-    held = training_summary(sheet.faces, first, many.astype(np.float32)).variance_held
-    assert 16 / n < held < 0.7  # of independent shapes, which 16 modes hold in part
-    still = training_summary(sheet.faces, first, [first] * 3)
-    assert still.largest_distance == pytest.approx(0, abs=1e-9)

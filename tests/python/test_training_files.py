@@ -1,6 +1,5 @@
 """Files, scenes and tables of jobs completed with frames from which method detail learns."""
 
-import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,6 @@ from test_training import poses
 
 import dynmesh
 from dynmesh.completion import training as training_module
-from dynmesh.completion.training import training_summary
 
 pytestmark = pytest.mark.usefixtures("partial")  # which stores it
 
@@ -157,20 +155,3 @@ def test_a_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
         training = tmp_path / f"training{seed}.usda"  # whose only mesh has another path
         dynmesh.complete_file(stage, expected, source={"prim": mesh}, training=training)
         np.testing.assert_array_equal(dynmesh.read(made).vertices, dynmesh.read(expected).vertices)
-
-
-def test_info_describes_what_would_be_learnt(
-    tmp_path: Path, partial: dynmesh.Sequence, recordings: list[Path]
-) -> None:
-    options = [option for training in recordings for option in ("--training", training)]
-    told = json.loads(run("info", tmp_path / "partial.npz", "--json", *options).stdout)
-    both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
-    expected = training_summary(partial.faces, partial.vertices[0], both)
-    assert told["training"] == {
-        "frames": 16,
-        "variance_held": expected.variance_held,
-        "rms_distance": expected.rms_distance,
-        "largest_distance": expected.largest_distance,
-    }
-    assert 0 < expected.rms_distance < expected.largest_distance
-    assert "training" not in json.loads(run("info", tmp_path / "partial.npz", "--json").stdout)

@@ -100,8 +100,7 @@ class StartFrame:
             many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
             yield (
                 f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
-                "positions; if nothing was observed there, say that zeros are missing, and start "
-                "from the best frame or a template"
+                "positions; if nothing was observed there, say that zeros are missing"
             )
         if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
             times = float(f"{self.scale:.3g}")
@@ -174,7 +173,6 @@ def open_with_template(
     with files.open(template) as whole:
         first = template_of(whole)
         with files.open_with(path, template, **source) as reader:
-            reader.whole = None
             check_same_mesh(whole, reader)
             # What the output keeps beside positions: texture coordinates, materials and others.
             reader.header = replace(
@@ -211,7 +209,6 @@ def start_in(
         with files.naming(reader.path):
             number = index_of(reader.header, start, "start")
     if number is not None:
-        reader.whole = number
         frame = frame_at(reader, number)
         if frame.observed.all():
             zeros = _zeros_in(frame.points, reader)
@@ -227,7 +224,6 @@ def start_in(
             threads=threads,
             progress=progress,
         )
-    reader.whole = None
     return StartFrame(made.positions, made.frame, made=made)
 
 
@@ -246,8 +242,7 @@ def template_of(reader: Reader) -> Positions:
 
 
 def _first_whole_frame(reader: Reader) -> int | None:
-    """The first frame in which every vertex was observed; in frame 0, zeros are positions."""
-    reader.whole = 0
+    """The first frame in which every vertex was observed."""
     with contextlib.closing(reader.frames()) as frames:
         return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
 

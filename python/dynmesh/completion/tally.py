@@ -22,6 +22,7 @@ class Tally:
 
     method: str
     seconds: list[float] = field(default_factory=list)
+    shares: list[float] = field(default_factory=list)
     counts: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(_COUNTED, 0)))
     empty: int = 0
     prior_weight: list[float] = field(default_factory=list)
@@ -35,6 +36,7 @@ class Tally:
         report = completer.report
         self.seconds.append(report.seconds)
         self.counts.update({name: getattr(report, name) for name in _COUNTED})
+        self.shares.append(report.known / completer.n_vertices)
         self.empty += report.known == 0
         if report.known and report.filled:
             self.prior_weight.append(report.prior_weight)

@@ -3,59 +3,25 @@
 import contextlib
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from .. import _arrays, _core, files
+from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
-from .._stream import trained
 from ..completer import Completer
 from ..files import PathLike, Reader
 from ..files.scenes import listed
-from ..polygons import Faces
 from ..sequence import Positions
 from ..settings import Settings
 from ..tracker import Tracker
-from .start import check_same_mesh, check_whole, start_in
+from .start import check_same_mesh, check_whole
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
 """The path of a training file, or those of several."""
 
 _EXPECTED = "a path or a list of paths"
-
-
-@dataclass(frozen=True)
-class TrainingSummary:
-    """What a training sequence says about a subject.
-
-    The distance of a frame is the root mean square distance of its vertices from those of frame 0,
-    after the rigid motion that fits it best, in the unit of the positions.
-
-    Attributes:
-        frames: the number of frames.
-        variance_held: the share of the variance of shape that the global modes hold, from 0 to 1.
-        rms_distance: the root mean square of the distances of the frames.
-        largest_distance: the distance of the farthest frame.
-    """
-
-    frames: int
-    variance_held: float
-    rms_distance: float
-    largest_distance: float
-
-
-def training_summary(
-    faces: Faces, first_frame: Positions, frames: Iterable[Positions]
-) -> TrainingSummary:
-    """Returns what a completer with this frame 0 learns from frames, which it takes as well."""
-    first = _arrays.first_frame("first_frame", first_frame)
-    found = trained(frames, first)
-    return TrainingSummary(
-        *_core.training_summary(_arrays.triangles(faces, len(first)), first, found)
-    )
 
 
 def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
@@ -109,10 +75,6 @@ class Training:
                 self._n_frames += opened.n_frames
                 self.files += opened.files
 
-    def __bool__(self) -> bool:
-        """Whether there is a training file."""
-        return bool(self._training_files)
-
     def completer(self, first_frame: Positions, settings: Settings) -> Completer:
         """Creates the completer of the sequence, which reads the training files."""
         faces = self._reader.faces
@@ -135,17 +97,6 @@ class Training:
                 uncertainty=uncertainty,
                 recover=recover,
             )
-
-    def summary(self) -> TrainingSummary:
-        """Reads the training files and says what the completer of the sequence would learn.
-
-        Raises:
-            OSError, ValueError: a training file cannot be read, or no vertex of the sequence is
-                known.
-        """
-        first = start_in(self._reader)
-        with self._naming():
-            return training_summary(self._reader.faces, first.points, self._frames())
 
     def _frames(self) -> Iterator[Positions]:
         frames = self._frames_as_read()

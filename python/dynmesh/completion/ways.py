@@ -130,7 +130,6 @@ def complete_frames(
         write((number, _stored(waiting, number)) for number in range(len(waiting)))
         if not options.bidirectional:
             write(go(further[0], whole))
-        next(frames, None)  # at its end, the reader looks whether the file was changed
     return tally
 
 

@@ -1,4 +1,4 @@
-"""What a depth sensor makes of exact depths: nothing edge-on, and mixtures at silhouettes."""
+"""What a depth sensor makes of exact depths: nothing edge-on."""
 
 from typing import Any
 
@@ -6,15 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .depth_buffer import DepthBuffer, intrinsics_of, pose_of
-from .scene import EDGE_ON, FLIGHT, Scene
+from .scene import EDGE_ON, Scene
 from .shared import unit
 from .visibility import Camera
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
-
-_JUMP = 3.0
-"""Pixels whose depths differ by more than this many mean edges are on different surfaces."""
 
 
 def measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> _Floats:
@@ -33,25 +30,3 @@ def measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> _Floats:
     depth = buffer.depth.copy()
     depth[row[~seen], column[~seen]] = np.inf
     return depth
-
-
-def with_flying(
-    depth: _Floats, share: float, mean_edge: float, rng: "np.random.Generator"
-) -> _Floats:
-    """Replaces some of the pixels at silhouettes by mixtures with what is behind them."""
-    behind = np.full_like(depth, -np.inf)  # the farthest of the neighbours
-    for axis in (0, 1):
-        for step in (1, -1):
-            beside = np.roll(depth, step, axis=axis)
-            edge = [slice(None), slice(None)]
-            edge[axis] = slice(0, 1) if step == 1 else slice(-1, None)
-            beside[tuple(edge)] = -np.inf
-            behind = np.maximum(behind, beside)
-    measured = np.isfinite(depth)
-    places = np.flatnonzero(measured & (behind > np.where(measured, depth, 0) + _JUMP * mean_edge))
-    n = min(len(places), round(share * np.count_nonzero(measured)))
-    chosen = rng.choice(places, n, replace=False) if n else places[:0]
-    mixed = depth.copy()
-    near, far = depth.flat[chosen], behind.flat[chosen]
-    mixed.flat[chosen] += rng.random(n) * np.minimum(far - near, FLIGHT * mean_edge)
-    return mixed

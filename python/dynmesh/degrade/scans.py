@@ -16,11 +16,10 @@ from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
-from .depth_sensor import measured, with_flying
+from .depth_sensor import measured
 from .room import Room
-from .scene import FLIGHT, Cameras, scenes_of
+from .scene import Cameras, scenes_of
 from .shared import Purpose, check_cameras, rng_of, triangles_of, unit
-from .silhouettes import Silhouettes
 from .surface_points import sampled
 
 _Integers = NDArray[np.integer[Any]]
@@ -38,7 +37,6 @@ def scan_points(
     noise: float = 0.02,
     missing: float = 0.0,
     holes: float = 0.0,
-    flying: float = 0.0,
     outliers: float = 0.0,
     room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
@@ -60,8 +58,6 @@ def scan_points(
         missing: share of the points that is lost at random, at least 0 and below 1.
         holes: about this share of the surface returns nothing, in patches that stay for 15 frames;
             see :func:`patch_known`. Frame 0 has none.
-        flying: share of the points that are flying pixels: mixtures of a silhouette and what is
-            behind it, anywhere up to 10 mean edges behind the silhouette, with useless normals.
         outliers: share of the points that is moved 10 mean edges in a random direction.
         room: what else is seen and hides, such as the result of :func:`room_around`.
         up: the axis around which a number of cameras stand.
@@ -76,20 +72,13 @@ def scan_points(
             or a frame has another shape than frame 0.
     """
     check_integer("points", points, 1)
-    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    shares = {"missing": missing, "holes": holes, "outliers": outliers}
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[PointScan]:
-        silhouettes = Silhouettes(triangles_of(faces))
         for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
-            n_flying = round(flying * points)
-            positions, normals = sampled(scene, points - n_flying, rng)
-            mixed, rays = silhouettes.flying(scene.points, scene.cameras, n_flying, rng)
-            useless = unit(unit(rng.standard_normal(mixed.shape)) - rays)
-            behind = FLIGHT * scene.mean_edge * rng.random(len(mixed))[:, None]
-            positions = np.concatenate([positions, mixed + behind * rays])
-            normals = np.concatenate([normals, useless])
+            positions, normals = sampled(scene, points, rng)
             positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
             moved = rng.random(len(positions)) < outliers
             away = unit(rng.standard_normal((int(moved.sum()), 3)))
@@ -116,7 +105,6 @@ def depth_images(
     noise: float = 0.02,
     missing: float = 0.0,
     holes: float = 0.0,
-    flying: float = 0.0,
     outliers: float = 0.0,
     room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
@@ -136,8 +124,6 @@ def depth_images(
         noise: standard deviation of the depths, in mean edges of frame 0.
         missing: share of the pixels that is lost at random.
         holes: see :func:`scan_points`.
-        flying: share of the pixels that are flying pixels; they are chosen from those at
-            silhouettes, and are at most all of them.
         outliers: share of the pixels whose depth is changed by up to 10 mean edges.
         room: see :func:`scan_points`.
         up: see :func:`scan_points`.
@@ -151,7 +137,7 @@ def depth_images(
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)
-    shares = {"missing": missing, "holes": holes, "flying": flying, "outliers": outliers}
+    shares = {"missing": missing, "holes": holes, "outliers": outliers}
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[DepthScan]:
@@ -162,7 +148,6 @@ def depth_images(
                 buffer = depth_buffer(scene.points, scene.faces, camera, width, height)
                 edge = scene.mean_edge
                 depth = measured(buffer, scene, camera)
-                depth = with_flying(depth, flying, edge, rng)
                 depth += noise * edge * rng.standard_normal(depth.shape)
                 moved = rng.random(depth.shape) < outliers
                 depth += moved * _OUTLIER_DISTANCE * edge * rng.uniform(-1, 1, depth.shape)

@@ -23,9 +23,6 @@ EDGE_ON = 0.1
 """The cosine of the angle between normal and ray below which a sensor measures nothing, which is
 about 84 degrees."""
 
-FLIGHT = 10.0
-"""A flying pixel lies up to this many mean edges behind the silhouette that it is mixed from."""
-
 _HOLES = 6
 """Holes at a time; each stays for 15 frames."""
 

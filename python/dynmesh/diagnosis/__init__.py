@@ -13,7 +13,6 @@ from ..files import Frame, Header, OneSequence, Source
 from . import shape, surface
 from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
-from .first_frame import FirstFrame
 from .mesh import Mesh
 from .motion import Motion
 from .placement import Placement
@@ -57,15 +56,12 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
     start = Mesh.of(header.faces, first.points, first.observed)
     presence = Presence(header, start, first)
     motion, placement = Motion(header, start), Placement(header, start)
-    first_frame = FirstFrame(header, start)
     for number, frame in enumerate(watched, 1):
         observed = presence.watch(number, frame, frame.observed)
         motion.watch(number, frame.points, observed)
-        first_frame.watch(frame.points, observed)
         placement.watch(number, frame.points, observed)
     found = chain(
         presence.findings(),
-        first_frame.findings(),
         motion.findings(),
         placement.findings(),
         surface.examine(start),
@@ -81,5 +77,4 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
         likely_up=placement.likely_up,
-        likely_unit=placement.likely_unit,
     )

@@ -1,6 +1,5 @@
 """The result of a diagnosis: the findings and a description of the sequence."""
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +8,7 @@ from numpy.typing import NDArray
 
 from ..files import Header
 from ..topology import TopologyReport
-from .finding import MOST_PLACES, SEVERITIES, Finding, Severity
-from .placement import Unit
+from .finding import SEVERITIES, Finding, Severity
 
 SCHEMA_VERSION = 1
 
@@ -29,8 +27,6 @@ class Diagnosis:
         motion: (n,) float64, the median distance that a vertex moved since the previous frame, in
             diagonals; NaN for frame 0 and for frames with too few observed vertices.
         likely_up: "y" or "z"; a guess if the file does not state it.
-        likely_unit: a guess: the unit in which the mesh is as large as a person; None if there is
-            no such unit.
     """
 
     findings: tuple[Finding, ...]
@@ -41,7 +37,6 @@ class Diagnosis:
     known_share: NDArray[np.float64]
     motion: NDArray[np.float64]
     likely_up: str
-    likely_unit: Unit | None
 
     def __repr__(self) -> str:
         """Lists the codes of the findings."""
@@ -68,21 +63,16 @@ class Diagnosis:
         """Returns the number of findings of this severity."""
         return sum(finding.severity == severity for finding in self.findings)
 
-    def as_json(self, *, most_places: int = MOST_PLACES) -> str:
-        """Returns JSON with at most `most_places` vertices, faces and frames of each finding."""
-        return json.dumps(self.as_dict(most_places=most_places), indent=2, allow_nan=False)
-
-    def as_dict(self, *, most_places: int = MOST_PLACES) -> dict[str, Any]:
-        """Returns the same as dicts, lists, strings, numbers and None."""
+    def as_dict(self) -> dict[str, Any]:
+        """Returns dicts, lists, strings, numbers and None, as JSON has them."""
         header, shares = self.header, self.known_share[1:]
         motion = self.motion[np.isfinite(self.motion)]
-        unit = self.likely_unit
         return {
             "schema": "dynmesh-diagnosis",
             "version": SCHEMA_VERSION,
             "severity": self.severity,
             "counts": {severity: self.count(severity) for severity in SEVERITIES},
-            "findings": [_finding_as_dict(one, header, most_places) for one in self.findings],
+            "findings": [_finding_as_dict(one, header) for one in self.findings],
             "sequence": {
                 "frames": header.n_frames,
                 "vertices": header.n_vertices,
@@ -94,7 +84,6 @@ class Diagnosis:
                 "up_axis": header.up_axis,
                 "likely_up": self.likely_up,
                 "metres_per_unit": header.metres_per_unit,
-                "likely_metres_per_unit": None if unit is None else unit.metres,
                 "has_known": header.has_known,
                 "has_provenance": header.has_provenance,
             },
@@ -125,10 +114,9 @@ def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
     return {**told, "closed": closed, "refused_faces": refused}
 
 
-def _finding_as_dict(finding: Finding, header: Header, most_places: int) -> dict[str, Any]:
+def _finding_as_dict(finding: Finding, header: Header) -> dict[str, Any]:
     where = {
-        kind: getattr(finding.where, kind)[:most_places].tolist()
-        for kind in ("vertices", "faces", "frames")
+        kind: getattr(finding.where, kind).tolist() for kind in ("vertices", "faces", "frames")
     }
     where["frames"] = [header.number(frame) for frame in where["frames"]]
     return {

@@ -19,7 +19,6 @@ SEVERITY_OF: dict[str, Severity] = {
     "known_not_finite": "error",
     "no_faces": "error",
     "first_frame_incomplete": "warning",
-    "first_frame_outliers": "warning",
     "scrambled_frames": "warning",
     "first_frame_zeros": "warning",
     "zeros": "warning",
@@ -36,15 +35,9 @@ SEVERITY_OF: dict[str, Severity] = {
     "non_manifold_vertices": "warning",
     "flat_faces": "warning",
     "degenerate_faces": "warning",
-    "duplicate_faces": "warning",
-    "flipped_faces": "warning",
-    "one_sided_surface": "warning",
     "few_anchors": "note",
-    "repeated_frames": "note",
     "several_components": "note",
-    "small_holes": "note",
     "needle_faces": "note",
-    "unlikely_unit": "note",
 }
 """The severities of all findings by their codes, the most important first."""
 

@@ -1,4 +1,4 @@
-"""Problems of the motion: frames that jump or repeat, and outliers."""
+"""Problems of the motion: frames that jump, and outliers."""
 
 from collections.abc import Iterator
 
@@ -38,7 +38,6 @@ class Motion:
         k = len(mesh.first)
         self._last = mesh.first.copy()
         self._last_seen = np.where(mesh.observed, 0, -_RECENT - 1)
-        self._repeated: list[int] = []
         self._astray = np.zeros(k, np.bool_)
         self._astray_frames: list[int] = []
         self._n_astray = 0
@@ -57,11 +56,6 @@ class Motion:
         unit = self._mesh.diagonal or 1.0
         told = len(moved) >= min(_FEWEST, len(points))
         self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
-        from_last = gap[moved] == 1
-        n_from_last = int(np.count_nonzero(from_last))
-        # A few vertices may be at rest in a moving frame, such as those of a foot on the ground.
-        if n_from_last >= min(_ENOUGH, len(points)) and not distance[from_last].any():
-            self._repeated.append(number)
         self._find_astray(number, points, observed)
         self._last[observed] = points[observed]
         self._last_seen[observed] = number
@@ -94,7 +88,6 @@ class Motion:
                 count=self._n_astray,
                 worst=self._farthest,
             )
-        yield from self._repeats()
 
     def _find_astray(self, number: int, points: Positions, observed: Mask) -> None:
         ends = self._mesh.ends
@@ -144,24 +137,6 @@ class Motion:
             "remove misplaced frames.",
             frames=frames,
             worst=worst,
-        )
-
-    def _repeats(self) -> Iterator[Finding]:
-        if not self._repeated:
-            return
-        n = len(self._repeated)
-        if n == len(self.medians) - 1:
-            message = f"Nothing moves: all {n + 1} frames are equal where they were observed."
-        else:
-            which = frames_listed(self._repeated, self._header)
-            message = f"{counted(n, 'frame')} equal to the previous one: {which}."
-        yield Finding.at(
-            "repeated_frames",
-            message,
-            "The subject stands still, or the capture stopped and wrote a frame again. Completion "
-            "is not affected. Remove repeated frames if a jump follows them.",
-            frames=self._repeated,
-            count=n,
         )
 
 

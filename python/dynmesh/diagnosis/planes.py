@@ -16,6 +16,9 @@ _Floats = NDArray[np.float64]
 _TRIALS = 1000
 _EXAMINED = 2000
 _MOST_PLANES = 8
+_SHARE = 0.08
+"""A plane holds at least this share of the points that are left; random triples miss planes that
+hold much less."""
 
 
 class Plane(NamedTuple):
@@ -31,7 +34,7 @@ class Plane(NamedTuple):
 
 
 def planes_of_room(
-    points: NDArray[np.floating[Any]], *, thickness: float, size: float, share: float = 0.08
+    points: NDArray[np.floating[Any]], *, thickness: float, size: float
 ) -> list[Plane]:
     """Finds the planes that are larger than a subject, the one with most points first.
 
@@ -40,8 +43,6 @@ def planes_of_room(
         thickness: how far a point of a plane may be from it, at most. Where points are less
             scattered than this, the plane becomes thinner, so that less of the feet is lost.
         size: the largest extent of the subject. A smaller plane may be a part of it, and stays.
-        share: a plane holds at least this share of the points that are left; random triples miss
-            planes that hold much less than the default.
 
     Returns:
         At most 8 planes; none if there are fewer than 3 points. Equal input gives equal results.
@@ -60,7 +61,7 @@ def planes_of_room(
         near = np.abs(some @ normals.T - (a * normals).sum(axis=1)) <= thickness
         counts = near.sum(axis=0) * (lengths[:, 0] > 0)
         # A part of the subject may hold more points than what is left of a wall.
-        best = [i for i in np.argsort(-counts) if counts[i] >= max(3, share * len(some))]
+        best = [i for i in np.argsort(-counts) if counts[i] >= max(3, _SHARE * len(some))]
         wide = (i for i in best if np.linalg.norm(np.ptp(some[near[:, i]], axis=0)) > size)
         found = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
         fitted = (
@@ -68,7 +69,7 @@ def planes_of_room(
             for plane in found
             if extent_of(some[plane.holds(some)]) > size
         )
-        plane = next((one for one in fitted if _is_room(one, left, share, size)), None)
+        plane = next((one for one in fitted if _is_room(one, left, size)), None)
         if plane is None:
             break
         inside = plane.holds(left)
@@ -77,10 +78,10 @@ def planes_of_room(
     return planes
 
 
-def _is_room(plane: Plane, points: _Floats, share: float, size: float) -> bool:
+def _is_room(plane: Plane, points: _Floats, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
     inside = plane.holds(points)
-    enough = np.count_nonzero(inside) >= max(3, share * len(points))
+    enough = np.count_nonzero(inside) >= max(3, _SHARE * len(points))
     return bool(enough and extent_of(points[inside]) > size)
 
 

@@ -138,16 +138,12 @@ class Presence:
         zeros = np.flatnonzero(self._mesh.zeros)
         if not len(zeros):
             return
-        whole = "start from the best frame, as no other one is complete"
-        if self._first_whole is not None:
-            number = self._header.number(self._first_whole)
-            whole = f"start from frame {number}, the first complete one"
         yield Finding.at(
             "first_frame_zeros",
             f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame "
             f"{self._header.number(0)}, far from their neighbours: {listed('vertex', zeros)}.",
-            "The sensor probably wrote zeros where it observed nothing, but those of this frame "
-            f"are taken as positions. Say that zeros are missing, and {whole}.",
+            "The sensor probably wrote zeros where it observed nothing, which are taken as "
+            "positions. Say that zeros are missing.",
             vertices=zeros,
             frames=[0],
         )

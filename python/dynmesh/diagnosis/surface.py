@@ -6,11 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..sequence import Mask
-from .connection import connected
 from .finding import Finding, Indices, counted, listed
 from .mesh import Mesh
-
-_SMALL_HOLE = 20  # edges
 
 
 def examine(mesh: Mesh) -> Iterator[Finding]:
@@ -18,10 +15,7 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
     edges = FaceEdges.of(mesh)
     yield from _coincident(mesh, edges)
     yield from _repeated_corners(mesh)
-    yield from _duplicates(mesh)
     yield from _non_manifold(mesh, edges)
-    yield from _flipped(mesh, edges)
-    yield from _small_holes(mesh, edges)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +25,12 @@ class FaceEdges:
     Attributes:
         face: (s,) of each side.
         ends: (s, 2), ascending.
-        forward: (s,) bool, whether the face goes from the first end to the second.
         starts: (e,), where the sides of each edge begin.
         counts: (e,), how many sides each edge has.
     """
 
     face: Indices
     ends: Indices
-    forward: Mask
     starts: Indices
     counts: Indices
 
@@ -54,7 +46,7 @@ class FaceEdges:
         new = np.diff(ends, axis=0, prepend=-1).any(axis=1)
         starts = np.flatnonzero(new)
         counts = np.diff(starts, append=len(ends))
-        return cls(np.repeat(kept, 3)[order], ends, (begin < end)[order], starts, counts)
+        return cls(np.repeat(kept, 3)[order], ends, starts, counts)
 
     def sides_of(self, edges: Mask) -> Mask:
         """Returns which sides belong to these edges."""
@@ -96,18 +88,6 @@ def _repeated_corners(mesh: Mesh) -> Iterator[Finding]:
         )
 
 
-def _duplicates(mesh: Mesh) -> Iterator[Finding]:
-    places = np.flatnonzero(mesh.duplicate)
-    if len(places):
-        yield Finding.at(
-            "duplicate_faces",
-            f"{counted(len(places), 'triangle')} with the same three vertices as an earlier one: "
-            f"{listed('face', places)}.",
-            "They do not affect completion, but flicker when they are drawn. Delete them.",
-            faces=places,
-        )
-
-
 def _non_manifold(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
     crowded = edges.counts > 2
     advice = (
@@ -145,74 +125,3 @@ def _touching(mesh: Mesh) -> list[int]:
     """Returns the faces that were refused because sheets touch in one of their vertices."""
     refused = [] if mesh.topology is None else mesh.topology.refused_faces
     return [face.index for face in refused if face.kind == "non_manifold_vertex"]
-
-
-def _flipped(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
-    pairs = edges.starts[edges.counts == 2]
-    one, other = edges.face[pairs], edges.face[pairs + 1]
-    agree = edges.forward[pairs] != edges.forward[pairs + 1]
-    if agree.all():
-        return
-    # Each face is a node twice, in both orientations; consistent orientations are connected.
-    m = len(mesh.faces)
-    across = np.where(agree, 0, m)
-    label = connected(
-        2 * m,
-        np.concatenate([one, one + m]),
-        np.concatenate([other + across, other + m - across]),
-    )
-    as_is, over = label[:m], label[m:]
-    surface = np.minimum(as_is, over)
-    kept, turned = as_is < over, over < as_is
-    n_kept, n_turned = (np.bincount(surface[side], minlength=m)[surface] for side in (kept, turned))
-    lesser = np.where(n_kept < n_turned, kept, turned)
-    places = np.flatnonzero(lesser)
-    n_edges = int((~agree).sum())
-    one_sided = np.flatnonzero(as_is == over)
-    if len(places):
-        yield Finding.at(
-            "flipped_faces",
-            f"{counted(len(places), 'triangle')} oriented against the larger part of their "
-            f"surface, along {counted(n_edges, 'edge')}: {listed('face', places)}.",
-            "Completion is not affected, but normals and everything computed from them are. Make "
-            "the orientation consistent (recalculate normals).",
-            faces=places,
-        )
-    if len(one_sided):
-        yield Finding.at(
-            "one_sided_surface",
-            f"{counted(len(one_sided), 'triangle')} in a surface that cannot be oriented, such as "
-            f"a Moebius strip: {listed('face', one_sided)}.",
-            "Completion is not affected, but normals cannot be consistent. Look for edges "
-            "that are connected the wrong way round.",
-            faces=one_sided,
-        )
-
-
-def _small_holes(mesh: Mesh, edges: FaceEdges) -> Iterator[Finding]:
-    rim = edges.ends[edges.starts[edges.counts == 1]]
-    if not len(rim):
-        return
-    loop = connected(len(mesh.first), rim[:, 0], rim[:, 1])[rim[:, 0]]
-    loops, which, lengths = np.unique(loop, return_inverse=True, return_counts=True)
-    part = np.bincount(mesh.component)[mesh.component[loops]]
-    # The second condition excludes small patches, whose boundary is short as well.
-    small = (lengths <= _SMALL_HOLE) & (part > 2 * lengths**2)
-    ends_meeting = np.bincount(rim.reshape(-1))
-    touched = np.isin(rim, mesh.faces[_touching(mesh)])  # at sheets that touch in a single point
-    astray = (ends_meeting[rim] != 2).any(axis=1)  # the boundary of a fin, which is not a loop
-    small &= ~np.isin(loops, loop[astray | touched.any(axis=1)])
-    if not small.any():
-        return
-    places = np.unique(rim[small[which.reshape(-1)]])
-    worst = int(lengths[small].max())
-    yield Finding.at(
-        "small_holes",
-        f"{counted(int(small.sum()), 'small hole')} in the surface, of at most {worst} edges: "
-        f"{listed('vertex', places)}.",
-        "Motion does not propagate across a hole, but a small one hardly matters. dynmesh adds no "
-        "faces: fill the hole first if it should not be there.",
-        vertices=places,
-        count=int(small.sum()),
-        worst=worst,
-    )

@@ -5,10 +5,9 @@ Everything is rendered off screen with pyvista (extra `view`).
 
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -38,14 +37,12 @@ class View:
         up: direction that is up in the picture.
         box: (2, 3) the corners of the axis-aligned box that fills the picture.
         size: width and height in pixels.
-        least_reach: the picture shows at least so much above and below its middle.
     """
 
     towards_viewer: Vector
     up: Vector
     box: NDArray[np.floating[Any]]
     size: tuple[int, int] = (480, 640)
-    least_reach: float = 0
 
     @classmethod
     def of(
@@ -80,8 +77,7 @@ class View:
     def reach(self) -> float:
         """Returns how much the picture shows above and below its middle."""
         width, height, _ = np.abs(self.axes) @ self.half
-        needed = 1.04 * max(height, width * self.size[1] / self.size[0])
-        return max(float(needed), self.least_reach)
+        return float(1.04 * max(height, width * self.size[1] / self.size[0]))
 
     @property
     def half(self) -> NDArray[np.floating[Any]]:
@@ -145,15 +141,10 @@ def add_places(
     places: NDArray[np.floating[Any]],
     colours: Sequence[str],
     dots: Mask | None,
-    labels: Mapping[float, str] = MappingProxyType({}),
 ) -> None:
-    """Adds a surface of pyvista to a plotter, with the colours and dots of :func:`render`.
-
-    The labels, by their places, are those of a colour bar that is added next.
-    """
+    """Adds a surface of pyvista to a plotter, with the colours and dots of :func:`render`."""
     surface["places"] = places.astype(np.float32)
     table = load_pyvista().LookupTable(list(colours), scalar_range=(0, 1))
-    table.annotations = dict(labels)
     style = {"cmap": table, "show_scalar_bar": False, "ambient": 0.25, "diffuse": 0.85}
     if surface.n_cells:
         plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)

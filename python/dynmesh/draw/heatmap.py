@@ -14,7 +14,7 @@ from ..scans import ScanReader
 from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 from .figures import SURFACE_COLOUR
-from .quantities import QUANTITIES, Colour, Range, check_range
+from .quantities import QUANTITIES, Colour
 from .scales import Scale, Values, frames_of_scale
 from .sources import Moment, Sources, visible
 
@@ -66,7 +66,6 @@ class Heatmap:
         scans: ScanReader | None = None,
         scan_factor: float = 1.0,
         colour: Colour | None = None,
-        range: Range | None = None,
     ) -> None:
         """Determines what can be shown.
 
@@ -82,14 +81,10 @@ class Heatmap:
             colour: None chooses the error if there is a reference, otherwise the generation or the
                 known mask if the sequence has them, otherwise the distance if there are scans,
                 otherwise "plain".
-            range: the first and the last value of the scale of `colour`, in the unit of the colour
-                bar; None means that the values determine it. For errors, the scale is linear if it
-                begins at 0, otherwise logarithmic. For counts they are whole numbers.
 
         Raises:
             ValueError: the sequence does not hold what `colour` requires, or does not match the
-                reference or the input, and the message names the file; or the range is not
-                ascending, is negative, or `colour` has no scale of numbers.
+                reference or the input, and the message names the file.
         """
         self.reader = reader
         self._sources = Sources(reader, reference, input, scans, scan_factor)
@@ -103,10 +98,7 @@ class Heatmap:
         has: list[Colour] = [name for name, reason in lacks.items() if reason is None]
         self.colours: tuple[Colour, ...] = (*has, "plain")
         self.colour = colour or self.colours[0]
-        self._range = range
         self._telling: dict[int, dict[Colour, Values]] = {}
-        if range is not None:
-            check_range(range, self.colour)
         if {"error", "standard_error"} & set(self.colours):
             _ = self._sources.unit  # refuses errors without a unit before any frame is read
 
@@ -172,7 +164,7 @@ class Heatmap:
     def scale(self, colour: Colour) -> Scale | None:
         """Returns the scale of this colour, or None for the colour "plain".
 
-        Unless its range is given, the frames of :func:`frames_of_scale` determine it, whichever are
+        The frames of :func:`frames_of_scale` determine it, whichever are
         drawn; those that were not yet read are read.
         """
         if colour == "plain":
@@ -186,9 +178,8 @@ class Heatmap:
                 for _ in self.frames(numbers):
                     pass
             values = [self._telling[number][source] for number in numbers]
-        limits = self._range if colour == self.colour else None
         told = np.concatenate(values) if values else np.zeros(0)
-        return QUANTITIES[colour].scale(self._sources, told, limits)
+        return QUANTITIES[colour].scale(self._sources, told)
 
     def places(
         self, frame: ShownFrame, scale: Scale | None

@@ -6,8 +6,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .._checks import check_finite
-from .._errors import InputError
 from .._extras import require
 from ..attributes import FUSED
 from ..calibration import RULES
@@ -17,9 +15,6 @@ from .sources import Moment, Sources, visible
 
 Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
-
-Range = tuple[float, float]
-"""The first and the last value of a colour scale, in the unit of its colour bar."""
 
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
 _FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surface
@@ -32,39 +27,15 @@ class Quantity(NamedTuple):
     Attributes:
         lacks: returns what the sources lack to have it, as a sentence, or None.
         values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
-        scale: returns a colour scale for what `telling` keeps of all frames, with these ends if
-            they are given.
-        range: what the ends of its scale are; None if it has no scale of numbers.
+        scale: returns a colour scale for what `telling` keeps of all frames.
         telling: returns what determines the scale of the values of the visible vertices of a frame;
             None if they do not.
     """
 
     lacks: Callable[[Sources], str | None]
     values: Callable[[Sources, Moment], Values]
-    scale: Callable[[Sources, Values, Range | None], Scale]
-    range: Literal["measures", "counts"] | None = None
+    scale: Callable[[Sources, Values], Scale]
     telling: Callable[[Values], Values] | None = None
-
-
-def check_range(range: Range, colour: Colour) -> None:
-    """Raises an error unless the scale of this colour can have these ends."""
-    low, high = range
-    for end in range:
-        check_finite("range", end)
-    ends = f"not {low:g} {high:g}"
-    if not 0 <= low < high:
-        raise InputError(
-            f"must be the smaller end and then the larger, neither negative, {ends}",
-            argument="range",
-        )
-    kind = None if colour == "plain" else QUANTITIES[colour].range
-    if kind is None:
-        raise InputError(
-            f"needs a colour with a scale of numbers, such as error or generation, not {colour}",
-            argument="range",
-        )
-    if kind == "counts" and not (float(low).is_integer() and float(high).is_integer()):
-        raise InputError(f"must be whole numbers for {colour}, {ends}", argument="range")
 
 
 def _lacks_reference(sources: Sources) -> str | None:
@@ -136,9 +107,9 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     return distances
 
 
-def _distance_scale(_: Sources, __: Values, range: Range | None) -> Scale:
+def _distance_scale(_: Sources, __: Values) -> Scale:
     title = "distance from the nearest point in mean edges"
-    return MeasureScale(title, "edges", *(range or (0.0, _FARTHEST)))
+    return MeasureScale(title, "edges", 0.0, _FARTHEST)
 
 
 def _standard_error(sources: Sources, moment: Moment) -> Values:
@@ -151,10 +122,10 @@ def _standard_error(sources: Sources, moment: Moment) -> Values:
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
 
 
-def _standard_error_scale(sources: Sources, values: Values, range: Range | None) -> Scale:
+def _standard_error_scale(sources: Sources, values: Values) -> Scale:
     is_of_surface = sources.reader.header.standard_error_of == "surface"
     name = "standard error from the surface" if is_of_surface else "standard error"
-    return _length_scale(name)(sources, values, range)
+    return _length_scale(name)(sources, values)
 
 
 def _most(values: Values) -> Values:
@@ -162,35 +133,29 @@ def _most(values: Values) -> Values:
     return np.percentile(values, [99]) if len(values) else values
 
 
-def _length_scale(name: str) -> Callable[[Sources, Values, Range | None], Scale]:
-    def scale(sources: Sources, values: Values, range: Range | None) -> Scale:
+def _length_scale(name: str) -> Callable[[Sources, Values], Scale]:
+    def scale(sources: Sources, values: Values) -> Scale:
         unit = sources.unit
-        if range is None:
-            limit = values.max(initial=0)
-            smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
-            high = round_up(max(float(limit), smallest))
-            range = HEATMAP_RANGE * high, high
-        return MeasureScale(f"{name} in {unit.words}", unit.sign, *range)
+        limit = values.max(initial=0)
+        smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
+        high = round_up(max(float(limit), smallest))
+        return MeasureScale(f"{name} in {unit.words}", unit.sign, HEATMAP_RANGE * high, high)
 
     return scale
 
 
-def _count_scale(title: str) -> Callable[[Sources, Values, Range | None], Scale]:
-    def scale(sources: Sources, values: Values, range: Range | None) -> Scale:
+def _count_scale(title: str) -> Callable[[Sources, Values], Scale]:
+    def scale(sources: Sources, values: Values) -> Scale:
         fused, disconnected = ((values == g).any() for g in (FUSED, -1))
         below = "disconnected" if disconnected else None
         if fused:
             below = "not from this frame" if disconnected else "put together"
-        if range is not None:
-            fixed, largest = max(1, int(range[0])), int(range[1])
-        else:
-            fixed, largest = None, int(values.max(initial=0))
+        largest = int(values.max(initial=0))
         return CountScale(
             title,
             largest,
             zero="observed",
             minus_one=below,
-            fixed=fixed,
             more=sources.reader.n_frames > MOST_FRAMES and largest > 0,
         )
 
@@ -202,19 +167,17 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
 
 
 QUANTITIES: dict[Colour, Quantity] = {
-    "error": Quantity(_lacks_reference, _error, _length_scale("error"), "measures", _most),
+    "error": Quantity(_lacks_reference, _error, _length_scale("error"), _most),
     "generation": Quantity(
         _lacks("generation", "a completion with provenance writes it"),
         lambda _, moment: moment.frame.attributes()["generation"],
         _count_scale("generation: steps from the observed"),
-        "counts",
         np.unique,
     ),
     "age": Quantity(
         _lacks("age", "a completion with provenance writes it"),
         lambda _, moment: moment.frame.attributes()["age"],
         _count_scale("age: frames since last observed"),
-        "counts",
         np.unique,
     ),
     "standard_error": Quantity(
@@ -224,10 +187,9 @@ QUANTITIES: dict[Colour, Quantity] = {
         ),
         _standard_error,
         _standard_error_scale,
-        "measures",
         _most,
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale),
-    "distance": Quantity(_lacks_scans, _distance, _distance_scale, "measures"),
+    "distance": Quantity(_lacks_scans, _distance, _distance_scale),
 }
 """By colour; without a choice, colours show the first that the sources have."""

@@ -1,6 +1,5 @@
-"""The page of registrations: the template, each scan, and each result."""
+"""The page of a registration: the template, the scan, and the result."""
 
-from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 
 import numpy as np
@@ -12,40 +11,29 @@ from ..scans import ScanReader
 from ..sequence import Positions, Sequence
 from .page import Page, page
 
-_FPS = 0.5
-"""Scans of a folder have nothing to do with each other, so each is shown for two seconds."""
-
 
 def page_of(
-    template: Reader,
-    first: Positions,
-    scans: ScanReader,
-    found: SequenceOf[Registration],
-    names: SequenceOf[str],
-    output: Path,
+    template: Reader, first: Positions, scan: ScanReader, found: Registration, output: Path
 ) -> Page:
-    """Makes a page with a frame for each scan, the results coloured by their distance from it.
+    """Makes a page with the result, coloured by its distance from the scan.
 
     Args:
         template: of the template.
         first: (k, 3) its positions.
-        scans: as many as there are results.
-        found: the results.
-        names: of the scans.
-        output: the path of the results, whose name stands below them.
+        scan: one frame.
+        found: the result.
+        output: the path of the result, whose name stands below it.
 
     Raises:
         ImportError, ValueError: see :func:`dynmesh.draw.page.page`.
     """
-    results = np.stack([one.vertices for one in found])
-    placed = np.stack([_placed(first, one) for one in found])
+    placed = _placed(first, found)[None]
     return page(
-        SequenceReader(Sequence(results, template.faces, fps=_FPS), str(output)),
+        SequenceReader(Sequence(found.vertices[None], template.faces), str(output)),
         template=SequenceReader(Sequence(placed, template.faces), str(template.path)),
-        scans=scans,
+        scans=scan,
         colour="distance",
-        title=f"{template.path.name} registered with {scans.path.name}",
-        names=[f"{name}: {one.quality}" for name, one in zip(names, found, strict=True)],
+        title=f"{template.path.name} registered with {scan.path.name}: {found.quality}",
         up=template.header.up_axis,
     )
 

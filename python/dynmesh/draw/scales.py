@@ -100,32 +100,23 @@ class CountScale(Scale):
         *,
         zero: str,
         minus_one: str | None = None,
-        fixed: int | None = None,
         more: bool = False,
     ) -> None:
         """Creates as many steps as needed up to the largest count, with labels for 0 and -1.
 
-        If `fixed` is given, the scale was chosen independently of the counts: the step after that
-        of 0 contains 1 to `fixed`, and the last one `largest` and more. With `more`, there may be
-        larger counts as well.
+        With `more`, there may be larger counts as well.
         """
-        least, last = (1, largest) if fixed is None else (fixed, largest - 1)
-        starts = [0, *range(least, last + 1)]
-        if last - least >= SINGLE_STEPS:
-            spans = math.ceil(math.log2(last - least + 1))
-            starts = [0, least, *(least + 2**i for i in range(spans))]
-        if fixed is not None:
-            starts.append(largest)
+        starts = [*range(largest + 1)]
+        if largest > SINGLE_STEPS:
+            spans = math.ceil(math.log2(largest))
+            starts = [0, 1, *(1 + 2**i for i in range(spans))]
         ends = [start - 1 for start in starts[1:]] + [largest]
-        ends[0] = 0
-        if len(starts) > 1:
-            starts[1] = 1  # also if `fixed` is larger
         self._starts = np.array(starts)
         labels = [
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
         ]
-        if fixed is not None or more:
+        if more:
             labels[-1] = f"{starts[-1]} or more"
         labels[0] = f"0, {zero}"
         colours = [SURFACE_COLOUR, *_colour_map(HEATMAP, len(starts) - 1)]

@@ -27,7 +27,7 @@ from .masks import MaskedReader, check_missing
 from .memory import SequenceReader
 from .naming import naming
 from .reader import Reader
-from .target import Target, target_of, target_over
+from .target import Target, named_like, target_of, target_over
 from .template import NoFacesError
 from .writer import Writer
 
@@ -51,6 +51,7 @@ __all__ = [
     "header_of",
     "listed",
     "meshes_of",
+    "named_like",
     "naming",
     "open",
     "open_with",
@@ -69,8 +70,9 @@ class Source(TypedDict, total=False):
     Attributes:
         faces: a mesh with the faces, if the file holds only positions.
         prim: the path of the mesh, if the file holds several (USD, Alembic).
-        known: which vertices are known, bool (n, k) in a .npy file.
-        missing: "zero" if vertices at exactly (0, 0, 0) after frame 0 are missing.
+        known: which vertices are known, bool (n, k) in a .npy file; or a text file of vertices that
+            are not, in lines "frame vertex vertex ...", where the frame * stands for all.
+        missing: "zero" if vertices at exactly (0, 0, 0) are missing.
         gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
             which nothing was observed.
     """
@@ -101,8 +103,10 @@ def open(
         faces: (m, 3) integers, other polygons, or a file with the same mesh, for formats that hold
             only positions. None: from the file that :func:`write` put beside it.
         prim: the path of the mesh, if a file holds several (USD, Alembic).
-        known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`.
-        missing: "zero" if positions of exactly (0, 0, 0) after frame 0 were not observed.
+        known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`; or a
+            text file of vertices that are not known, in lines "frame vertex vertex ...", where the
+            frame ``*`` stands for all.
+        missing: "zero" if positions of exactly (0, 0, 0) were not observed.
         gaps: "lost" if nothing was observed in frames whose file is missing, in a sequence with one
             file per frame; "refuse" refuses such a sequence.
 
@@ -155,6 +159,9 @@ OneSequence: TypeAlias = PathLike | Reader | Sequence
 """A file in any format, a reader from :func:`open`, or a sequence in memory."""
 
 
+_EXPECTED = "a path, a reader, or a Sequence(vertices, faces)"
+
+
 @contextmanager
 def opened(
     sequence: OneSequence,
@@ -173,6 +180,8 @@ def opened(
     if isinstance(sequence, Reader):
         yield sequence
         return
+    if not isinstance(sequence, Sequence):
+        check_path(name, sequence, _EXPECTED)
     with (
         SequenceReader(sequence, name)
         if isinstance(sequence, Sequence)

@@ -92,12 +92,8 @@ class FramesReader(Reader):
                 continue
             with naming(file):
                 frame, polygons, metadata = self._load(file)
-                self._unchanged.check([file])
                 self._compare(frame, polygons, metadata)
             yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
-
-    def _check_unchanged(self) -> None:
-        """Checks nothing, since every file was compared when it was read."""
 
     def _lost_frame(self) -> Frame:
         """A frame in which nothing was observed."""
@@ -144,6 +140,7 @@ class FramesWriter(Writer):
         self._names = self._names_of(path)
         counted = list(range(header.n_frames))
         self._numbers = numbers_of_files(header) if self._names.numbered else counted
+        self._beside: list[str] = []  # files that are written with the frames
         super().__init__(path, header, **options)
 
     @classmethod
@@ -210,7 +207,7 @@ class FramesWriter(Writer):
             super()._place()
 
     def _destinations(self) -> dict[str, Path]:
-        names = map(self._names.name, self._numbers)
+        names = [*self._beside, *map(self._names.name, self._numbers)]
         return {name: self._names.folder / name for name in names}
 
     def _outdated(self) -> list[Path]:

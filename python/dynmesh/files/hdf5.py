@@ -8,7 +8,6 @@ virtual datasets and raw storage, are refused.
 """
 
 import contextlib
-import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,8 +88,7 @@ class Hdf5Writer(Writer):
 
     def _begin(self) -> None:
         h5py = require("h5py", extra="hdf5")
-        self._disk = _Disk(self.folder / self.path.name, "w+")
-        self._file = h5py.File(self._disk, "w")
+        self._file = h5py.File(self.folder / self.path.name, "w")
         self._rows = {
             name: self._file.create_dataset(name, shape, dtype)
             for name, (shape, dtype) in kinds_per_frame(self.header).items()
@@ -101,45 +99,9 @@ class Hdf5Writer(Writer):
     def _append(self, frame: Frame) -> None:
         for name, row in rows_of(frame).items():
             self._rows[name][self._frame] = row
-        self._disk.check()
-
-    def _finish(self) -> None:
-        self._close()
-        self._disk.check()
 
     def _close(self) -> None:
         self._file.close()
-        self._disk.close()
-
-
-class _Disk(io.FileIO):
-    """A file that HDF5 writes, whose first error is kept for `check`.
-
-    HDF5 may crash on closing a file of which a part could not be written.
-    """
-
-    _error: OSError | None = None
-
-    def write(self, data: Any) -> int:
-        rest = memoryview(data).cast("B")
-        while rest and self._error is None:
-            try:
-                rest = rest[super().write(rest) :]
-            except OSError as error:
-                self._error = error
-        return memoryview(data).nbytes
-
-    def truncate(self, size: int | None = None) -> int:
-        try:
-            return super().truncate(size)
-        except OSError as error:
-            self._error = error
-            return self.tell()
-
-    def check(self) -> None:
-        """Raises the error that was kept."""
-        if self._error is not None:
-            raise self._error
 
 
 @contextlib.contextmanager

@@ -4,18 +4,21 @@ from collections.abc import Container, Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._checks import as_array, check_path
-from .._errors import InputError, locating
+from .._errors import DynmeshError, InputError, locating
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask
 from .frame import Frame
+from .header import Header
 from .naming import naming
 from .reader import Reader
 from .rows import read_header
+from .times import index_of
 
 
 def check_missing(missing: object) -> None:
@@ -39,7 +42,12 @@ class MaskedReader(Reader):
         self._zero_is_missing = zero_is_missing
         shape = (reader.n_frames, reader.n_vertices)
         self._mask_files = [Path(known)] if isinstance(known, str | PathLike) else []
-        self._known = None if known is None else _load(known, shape)
+        self._known: Mask | None = None
+        self._damaged: Damaged = {}
+        if self._mask_files and self._mask_files[0].suffix.lower() != ".npy":
+            self._damaged = _listed(self._mask_files[0], reader.header)
+        elif known is not None:
+            self._known = _load(known, shape)
         super().__init__(reader.path, replace(reader.header, has_known=True))
 
     @property
@@ -62,7 +70,11 @@ class MaskedReader(Reader):
                     known = as_mask(np.array(self._known[number]))
             if known is None:
                 known = np.asarray(np.isfinite(frame.points).all(axis=1))
-            if self._zero_is_missing and number != self.whole:
+            for listed in (None, number):
+                if listed in self._damaged:
+                    known = known.copy()
+                    known[self._damaged[listed]] = False
+            if self._zero_is_missing:
                 known = np.asarray(known & (frame.points != 0).any(axis=1), np.bool_)
             if number in self._reader.lost:
                 known = np.zeros_like(known)
@@ -71,6 +83,42 @@ class MaskedReader(Reader):
     def close(self) -> None:
         """Closes the file."""
         self._reader.close()
+
+
+Damaged: TypeAlias = dict[int | None, NDArray[np.int64]]
+"""Vertices that are not known, by the frame, counted from 0; None stands for all frames."""
+
+
+def _listed(path: Path, header: Header) -> Damaged:
+    """Reads a text file with lines "frame vertex vertex ...", in which * stands for all frames.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: a line is not as it should be; the message names it.
+    """
+    found: dict[int | None, list[int]] = {}
+    with naming(path):
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1):
+            words = line.partition("#")[0].split()
+            if not words:
+                continue
+            frame, *vertices = words
+            try:
+                at = None if frame == "*" else index_of(header, float(frame), f"line {number}")
+                own = [int(vertex) for vertex in vertices]
+            except ValueError as error:
+                if isinstance(error, DynmeshError):
+                    raise
+                told = f"line {number}: must be a frame, or *, and numbers of vertices"
+                raise InputError(f"{told}, not {line[:60]!r}") from None
+            outside = [vertex for vertex in own if not 0 <= vertex < header.n_vertices]
+            if outside:
+                raise InputError(
+                    f"line {number}: there is no vertex {outside[0]}, only 0 to "
+                    f"{header.n_vertices - 1}"
+                )
+            found.setdefault(at, []).extend(own)
+    return {at: np.array(own, np.int64) for at, own in found.items()}
 
 
 def _load(known: Any, shape: tuple[int, int]) -> Mask:

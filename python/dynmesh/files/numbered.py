@@ -75,6 +75,21 @@ def with_conversion(name: str) -> str:
     return _hashes.sub(f"%0{len(found[0])}d", name) if len(found) == 1 and "%" not in name else name
 
 
+def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
+    """Returns the pattern of the names of frames in a folder, pattern or glob, if they have one."""
+    names = FrameNames.of(path)
+    if names.numbered:
+        return names.pattern
+    found = matching(path) if not path.is_dir() else []
+    for suffix in suffixes if path.is_dir() else ():
+        found = found or files_in(path, suffix)
+    last = _last_number.search(found[0].stem) if found else None
+    if last is None or "%" in found[0].name:
+        return None
+    stem, width = found[0].stem, len(last[0])
+    return f"{stem[: last.start()]}%0{width}d{stem[last.end() :]}{found[0].suffix}"
+
+
 def files_in(folder: Path, suffix: str) -> list[Path]:
     """Returns the files in a folder with this suffix, except hidden ones, in natural order."""
     return _in_natural_order(

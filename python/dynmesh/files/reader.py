@@ -15,7 +15,6 @@ from ..sequence import rate, summary
 from .frame import Frame
 from .header import Header
 from .naming import naming
-from .unchanged import Unchanged
 
 
 class Reader(ABC):
@@ -27,17 +26,12 @@ class Reader(ABC):
     Attributes:
         path: of the file.
         header: the properties of all frames.
-        whole: the number of a frame that is complete, so that zeros in it are positions even with
-            ``missing="zero"``; None if there is none. It may be changed.
     """
-
-    whole: int | None = 0
 
     def __init__(self, path: Path, header: Header) -> None:
         """Called by subclasses when the file is open and its header is read."""
         self.path = path
         self.header = header
-        self._unchanged = Unchanged(self.files)
         if header.n_frames == 0:
             raise ValueError("has no frames, but a complete frame 0 is needed")
 
@@ -101,8 +95,7 @@ class Reader(ABC):
     ) -> Generator[Frame, None, None]:
         """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
 
-        Frames are counted from 0, independently of the numbers in the file. After the last one, an
-        error says if a file was changed since it was opened, as the frames may be a mixture then.
+        Frames are counted from 0, independently of the numbers in the file.
         """
         with naming(self.path):
             numbers = range(self.n_frames)[start:stop:step]
@@ -110,10 +103,6 @@ class Reader(ABC):
                 with locating(frame=self.header.number(number)):
                     known = None if frame.known is None else as_mask(frame.known)
                 yield replace(frame, known=known)
-            self._check_unchanged()
-
-    def _check_unchanged(self) -> None:
-        self._unchanged.check()
 
     @abstractmethod
     def _frames(self, numbers: range) -> Iterator[Frame]:

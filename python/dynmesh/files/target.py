@@ -13,6 +13,7 @@ from .frame import frame_of
 from .header import Header, header_of
 from .naming import naming
 from .new_output import check_folder, identity, refuse_inputs
+from .numbered import pattern_like
 from .reader import Reader
 from .writer import Writer
 
@@ -146,3 +147,15 @@ def target_over(path: PathLike, output: PathLike) -> Target:
     """
     over_usd = format_of(path).name in ("usd", "usdz")
     return target_of(output, overlay=None if over_usd else False)
+
+
+def named_like(path: PathLike, output: PathLike) -> Path:
+    """Where frames are written for which a folder is given: there, under the names of the input."""
+    folder = Path(output)
+    if folder.suffix and not folder.is_dir():
+        return folder
+    numbered = [one.suffixes[0] for one in formats.values() if "gaps" in one.takes]
+    pattern = pattern_like(Path(path), numbered)
+    if pattern is None or Path(pattern).suffix.lower() not in numbered:
+        return folder
+    return folder / pattern

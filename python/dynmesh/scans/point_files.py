@@ -1,23 +1,19 @@
-"""Files with the points of one frame: PLY, XYZ, and NumPy's arrays.
+"""Files with the points of one frame: PLY and XYZ.
 
 A point whose three coordinates are all NaN was not measured, as in the organised clouds of depth
 cameras, and is left out. Other positions must be finite, and normals must have length 1, or 0 where
 they are unknown.
 """
 
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..files.comments import Metadata, metadata_in
 from ..files.naming import naming
-from ..files.npz import check_members, explaining, read_member
 from ..files.ply import coordinates, ply_header, read_elements
-from ..files.rows import load_array, native
 from ..sequence import Positions
 from .scan import PointScan
 
@@ -47,14 +43,20 @@ def read_points(file: Path) -> PointFile:
         return read(file)
 
 
-def write_ply(file: Path, scan: PointScan, metres_per_unit: float | None = None) -> None:
+def write_ply(
+    file: Path,
+    scan: PointScan,
+    metres_per_unit: float | None = None,
+    up_axis: str | None = None,
+) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
     kind = "double" if scan.points.dtype == np.float64 else "float"
     names, columns = [*"xyz"], [scan.points]
     if scan.normals is not None:
         names += ["nx", "ny", "nz"]
         columns.append(scan.normals)
-    comments = [] if metres_per_unit is None else [f"metres_per_unit {metres_per_unit}"]
+    stated = {"up_axis": up_axis, "metres_per_unit": metres_per_unit}
+    comments = [f"{name} {value}" for name, value in stated.items() if value is not None]
     header = ply_header(comments, len(scan.points), dict.fromkeys(names, kind))
     rows = np.concatenate(columns, axis=1).astype("<f8" if kind == "double" else "<f4")
     file.write_bytes(header + rows.tobytes())
@@ -101,43 +103,11 @@ def _number(word: str, line: int) -> float:
         raise ValueError(f"line {line}: {word[:40]!r} is not a number") from None
 
 
-def _read_npy(file: Path) -> PointFile:
-    return PointFile(_split(_floats("the array", load_array(file), (3, 6)), _point))
-
-
-def _read_npz(file: Path) -> PointFile:
-    arrays = {}
-    with explaining(), zipfile.ZipFile(file) as archive:
-        check_members(archive, file)
-        held = [name.removesuffix(".npy") for name in archive.namelist()]
-        if "points" not in held:
-            raise ValueError(f"has no array 'points'; this file holds {', '.join(held)}")
-        for name in ("points", "normals", "viewpoints"):
-            if name in held:
-                arrays[name] = _floats(name, read_member(archive, name), (3,))
-    scan = _checked(arrays["points"], arrays.get("normals"), _point)
-    viewpoints = arrays.get("viewpoints")
-    if viewpoints is not None:
-        _refuse_infinite(viewpoints, lambda row: f"viewpoint {row}")
-    return PointFile(scan._replace(viewpoints=viewpoints))
-
-
 point_formats: dict[str, Callable[[Path], PointFile]] = {
     ".ply": _read_ply,
     ".xyz": _read_xyz,
-    ".npy": _read_npy,
-    ".npz": _read_npz,
 }
 """What reads a file, by its suffix."""
-
-
-def _floats(name: str, array: NDArray[Any], widths: tuple[int, ...]) -> Positions:
-    if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
-        raise ValueError(f"{name} must be float32 or float64, not {array.dtype}")
-    if array.ndim != 2 or array.shape[1] not in widths:
-        shapes = " or ".join(f"(n, {width})" for width in widths)
-        raise ValueError(f"{name} must have shape {shapes}, not {array.shape}")
-    return native(array)
 
 
 def _split(table: Positions, name: Callable[[int], str]) -> PointScan:

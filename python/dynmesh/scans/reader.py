@@ -13,7 +13,6 @@ from ..files.choice import PathLike
 from ..files.format import Gaps
 from ..files.naming import naming
 from ..files.numbered import Found, files_in, find_files, matching, with_conversion
-from ..files.unchanged import Unchanged
 from ..files.units import metres_of
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, is_depth, read_depth, require_png, usual_size
@@ -50,7 +49,6 @@ class ScanReader(ABC):
         self.files = [*files, *also]
         self.camera_files = also
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
-        self._unchanged = Unchanged(self.files)
 
     def __iter__(self) -> Iterator[Scan | None]:
         """Yields the scan of each frame; None where its file is missing."""
@@ -103,7 +101,6 @@ class PointReader(ScanReader):
         if file is None:
             return None
         scan = read_points(file).scan
-        self._unchanged.check([file])
         if scan.viewpoints is None and self.rig is not None:
             return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
         return scan
@@ -179,7 +176,7 @@ class DepthReader(ScanReader):
         """Reads the images of a frame, counted from 0, with the cameras that they are of.
 
         Raises:
-            ValueError: every image of the sequence is damaged, or a file was changed.
+            ValueError: every image of the sequence is damaged.
         """
         read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
         return [(camera, depth) for camera, depth in read if depth is not None]
@@ -189,13 +186,11 @@ class DepthReader(ScanReader):
         try:
             depth = read_depth(file, camera)
         except (DynmeshError, OSError) as error:
-            self._unchanged.check([file])
             why = error.reason if isinstance(error, DynmeshError) else f"cannot be read: {error}"
             self._damaged.setdefault(file, why)
             if len(self._damaged) == self._n_images:
                 raise InputError(f"{why}; there is no undamaged image", file=file) from error
             return None
-        self._unchanged.check([file])
         lens = self._lenses.get(camera.name)
         return depth if lens is None else lens.undo(depth)
 
@@ -231,7 +226,7 @@ def open_scans(
 
     Args:
         path: a folder, a pattern such as ``scan_%04d.ply`` or a glob such as ``*.xyz``, of point
-            clouds (PLY, XYZ, NPY, NPZ) or depth images (PNG with 16 bits). The names of depth
+            clouds (PLY, XYZ) or depth images (PNG with 16 bits). The names of depth
             images end in the number of the frame and the name of the camera, as
             ``depth_00012_left.png``, or are in a folder with the name of the camera, as
             ``left/00012.png``. The only camera need not be named.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._report import Quality
+from ..scans import Scan, ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
 _DOUBTFUL = 0.02
@@ -20,7 +21,6 @@ _FARTHER_THAN_OTHERS = 3.0
 _MEASURED = 0.01
 """So is one whose distance is so many times the median of the others, beyond a share of a mean edge
 below which distances are those of rounding."""
-_NAMED_PLANES = 0.01
 _HARDLY = 0.01
 """Of a frame in which a smaller share of the vertices has a correspondence, hardly anything was
 measured."""
@@ -35,29 +35,25 @@ class Counts:
     Attributes:
         points: those that were compared.
         far: those of them that are far from the mesh.
-        in_planes: those of them that lie in planes of the surroundings, which do not count.
         squares: the sum of the squared distances of those that are not far.
     """
 
     points: float = 0.0
     far: float = 0.0
-    in_planes: float = 0.0
     squares: float = 0.0
 
-    def add(self, one: Agreement | TrackingReport, in_planes: float) -> None:
-        """Adds a frame, of whose far points this share lies in planes."""
+    def add(self, one: Agreement | TrackingReport) -> None:
+        """Adds a frame."""
         if one.points:
             self.points += one.points
             self.far += one.far * one.points
-            self.in_planes += in_planes * one.far * one.points
             if one.far < 1:
                 self.squares += one.distance**2 * (1 - one.far) * one.points
 
     @property
     def share(self) -> float | None:
-        """The share of far points that counts; None without points."""
-        left = self.points - self.in_planes
-        return (self.far - self.in_planes) / left if left > 0 else None
+        """The share of far points; None without points."""
+        return self.far / self.points if self.points else None
 
     @property
     def distance(self) -> float | None:
@@ -102,37 +98,43 @@ class Fits:
     advice: str = ""
     registered: str = ""
 
-    def add(
-        self, frame: int, tracker: Tracker, cameras: Sequence[str], in_planes: Sequence[float]
-    ) -> None:
+    def add(self, frame: int, tracker: Tracker, cameras: Sequence[str]) -> None:
         """Adds the last frame of a tracker.
 
         Args:
             frame: its number.
             tracker: whose last scan had points.
             cameras: the names of its sensors.
-            in_planes: the share of the far points that lies in planes, of all and of each sensor.
         """
         report = tracker.report
         observed = float(np.mean(tracker.observed))
         if observed < _HARDLY:
             self._add_unmeasured(frame)
-        own = Counts()
-        own.add(report, in_planes[0])
-        share = own.share or 0.0
+        share = report.far if report.points else 0.0
         if not self.frames:
             self.first = share
         self.frames += 1
         self.observed += observed
         self.prior_weight += report.prior_weight
         self.recovered += report.recovered
-        self.total.add(report, in_planes[0])
+        self.total.add(report)
         if share > _BAD_FRAME:
             self.worst = sorted([*self.worst, (frame, share)], key=lambda one: -one[1])
             self.worst = self.worst[:_MOST_FRAMES]
         sensors = tracker.agreement_of_sensors
-        for camera, agreement, share in zip(cameras, sensors, in_planes[1:], strict=True):
-            self.cameras.setdefault(camera, Counts()).add(agreement, share)
+        for camera, agreement in zip(cameras, sensors, strict=True):
+            self.cameras.setdefault(camera, Counts()).add(agreement)
+
+    def note(self, scans: ScanReader, frame: int, scan: Scan | None, tracker: Tracker) -> None:
+        """Notes how well the last frame of a tracker fits, counted from 0."""
+        number = scans.number(frame)
+        if scan is None:
+            self.add_empty(number)
+            return
+        n_sensors, cameras = len(tracker.agreement_of_sensors), scans.cameras_of(frame)
+        if len(cameras) != n_sensors:
+            cameras = [str(sensor) for sensor in range(n_sensors)]
+        self.add(number, tracker, cameras)
 
     def add_empty(self, frame: int) -> None:
         """Adds a frame without points."""
@@ -216,12 +218,6 @@ class Fits:
             told.append(
                 f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
                 "vertices were seen"
-            )
-        share = self.total.in_planes / (self.total.points or 1.0)
-        if share >= _NAMED_PLANES:
-            told.append(
-                f"{share:.0%} of the points lie far from the mesh in a plane, such as a floor; "
-                "they do not count, but removing planes or a smaller crop leaves them out"
             )
         return tuple(told)
 

@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
+from ..completion.start import template_of
 from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
-from ..scans import PointScan, Scan, ScanReader, unit_of_scans
+from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
 from ..tracker import Alignment, find_alignment
+from .room import Room
+from .units import Units
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +46,7 @@ def placed(
     template: Positions,
     scan: Scan,
     landmarks: Landmarks | None,
+    units: Units,
 ) -> Placed:
     """Finds a template in a scan of the same unit.
 
@@ -56,8 +60,10 @@ def placed(
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
+    size = float(np.linalg.norm(np.ptp(template, axis=0)))
+    if sizes := units.told(found.ratio, size):
+        told += f"; {sizes}"
     if found.other_unit:
-        told += f"; the scan is {found.ratio:.3g} times as large, so their units probably differ"
         raise InputError(told)
     if landmarks is None and found.matches:
         moved = template.astype(np.float64) @ found.rotation.T + found.shift
@@ -82,23 +88,40 @@ def registered_with(
     return register_depth(faces, template, *scan, **options)
 
 
-def units_of(
-    scans: ScanReader, template: Reader, scan_unit: float | str | None
-) -> tuple[float | None, float]:
-    """Returns the metres in the unit of the template, and the unit of the scans in it.
+def placed_in(
+    scans: ScanReader,
+    mesh: Reader,
+    room: Room,
+    units: Units,
+    landmarks: Landmarks | None,
+    advice: str,
+) -> Placed:
+    """Finds the template in the first scan with points, and the room around it.
 
     Raises:
-        ValueError: the unit contradicts the file of the cameras; or that of the scans is known, and
-            that of the template is not.
+        ValueError: there is none, nothing is left of it without the room, or the template is not
+            found.
     """
-    own = template.header.metres_per_unit
-    theirs = unit_of_scans(scans, scan_unit)
-    if theirs is None:
-        return own, 1.0
-    if own is None:
+    template = template_of(mesh)
+    scan = next((one for one in scans.frames() if one is not None and one.has_points), None)
+    if scan is None:
+        raise InputError("no frame has points", file=scans.path)
+    scan = scan.scaled(units.factor)
+    room.look(scan, mesh.faces, template)
+    left = room.without(scan)
+    if not left.has_points:
         raise InputError(
-            f"states no unit, but the scans are in units of {theirs:g} m; state its unit, by a "
-            "conversion",
-            file=template.path,
+            "nothing is left of the first scan without floor, walls and what is cropped; is the "
+            "subject in it?",
+            file=scans.path,
         )
-    return own, theirs / own
+    if landmarks is not None:
+        landmarks = landmarks[0], landmarks[1] * units.factor
+    try:
+        found = placed(mesh.faces, template, left, landmarks, units)
+    except InputError as error:
+        raise InputError(
+            "; ".join([str(error), *([advice] if advice else [])]), file=mesh.path
+        ) from error
+    room.follow(found.points)
+    return found

@@ -3,19 +3,28 @@
 Every usual misreading is undone in turn, and the scan compared with the template.
 """
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import combinations
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import files
+from .._errors import InputError
+from ..completion.start import template_of
 from ..diagnosis.planes import planes_of_room
 from ..diagnosis.surface_distance import Surface
-from ..scans import DepthScan, Rig
+from ..files import PathLike
+from ..scans import DepthScan, Rig, open_scans
+from ..scans.reader import DepthReader
+from ..sequence import Positions
 from ..tracker import find_alignment
+from .units import units_of
 
 _Floats = NDArray[np.float64]
 
@@ -33,6 +42,12 @@ _FAR_EDGES = 0.5
 _COVERED = 0.3
 """If the points of no camera extend over this share of the template, all of them count as far:
 with a depth scale that is far too small, they fall on one place, which may lie on the surface."""
+
+_FEWER = 0.5
+_LESS = 0.03
+_AT_MOST = 0.4
+"""A reading is better if it leaves at most this share of the far points, this much less of all
+points, and at most this share of all: a part of a room may be left."""
 
 FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
@@ -159,3 +174,78 @@ def _subject(cloud: _Floats, surface: Surface) -> _Floats:
     for plane in planes_of_room(some, thickness=surface.mean_edge, size=surface.size):
         some = some[~plane.holds(some)]
     return some[:: 1 + len(some) // _POINTS]
+
+
+class Judged(NamedTuple):
+    """What the first scan with points says of the cameras.
+
+    Attributes:
+        scan: in the unit of the template, as the cameras are stated.
+        cameras: the names of those that have an image in it.
+        template: its faces and vertices, or None if there is none.
+        up: the up axis that the template states, else "y".
+        stated: how the scan lies on the template; None without one.
+        rig: the cameras if they fit, or corrected ones; None if no correction is known.
+        reading: what is wrong with them, if it is known.
+        meant: how the scan lies on the template then.
+    """
+
+    scan: DepthScan
+    cameras: tuple[str, ...]
+    template: tuple[NDArray[np.integer], Positions] | None = None
+    up: str = "y"
+    stated: Fit | None = None
+    rig: Rig | None = None
+    reading: Reading | None = None
+    meant: Fit | None = None
+
+
+def judge_rig(
+    path: Path, rig: Rig | None, template: PathLike | None, scan_unit: float | str | None
+) -> Judged:
+    """Judges cameras by the first scan with points.
+
+    Raises:
+        OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
+            no frame has points.
+    """
+    reader = open_scans(path, cameras=rig, gaps="lost")
+    if rig is None or not isinstance(reader, DepthReader):
+        raise InputError(
+            "holds point clouds; of cameras, only those of depth images can be judged", file=path
+        )
+    number, scan = _first(reader)
+    names = tuple(reader.cameras_of(number))
+    if template is None:
+        return Judged(scan, names)
+    with files.open(template) as mesh:
+        factor = units_of(reader, mesh, scan_unit).factor
+        surface = Surface(mesh.faces, template_of(mesh))
+        up = mesh.header.up_axis or "y"
+    scan = scan.scaled(factor)
+    stated = fit_of(scan, surface)
+    judged = Judged(scan, names, (surface.faces, surface.points), up, stated)
+    if max(stated.by_camera) <= FIT:
+        return judged._replace(rig=rig)
+    tried = []
+    for reading in readings_of(rig):
+        meant = reading.right(rig)
+        # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
+        with contextlib.suppress(InputError):
+            (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
+            if isinstance(other, DepthScan):
+                # Any wrong pose of a single camera becomes right by a rigid motion.
+                fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
+                tried.append((fit, reading, meant))
+    best, reading, meant = min(tried, key=lambda one: one[0].far)
+    if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
+        return judged
+    return judged._replace(rig=meant, reading=reading, meant=best)
+
+
+def _first(reader: DepthReader) -> tuple[int, DepthScan]:
+    """Returns the first scan with points, and its number, counted from 0."""
+    for number, scan in enumerate(reader):
+        if isinstance(scan, DepthScan) and scan.has_points:
+            return number, scan
+    raise InputError("no frame has points", file=reader.path)

@@ -67,6 +67,11 @@ class Room:
         self.planes: list[Plane] = []
         self.box = np.zeros((2, 3))
 
+    @property
+    def takes(self) -> bool:
+        """Whether anything is asked for."""
+        return self._crop is not None or self._removes_planes
+
     def follow(self, points: Positions) -> None:
         """Notes where the mesh is."""
         self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
@@ -100,3 +105,8 @@ class Room:
         for plane in self.planes:
             kept &= ~plane.holds(cloud)
         return kept
+
+    def subject(self, scan: Scan | None, factor: float) -> Scan | None:
+        """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""
+        left = None if scan is None else self.without(scan.scaled(factor))
+        return left if left is not None and left.has_points else None

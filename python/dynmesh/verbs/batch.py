@@ -32,7 +32,6 @@ _VERBS: dict[str, Callable[..., Report]] = {
 }
 """By the column that says what a row is for."""
 
-_OWN = ("input", "output", "status", "reason", "frames", "seconds")
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
 
@@ -115,7 +114,6 @@ def batch(
     *,
     workers: How[int | None] = None,
     scheduler: How[str | None] = None,
-    report: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
 ) -> BatchReport:
@@ -132,8 +130,6 @@ def batch(
         workers: run so many jobs at a time; else, one per processor.
         scheduler: use the Dask cluster with this address instead; it must see the files under the
             same paths.
-        report: a CSV file to write with a row for each job: input, output, status, reason, frames,
-            seconds; an existing one is replaced.
         overwrite: whether to replace existing outputs instead of skipping them.
         progress: whether to show a bar on standard error.
 
@@ -151,22 +147,16 @@ def batch(
     require("distributed", extra="batch")
     processors: int = require("dask.system", extra="batch").CPU_COUNT
     rows = read_jobs(table, overwrite=overwrite)
-    if report is not None and Path(report).resolve() == table.resolve():
-        raise InputError("is the table of jobs", argument="report", value=report)
-    results = []
-    with ExitStack() as stack:
-        add = None if report is None else stack.enter_context(_written(Path(report)))
-        client = stack.enter_context(_client(scheduler, workers or min(processors, len(rows))))
-        made = stack.enter_context(closing(_run(client, rows)))
-        for result in tracked(made, len(rows), "completing", progress):
-            results.append(result)
-            if add is not None:
-                add(result)
+    with (
+        _client(scheduler, workers or min(processors, len(rows))) as client,
+        closing(_run(client, rows)) as made,
+    ):
+        results = tuple(tracked(made, len(rows), "completing", progress))
     found = {one.status for one in results}
     return BatchReport(
         quality="failed" if "failed" in found else "doubtful" if "doubtful" in found else "good",
         output=table,
-        results=tuple(results),
+        results=results,
     )
 
 
@@ -241,24 +231,6 @@ def _values(text: str) -> list[str]:
     return [part.strip() for part in text.split(";")]
 
 
-@contextmanager
-def _written(path: Path) -> Iterator[Callable[[Result], None]]:
-    """Opens a table of results, and yields a function that adds one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file)
-        table.writerow(_OWN)
-
-        def add(result: Result) -> None:
-            table.writerow(
-                f"{result.seconds:.3f}" if name == "seconds" else getattr(result, name)
-                for name in _OWN
-            )
-            file.flush()  # so that a killed process leaves its results
-
-        yield add
-
-
 def _run(client: Any, jobs: Sequence[Job]) -> Generator[Result, None, None]:
     """Yields the results in the order of the jobs; a job whose worker dies goes to another one."""
     futures = client.map(run_job, jobs, pure=False)
@@ -285,7 +257,7 @@ def run_job(job: Job) -> Result:
     except Exception as error:  # no error may stop the other jobs
         told = in_one_line(error)
         return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
-    frames = getattr(report, "frames", 0) or len(getattr(report, "scans", ()))
+    frames = getattr(report, "frames", 1)  # a registration has one
     status: Status = "done" if report.quality == "good" else "doubtful"
     status = "failed" if report.quality == "failed" else status
     return result(status, report.reason, frames=frames, remarks=report.remarks)

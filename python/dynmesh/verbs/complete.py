@@ -11,13 +11,15 @@ from .._command import How, Output, What
 from .._report import Report
 from ..calibration import in_words
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
-from ..completion.tally import LONG
+from ..completion.tally import LONG, Tally
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..completion.ways import Options, complete_frames
-from ..files import PathLike, Source, naming, target_over
+from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
 
 _MANY = 0.01  # of the vertices
+_FEW = 0.2
+"""A separate mask that knows a smaller share in most frames may be inverted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,7 +198,7 @@ def complete_file(
         },
         trained=bool(training_files),
     )
-    target = target_over(path, output)
+    target = target_over(path, named_like(path, output))
     given = [Path(path), *training_files, *([] if template is None else [Path(template)])]
     target.check(overwrite=overwrite, others=filter(Path.is_file, given))
     target.check_holds(["generation"] if provenance else [])
@@ -238,6 +240,7 @@ def complete_file(
         remarks=(
             *writer.remarks,
             *whole.remarks(reader.header, noise),
+            *_of_mask(source or {}, tally),
             *([errors] if errors else []),
         ),
         output=Path(output),
@@ -253,3 +256,10 @@ def complete_file(
         within_90=tally.distances.within(0.9),
         dropped=tally.dropped,
     )
+
+
+def _of_mask(source: Source, tally: Tally) -> Iterator[str]:
+    """Yields what is probably wrong with a separate mask."""
+    share = float(np.median(tally.shares or [1.0]))
+    if source.get("known") is not None and share < _FEW:
+        yield f"only {share:.0%} are known in most frames: is the mask inverted?"

@@ -7,12 +7,15 @@ from pathlib import Path
 from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
-from .._errors import KindError
+from .._errors import InputError, KindError
 from .._progress import tracked
 from .._report import Report
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
 from ..files.memory import Collected, SequenceReader
+from ..files.new_output import check_output, new_output
+from ..scans import read_points, write_ply
+from ..scans.conversion import clouds_in, converted
 from ..sequence import Sequence
 
 
@@ -23,7 +26,7 @@ class ConversionReport(Report):
     Attributes:
         output: the file that was written.
         frames: number of frames in it.
-        vertices: number of vertices of each.
+        vertices: number of vertices of each; of point clouds, their mean number.
     """
 
     output: Path
@@ -48,7 +51,6 @@ def convert_file(
     to_unit: How[Unit | None] = None,
     scale: How[float | None] = None,
     fps: How[float | None] = None,
-    retime: How[float | None] = None,
     output_format: Output[str | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
@@ -56,7 +58,8 @@ def convert_file(
     """Writes a sequence in another format, or with other frames, axes, units or rates.
 
     Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. docs/formats.md says what
-    each format keeps.
+    each format keeps. Files that hold points alone, as scanners write them, become PLY files; those
+    of a folder keep their names.
 
     Args:
         path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
@@ -72,8 +75,6 @@ def convert_file(
         to_unit: scale the points to this unit.
         scale: multiply the points by this.
         fps: frames per second; the frames stay as they are.
-        retime: resample to this many frames per second, by linear interpolation; a vertex is known
-            if it is in both neighbouring frames.
         output_format: the format of the result, if its suffix does not say it.
         overwrite: whether to replace an existing output.
         progress: whether to show a bar on standard error.
@@ -85,8 +86,11 @@ def convert_file(
     """
     check_path("path", path)
     check_path("output", output)
-    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps, retime)
-    target = files.target_of(output, output_format)
+    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
+    if not source and not format and (clouds := clouds_in(Path(path))):
+        return _convert_clouds(clouds, Path(path), Path(output), changes, overwrite, progress)
+    named = Path(output) if output_format else files.named_like(path, output)
+    target = files.target_of(named, output_format)
     with files.open(path, format=format, **(source or {})) as reader:
         target.check(overwrite=overwrite, reader=reader)
         dropped = reader.has_provenance and not target.writer.keeps_provenance
@@ -104,7 +108,7 @@ def convert_file(
             for frame in conversion.frames(tracked(read, len(indices), "converting", progress)):
                 values = frame.attributes()
                 writer.append(frame.points, **{name: values[name] for name in header.attributes})
-        remarks = [*writer.remarks, *conversion.remarks()]
+        remarks = [*writer.remarks]
     if dropped:
         remarks.append("generation and age are not written; this format cannot hold them")
     return ConversionReport(
@@ -113,6 +117,31 @@ def convert_file(
         vertices=header.n_vertices,
         remarks=tuple(remarks),
     )
+
+
+def _convert_clouds(
+    clouds: list[Path],
+    path: Path,
+    output: Path,
+    changes: Changes,
+    overwrite: bool,
+    progress: bool,
+) -> ConversionReport:
+    """Writes point clouds with other axes or units."""
+    for name in ("frames", "fps"):
+        if getattr(changes, name) is not None:
+            raise InputError("is for sequences, not for point clouds", argument=name)
+    made = [output] if path in clouds else [output / f"{file.stem}.ply" for file in clouds]
+    for file in made:
+        check_output(file, overwrite, ".ply", inputs=clouds)
+    n_points = 0
+    for source, file in tracked(zip(clouds, made, strict=True), len(made), "converting", progress):
+        with files.naming(source):
+            scan, said = converted(read_points(source), changes)
+        with new_output(file, overwrite, ".ply") as hidden:
+            write_ply(hidden, scan, said.metres_per_unit, said.up_axis)
+        n_points += len(scan.points)
+    return ConversionReport(output=output, frames=len(made), vertices=n_points // len(made))
 
 
 def convert(
@@ -125,7 +154,6 @@ def convert(
     to_unit: Unit | None = None,
     scale: float | None = None,
     fps: float | None = None,
-    retime: float | None = None,
 ) -> Sequence:
     """Returns a sequence with other frames, axes, units or rates.
 
@@ -133,7 +161,7 @@ def convert(
     """
     if not isinstance(sequence, Sequence):
         raise KindError(f"must be a Sequence, not {type(sequence).__name__}", argument="sequence")
-    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps, retime)
+    changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
     reader = SequenceReader(sequence)
     with files.naming(reader.path):
         conversion, indices = changes.of(reader.header)

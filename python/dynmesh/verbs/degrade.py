@@ -2,34 +2,28 @@
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from .. import degrade, files
+from .. import files
 from .._checks import check_between, check_integer, check_not_negative
 from .._command import How, Output, What
 from .._errors import InputError
 from .._progress import tracked
 from .._report import Report
-from ..degrade.depth_buffer import intrinsics_of, pose_of
+from ..completion.start import frame_at
+from ..degrade.recordings import Losses, Scanning, Vector, axis
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.naming import numbering
 from ..files.times import numbers_of_files
-from ..scans import DepthFolder, PointFolder, Rig, ScanCamera
+from ..scans import DepthFolder, PointFolder
 from ..scans.depth_files import require_png
-from ..sequence import Mask, Positions
 
 Share: TypeAlias = float | str
 """A number between 0 and 1, or a percentage such as "30%"."""
-
-_COUNTS = 60_000
-"""Of the 65 535 that an image can hold, so many are used for the farthest point, at most."""
 
 _NOISE = 0.02  # mean edges
 
@@ -68,7 +62,6 @@ def degrade_file(
     source: Source | None = None,
     cameras: How[int] = 4,
     points: How[int] = 20_000,
-    flying: How[Share | None] = None,
     room: How[bool] = False,
     up: How[Axis | None] = None,
     seed: How[int] = 0,
@@ -96,7 +89,6 @@ def degrade_file(
         source: how to read the file.
         cameras: number of cameras around the subject, of scans.
         points: points of a frame, of scans.
-        flying: share of flying pixels, which lie between a silhouette and what is behind it.
         room: put a floor under the subject and a wall behind it, in scans.
         up: the axis that cameras circle around; else, as the file states it, or z.
         seed: equal seeds remove the same vertices: use another one to degrade a file twice.
@@ -113,7 +105,6 @@ def degrade_file(
         "patches": patches,
         "dropout": dropout,
         "outliers": outliers,
-        "flying": flying,
     }
     asked = {name: _share(name, value) for name, value in shares.items() if value is not None}
     if noise is not None:
@@ -125,62 +116,54 @@ def degrade_file(
     for name, given, of_scans in (
         ("camera", camera is not None, False),
         ("dropout", dropout is not None, False),
-        ("flying", flying is not None, True),
         ("room", room, True),
     ):
         if given and is_scan != of_scans:
             why = "is for scans and depth images alone" if of_scans else "is not for scans"
             raise InputError(why, argument=name)
     if is_scan:
-        size = _size_of(depth, scan)
-        return _scan(
-            Path(path), Path(output), source or {}, asked, noise, size, cameras, points, room, up,
-            seed, overwrite, progress,
-        )  # fmt: skip
+        lost = {
+            "missing": 1 - asked.get("known", 1.0),
+            "holes": asked.get("patches", 0.0),
+            "outliers": asked.get("outliers", 0.0),
+        }
+        sigma = _NOISE if noise is None else noise
+        scanning = Scanning(_size_of(depth, scan), cameras, points, room, sigma, lost, seed)
+        with files.open(path, **(source or {})) as reader:
+            return _scan(reader, Path(output), scanning, up, overwrite, progress)
     if not asked and camera is None and noise is None:
         raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
-    target = files.target_of(output)
+    losses = Losses(camera=camera, noise=noise, seed=seed, **asked)
     with files.open(path, **(source or {})) as reader:
-        target.check(overwrite=overwrite, reader=reader)
-        shape = reader.n_frames, reader.n_vertices
-        guess: tuple[str, ...] = ()
-        masks: list[Iterator[Mask]] = []
-        if "known" in asked:
-            masks.append(degrade.random_known(*shape, asked["known"], seed=seed))
-        if camera is not None:
-            axis, guess = _axis(reader, up)
-            circling = degrade.orbit(_bounding_box(reader), camera, up=axis)
-            frames = (frame.points for frame in reader)
-            masks.append(degrade.camera_known(frames, reader.faces, circling))
-        if "patches" in asked:
-            masks.append(degrade.patch_known(reader.faces, *shape, asked["patches"], seed=seed))
-        if "dropout" in asked:
-            masks.append(degrade.dropout(*shape, asked["dropout"], seed=seed))
-        moved: Iterator[Positions] = (frame.points for frame in reader)
-        if noise is not None:
-            moved = degrade.add_noise(moved, reader.faces, noise, seed=seed)
-        if "outliers" in asked:
-            moved = degrade.add_outliers(moved, reader.faces, asked["outliers"], seed=seed)
-        header = replace(
-            reader.header, has_known=True, has_provenance=False, has_standard_error=False
-        )
-        n_known, sigma = -reader.n_vertices, 0.0  # frame 0 is always complete and is not counted
-        with (
-            numbering(reader.path, header),
-            target.create(header, overwrite=overwrite) as writer,
-        ):
-            rows = zip(moved, (frame.known for frame in reader), *masks, strict=True)
-            for position, *observed in tracked(rows, reader.n_frames, "degrading", progress):
-                if noise and not sigma:
-                    sigma = noise * mean_edge_of(position, reader.faces)
-                seen = [mask for mask in observed if mask is not None]
-                kept = np.logical_and.reduce(seen) if seen else np.ones(len(position), np.bool_)
-                # Unknown positions are erased, so that no method can use them.
-                writer.append(np.where(kept[:, None], position, reader.dtype.type(np.nan)), kept)
-                n_known += int(kept.sum())
-        left = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
-        told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
-    if sigma:
+        return _degrade(reader, output, losses, up, overwrite, progress)
+
+
+def _degrade(
+    reader: Reader,
+    output: PathLike,
+    losses: Losses,
+    up: Axis | None,
+    overwrite: bool,
+    progress: bool,
+) -> DegradeReport:
+    """Writes a sequence with fewer vertices, and says what is left."""
+    target = files.target_of(files.named_like(reader.path, output))
+    target.check(overwrite=overwrite, reader=reader)
+    upward, guess = _axis(reader, up)
+    header = replace(reader.header, has_known=True, has_provenance=False, has_standard_error=False)
+    n_known = -reader.n_vertices  # frame 0 is always complete and is not counted
+    with (
+        numbering(reader.path, header),
+        target.create(header, overwrite=overwrite) as writer,
+    ):
+        frames = losses.frames(reader, upward)
+        for points, kept in tracked(frames, reader.n_frames, "degrading", progress):
+            writer.append(points, kept)
+            n_known += int(kept.sum())
+    left = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
+    told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
+    if losses.noise:
+        sigma = losses.noise * mean_edge_of(frame_at(reader, 0).points, reader.faces)
         told.append(
             f"the noise is {sigma:.3g}, in the unit of the positions, as completion takes it"
         )
@@ -188,64 +171,36 @@ def degrade_file(
         output=Path(output),
         frames=header.n_frames,
         told=tuple(told),
-        remarks=(*guess, *writer.remarks),
+        remarks=(*(guess if losses.camera else ()), *writer.remarks),
     )
 
 
 def _scan(
-    path: Path,
+    reader: Reader,
     output: Path,
-    source: Source,
-    asked: dict[str, float],
-    noise: float | None,
-    size: tuple[int, int] | None,
-    cameras: int,
-    points: int,
-    room: bool,
+    scanning: Scanning,
     up: Axis | None,
-    seed: int,
     overwrite: bool,
     progress: bool,
 ) -> DegradeReport:
     """Writes scans of a sequence into a folder, and where the cameras stand beside them."""
-    if size is not None:
+    folder_of: Any = PointFolder
+    if scanning.size is not None:
         require_png()
-    with files.open(path, **source) as reader:
-        axis, guess = _axis(reader, up)
-        box = _bounding_box(reader)
-        around = degrade.orbit(box, cameras, degrees_per_frame=0.0, up=axis)(0)
-        built = degrade.room_around(box, up=axis) if room else None
-        seen = box if built is None else np.concatenate([box, built.points])
-        rig = _rig_of(around, seen, size, reader.header.metres_per_unit)
-        options: dict[str, Any] = {
-            "noise": _NOISE if noise is None else noise,
-            "missing": 1 - asked.get("known", 1.0),
-            "holes": asked.get("patches", 0.0),
-            "flying": asked.get("flying", 0.0),
-            "outliers": asked.get("outliers", 0.0),
-            "room": built,
-        }
-        scan: Any = degrade.scan_points
-        folder_of: Any = PointFolder
-        if size is None:
-            options["points"] = points
-        else:
-            scan, folder_of = degrade.depth_images, DepthFolder
-            options["width"], options["height"] = size
-        frames = (frame.points for frame in reader)
-        scans = scan(frames, reader.faces, around, seed=seed, **options)
-        measured, n = 0, reader.n_frames
-        numbers = numbers_of_files(reader.header)
-        with (
-            numbering(reader.path, reader.header),
-            folder_of(output, rig, overwrite=overwrite, numbers=numbers) as folder,
-        ):
-            for found in tracked(scans, n, "scanning", progress):
-                folder.append(found)
-                clouds = [found.points] if size is None else [one[one > 0] for one in found.depth]
-                measured += sum(map(len, clouds))
-    what = "points" if size is None else "measured pixels"
-    many = "1 camera" if cameras == 1 else f"{cameras} cameras"
+        folder_of = DepthFolder
+    upward, guess = _axis(reader, up)
+    rig, scans = scanning.of(reader, upward)
+    measured, n = 0, reader.n_frames
+    numbers = numbers_of_files(reader.header)
+    with (
+        numbering(reader.path, reader.header),
+        folder_of(output, rig, overwrite=overwrite, numbers=numbers) as folder,
+    ):
+        for found in tracked(scans, n, "scanning", progress):
+            folder.append(found)
+            measured += len(found.cloud)
+    what = "points" if scanning.size is None else "measured pixels"
+    many = "1 camera" if scanning.cameras == 1 else f"{scanning.cameras} cameras"
     told = f"{n} frames of {measured / n:.0f} {what} from {many}, on average"
     return DegradeReport(output=output, frames=n, told=(told,), remarks=guess)
 
@@ -282,49 +237,10 @@ def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
     return int(size[1]), int(size[2])
 
 
-def _axis(reader: Reader, up: Axis | None) -> tuple[tuple[float, float, float], tuple[str, ...]]:
+def _axis(reader: Reader, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     """Returns the axis that cameras stand around, and says if it is a guess."""
     if up not in (None, "x", "y", "z"):
         raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)
     said = up or reader.header.up_axis
-    x, y, z = (float(axis == (said or "z")) for axis in "xyz")
-    return (x, y, z), () if said else ("assuming that z is up, as the file does not state it",)
-
-
-def _bounding_box(reader: Reader) -> Positions:
-    """Returns the two opposite corners of the bounding box of all frames."""
-    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
-    for points, _ in reader:
-        finite = points[np.isfinite(points).all(axis=1)]
-        if len(finite):
-            corners[0] = np.minimum(corners[0], finite.min(axis=0))
-            corners[1] = np.maximum(corners[1], finite.max(axis=0))
-    return corners
-
-
-def _rig_of(
-    cameras: list[degrade.Camera],
-    seen: Positions,
-    size: tuple[int, int] | None,
-    metres_per_unit: float | None,
-) -> Rig:
-    """Describes the cameras, as their file does."""
-    box = np.stack([seen.min(axis=0), seen.max(axis=0)])
-    corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
-    described = []
-    for number, camera in enumerate(cameras):
-        pose = pose_of(camera)
-        if size is None:
-            described.append(ScanCamera(str(number), pose))
-            continue
-        farthest = ((corners - pose[:3, 3]) @ pose[:3, 2]).max()
-        scale = _round_number(farthest / _COUNTS)
-        described.append(ScanCamera(str(number), pose, intrinsics_of(camera, *size), scale, size))
-    return Rig(tuple(described), metres_per_unit)
-
-
-def _round_number(least: float) -> float:
-    """Returns the smallest number of at least this that is 1, 2 or 5 times a power of ten."""
-    power = math.floor(math.log10(least))
-    numbers = (float(f"{digit}e{power}") for digit in (1, 2, 5, 10))
-    return next(number for number in numbers if number >= least)
+    guess = () if said else ("assuming that z is up, as the file does not state it",)
+    return axis(said or "z"), guess

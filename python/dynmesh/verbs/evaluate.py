@@ -1,56 +1,22 @@
-"""The error of a whole completed sequence, measured in constant memory."""
+"""The error of a whole completed sequence."""
 
 import contextlib
 import csv as table
-import math
-from collections.abc import Iterable, Iterator
 from dataclasses import astuple, dataclass, field, fields
-from itertools import islice, repeat
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .. import metrics
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._progress import tracked
 from .._report import Report, as_json
-from ..calibration import Calibrating, Calibration, estimated
-from ..files import Frame, OneSequence, PathLike, Reader, Source, opened_beside
+from ..calibration import Calibration
+from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
+from ..files import OneSequence, PathLike, Reader, Source, opened_beside
 from ..files.new_output import check_output, new_output
 from ..files.reader import check_comparable
-from ..files.times import frame_numbers, indices_of
-from ..true_surface import TrueSurface
-
-_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
-
-Only: TypeAlias = Literal["all", "missing"]
-
-
-@dataclass(frozen=True)
-class FrameErrors:
-    """Errors of a frame, in bounding-box diagonals of frame 0 of the reference.
-
-    Attributes:
-        frame: its number in the file of the completed sequence.
-        vertices: the number of vertices that were measured.
-        nmsve: the normalised mean square visual error (eq. 5), of all vertices.
-        mean: the mean distance between vertices and their true positions; NaN if there are none.
-        rms: the root mean square of the distances.
-        p99: the 99th percentile of the distances.
-        maximum: the largest distance.
-    """
-
-    frame: float
-    vertices: int
-    nmsve: float
-    mean: float
-    rms: float
-    p99: float
-    maximum: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,7 +121,8 @@ def evaluate(
             1001:1050, in the completed sequence; all after the first frame if it is not given.
         only: "missing" measures the distances of vertices that were not observed, as the sequence
             that was completed says, or else the generations of the completed one.
-        partial: the sequence that was completed; only its missing vertices matter.
+        partial: the sequence that was completed; only its missing vertices matter. Without masks,
+            they are those that are not finite or at exactly (0, 0, 0).
         template: a mesh file that provides the faces of those of the files that hold none.
         prim: the path of the mesh in those of the files that hold several (USD, Alembic).
         csv: a file to write with a row for each frame.
@@ -189,63 +156,10 @@ def evaluate(
                 "or complete it with provenance",
                 file=ours.path,
             )
-        found = _evaluate(ours, truth, observed, only, frames, progress)
-    if csv is not None:
-        with new_output(Path(csv), overwrite, ".csv") as made:
-            found.write_csv(made)
-    return found
-
-
-def _evaluate(
-    completed: Reader,
-    reference: Reader,
-    partial: Reader | None,
-    only: Only,
-    frames: slice | range | None,
-    progress: bool,
-) -> Evaluation:
-    check_comparable(completed, reference)
-    if reference.n_frames < 2:
-        raise InputError("has no frame after the first to measure", file=reference.path)
-    numbers = range(1, reference.n_frames)
-    if frames is not None:
-        numbers = indices_of(frame_numbers(completed.header), frames)
-    unit = _diagonal(reference)
-    kind = completed.header.standard_error_of
-    calibrating = Calibrating(kind)
-    surface = TrueSurface(reference.faces, reference.n_vertices) if kind == "surface" else None
-    each: list[FrameErrors] = []
-    ours_read = tracked(_frames(completed, numbers), len(numbers), "measuring", progress)
-    rows = zip(
-        numbers,
-        _whole(ours_read, numbers, completed),
-        _whole(_frames(reference, numbers), numbers, reference),
-        _observed(_frames(partial, numbers) if partial is not None else None, len(numbers)),
-        strict=True,
-    )
-    while stretch := list(islice(rows, _FRAMES_AT_ONCE)):
-        ours = np.stack([frame.points for _, frame, _, _ in stretch])
-        truth = np.stack([true.points for _, _, true, _ in stretch])
-        nmsve = metrics.nmsve(reference.faces, truth, ours)
-        distances = metrics.vertex_error(truth, ours)
-        for (number, frame, true, there), visual, error in zip(
-            stretch, nmsve, distances, strict=True
-        ):
-            measured = error if only == "all" else error[_missing(frame, there)]
-            each.append(_errors_of(completed.header.number(number), float(visual), measured, unit))
-            if frame.standard_error is not None and frame.generation is not None:
-                if surface is not None:
-                    error = surface.distances(frame.points, true.points)
-                calibrating.add(
-                    error,
-                    frame.standard_error,
-                    filled=estimated(frame.generation, kind),
-                    generation=frame.generation,
-                )
+        each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
+        remarks = tuple(suspicions(ours, truth))
     counted = [errors for errors in each if errors.vertices]
-    if not counted:
-        raise InputError("no vertex was missing in these frames", file=completed.path)
-    return Evaluation(
+    found = Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
         mean=float(np.mean([errors.mean for errors in counted])),
         rms=float(np.mean([errors.rms for errors in counted])),
@@ -253,62 +167,11 @@ def _evaluate(
         maximum=max(errors.maximum for errors in counted),
         frames=len(each),
         bounding_box_diagonal=unit,
-        calibration=calibrating.result(),
+        calibration=calibration,
         each=tuple(each),
+        remarks=remarks,
     )
-
-
-def _diagonal(reference: Reader) -> float:
-    with contextlib.closing(reference.frames(0, 1)) as frames:
-        first = next(frames)
-    _check_whole(0, first, reference)
-    unit = metrics.bounding_box_diagonal(first.points)
-    if unit == 0:
-        raise InputError(
-            "all vertices are at one point", file=reference.path, frame=reference.header.number(0)
-        )
-    return unit
-
-
-def _frames(reader: Reader, numbers: range) -> Iterator[Frame]:
-    return reader.frames(numbers.start, numbers.stop, numbers.step)
-
-
-def _observed(frames: Iterator[Frame] | None, n: int) -> Iterator[NDArray[np.bool_] | None]:
-    """The vertices that were observed in each frame; None where nothing says so."""
-    if frames is None:
-        return repeat(None, n)
-    return (frame.observed for frame in frames)
-
-
-def _missing(frame: Frame, observed: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
-    if observed is not None:
-        return ~observed
-    assert frame.generation is not None
-    return np.asarray(frame.generation != 0)
-
-
-def _errors_of(
-    number: float, visual: float, distances: NDArray[np.floating], unit: float
-) -> FrameErrors:
-    if not len(distances):
-        return FrameErrors(number, 0, visual / unit, *[math.nan] * 4)
-    found = metrics.summary(distances)
-    measured = (found.mean, found.rms, found.p99, found.maximum)
-    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in measured))
-
-
-def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[Frame]:
-    for number, frame in zip(numbers, frames, strict=True):
-        _check_whole(number, frame, reader)
-        yield frame
-
-
-def _check_whole(number: int, frame: Frame, reader: Reader) -> None:
-    missing = np.flatnonzero(~frame.observed)
-    if len(missing):
-        raise InputError(
-            f"lacks vertex {missing[0]}; the error is measured between complete sequences",
-            file=reader.path,
-            frame=reader.header.number(number),
-        )
+    if csv is not None:
+        with new_output(Path(csv), overwrite, ".csv") as made:
+            found.write_csv(made)
+    return found

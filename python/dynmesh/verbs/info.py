@@ -14,16 +14,12 @@ from .._errors import InputError
 from .._progress import tracked
 from .._report import Report
 from ..calibration import Distances, estimated, in_words
-from ..completion.training import Training, TrainingFiles, TrainingSummary, paths_of
 from ..diagnosis import Diagnosis, diagnose_frames
-from ..diagnosis.finding import MOST_PLACES
 from ..files import Frame, PathLike, Source
 from ..topology import TopologyReport
 
 _WIDTH = 80  # of findings, which are long
 _REFUSED_SHOWN = 3
-_BRIEF = 5  # indices of each finding
-_OF_TRAINING = ("frames", "variance_held", "rms_distance", "largest_distance")
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
 
@@ -35,17 +31,13 @@ class InfoReport(Report):
         format: the name of the format.
         meshes: the paths of the meshes of a file with several, and whether each moves.
         diagnosis: of the mesh; None if none was chosen.
-        training: what method detail would learn from the training files; None without any.
         distances: of the standard errors that the file holds.
-        most_places: so many vertices, faces and frames of each finding are in :meth:`to_dict`.
     """
 
     format: str
     meshes: Mapping[str, bool]
     diagnosis: Diagnosis | None = None
-    training: TrainingSummary | None = None
     distances: Distances = field(default_factory=Distances)
-    most_places: int = MOST_PLACES
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
@@ -53,8 +45,6 @@ class InfoReport(Report):
         if self.diagnosis is None:
             return [*told, *super().lines()]
         rows = [("format", self.format), *_rows(self.diagnosis)]
-        if self.training is not None:
-            rows += _training_rows(self.training, self.diagnosis.diagonal)
         width = 2 + max(len(name) for name, _ in rows)
         told += [*([""] if told else []), *(f"{name:{width}}{value}" for name, value in rows), ""]
         words = in_words(self.distances, self.diagnosis.header.metres_per_unit)
@@ -65,13 +55,11 @@ class InfoReport(Report):
         return [*told, *([words] if words else [])]
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the diagnosis, the meshes and what would be learned as values that JSON has."""
+        """Returns the diagnosis and the meshes as values that JSON has."""
         meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
-        told = self.diagnosis.as_dict(most_places=self.most_places) | meshes
-        if self.training is not None:
-            told["training"] = {name: getattr(self.training, name) for name in _OF_TRAINING}
+        told = self.diagnosis.as_dict() | meshes
         if self.diagnosis.header.has_standard_error:
             told["within_90"] = self.distances.within(0.9)
             told["standard_error_of"] = self.distances.standard_error_of
@@ -86,8 +74,6 @@ def info(
     *,
     format: What[str | None] = None,
     source: Source | None = None,
-    training: What[TrainingFiles | None] = None,
-    brief: Output[bool] = False,
     strict: Output[bool] = False,
     progress: bool = False,
 ) -> InfoReport:
@@ -102,8 +88,6 @@ def info(
         path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
         format: the format of the file, if its suffix does not say it.
         source: how to read the file.
-        training: also describe what method detail would learn from these files.
-        brief: with JSON, at most five vertices, faces and frames of each problem.
         strict: whether an error or a warning makes the command fail.
         progress: whether to show a bar on standard error.
 
@@ -115,7 +99,7 @@ def info(
     name = files.format_of(path, format).name
     meshes = dict(files.meshes_of(path, format))
     several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
-    if several and sum(several.values()) != 1 and not (strict or training):
+    if several and sum(several.values()) != 1 and not strict:
         told = ("describe one of them by its path",)
         return InfoReport(format=name, meshes=several, remarks=told)
     with files.open(path, format=format, **source) as reader, files.naming(reader.path):
@@ -125,17 +109,13 @@ def info(
         with closing(reader.frames()) as frames:
             read = tracked(frames, reader.n_frames, "reading", progress)
             diagnosis = diagnose_frames(reader.header, _counted(read, distances))
-        learnt = Training(paths_of(training), reader, progress)
-        summary = learnt.summary() if learnt else None
     bad = strict and diagnosis.severity in ("error", "warning")
     return InfoReport(
         quality="failed" if bad else "good",
         format=name,
         meshes=several,
         diagnosis=diagnosis,
-        training=summary,
         distances=distances,
-        most_places=_BRIEF if brief else MOST_PLACES,
     )
 
 
@@ -165,10 +145,8 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         n_polygons = len(header.polygons.sizes)
         yield "faces", f"{n_polygons} polygons, cut into {len(header.faces)} triangles"
     yield "up axis", header.up_axis or f"unknown; probably {diagnosis.likely_up}"
-    likely = diagnosis.likely_unit
-    guess = f"; probably {likely.name} if this is a person or an animal" if likely else ""
     said = header.metres_per_unit
-    yield "unit of length", f"unknown{guess}" if said is None else f"{said:g} m"
+    yield "unit of length", "unknown" if said is None else f"{said:g} m"
     yield "name", header.name or "unknown"
     yield "known masks", "yes" if header.has_known else "no"
     bars = header.has_standard_error
@@ -192,16 +170,6 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
         yield "", f"face {face.index}: {face.reason}"
     if len(topology.refused_faces) > _REFUSED_SHOWN:
         yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
-
-
-def _training_rows(summary: TrainingSummary, diagonal: float) -> Iterator[tuple[str, str]]:
-    def shown(distance: float) -> str:
-        return f"{distance:.3g} ({100 * distance / diagonal:.3g} % of the diagonal)"
-
-    yield "training", f"{summary.frames} frames"
-    yield "its modes hold", f"{100 * summary.variance_held:.3g} % of the variance of its shapes"
-    yield "its poses are", f"{shown(summary.rms_distance)} from the first whole frame,"
-    yield "", f"{shown(summary.largest_distance)} at most"
 
 
 def _shares(shares: list[float]) -> str:

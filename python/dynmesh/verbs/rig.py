@@ -1,33 +1,22 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
-import contextlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
 from .._report import Report
-from ..completion.start import template_of
-from ..diagnosis.surface_distance import Surface
 from ..draw.rig_page import rig_page
 from ..files import PathLike
 from ..files.new_output import check_output, new_output
-from ..scans import DepthScan, Rig, open_scans, write_cameras
-from ..scans.reader import DepthReader, read_rig
+from ..scans import DepthScan, Rig, write_cameras
+from ..scans.reader import read_rig
 from ..sequence import Positions
-from ..tracking.placing import units_of
-from ..tracking.rig import FIT, Fit, Reading, fit_of, readings_of
-
-_FEWER = 0.5
-_LESS = 0.03
-_AT_MOST = 0.4
-"""A reading is better if it leaves at most this share of the far points, this much less of all
-points, and at most this share of all: a part of a room may be left."""
+from ..tracking.rig import FIT, Fit, Reading, judge_rig
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,7 +123,9 @@ def rig(
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = _judged(path, stated, template, scan_unit)
+    judged = judge_rig(path, stated, template, scan_unit)
+    fits = template is None or judged.rig is stated
+    found = RigReport(quality="good" if fits else "doubtful", **judged._asdict())
     if output is not None and found.rig is None:
         no_correction = f"{output} is not written, as no correction is known"
         found = replace(found, remarks=(no_correction,))
@@ -155,58 +146,3 @@ def rig(
             made.write_text(shown, encoding="utf-8")
         found = replace(found, page=Path(page))
     return found
-
-
-def _judged(
-    path: Path, rig: Rig | None, template: PathLike | None, scan_unit: float | str | None
-) -> RigReport:
-    """Judges the cameras by the first scan with points."""
-    reader = open_scans(path, cameras=rig, gaps="lost")
-    if rig is None or not isinstance(reader, DepthReader):
-        raise InputError(
-            "holds point clouds; of cameras, only those of depth images can be judged", file=path
-        )
-    number, scan = _first(reader)
-    names = tuple(reader.cameras_of(number))
-    if template is None:
-        return RigReport(scan=scan, cameras=names)
-    with files.open(template) as mesh:
-        _, factor = units_of(reader, mesh, scan_unit)
-        surface = Surface(mesh.faces, template_of(mesh))
-        up = mesh.header.up_axis or "y"
-    scan = scan.scaled(factor)
-    stated = fit_of(scan, surface)
-    fits = max(stated.by_camera) <= FIT
-    report = RigReport(
-        quality="good" if fits else "doubtful",
-        scan=scan,
-        cameras=names,
-        template=(surface.faces, surface.points),
-        up=up,
-        stated=stated,
-        rig=rig if fits else None,
-    )
-    if fits:
-        return report
-    tried = []
-    for reading in readings_of(rig):
-        meant = reading.right(rig)
-        # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
-        with contextlib.suppress(InputError):
-            (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
-            if isinstance(other, DepthScan):
-                # Any wrong pose of a single camera becomes right by a rigid motion.
-                fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
-                tried.append((fit, reading, meant))
-    best, reading, meant = min(tried, key=lambda one: one[0].far)
-    if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
-        return report
-    return replace(report, rig=meant, reading=reading, meant=best)
-
-
-def _first(reader: DepthReader) -> tuple[int, DepthScan]:
-    """Returns the first scan with points, and its number, counted from 0."""
-    for number, scan in enumerate(reader):
-        if isinstance(scan, DepthScan) and scan.has_points:
-            return number, scan
-    raise InputError("no frame has points", file=reader.path)

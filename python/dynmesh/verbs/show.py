@@ -7,26 +7,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import files
-from .._checks import check_integer, check_path, check_positive
+from .._checks import check_integer, check_path
 from .._command import How, Output, What
-from .._errors import InputError
-from .._progress import tracked
-from ..draw import picture_file
 from ..draw.page import Page, page, require_page
-from ..draw.picture import evenly_spaced, pictures
-from ..draw.quantities import Colour, Range
+from ..draw.picture import drawn, evenly_spaced
+from ..draw.quantities import Colour
 from ..files import OneSequence, PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.new_output import check_output, new_output
-from ..files.times import index_of, mean_rate
+from ..files.times import index_of
 from ..scans import ScanReader, open_scans
 
 if TYPE_CHECKING:
     from PIL import Image
-
-_SHEET = 6
-_TURN = 72  # pictures of one frame, seen from all sides
-_USUAL_RATE = 24.0
 
 
 def view(
@@ -40,7 +33,6 @@ def view(
     scan_unit: What[float | str | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
-    range: How[Range | None] = None,
     title: How[str | None] = None,
     up: How[Axis | None] = None,
     azimuth: How[float] = 60.0,
@@ -68,7 +60,6 @@ def view(
         colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
             "distance", from the nearest point of the scans, or "plain"; else, the first of them
             that there is.
-        range: the ends of the colour scale, in its unit: linear from 0, else logarithmic.
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.
@@ -96,7 +87,6 @@ def view(
             scans=scans,
             scan_unit=scan_unit,
             colour=colour,
-            range=range,
             title=title,
             up=up,
             azimuth=azimuth,
@@ -116,42 +106,34 @@ def picture(
     out: Output[PathLike | None] = None,
     *,
     frames: What[float | Iterable[float] | None] = None,
-    count: What[int | None] = None,
+    count: What[int] = 6,
     reference: What[OneSequence | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
-    range: How[Range | None] = None,
     title: How[str | None] = None,
     up: How[Axis | None] = None,
     azimuth: How[float] = 60.0,
-    turntable: How[bool] = False,
     size: Output[int] = 480,
-    fps: Output[float | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
 ) -> "Image.Image":
-    """Draws frames of a sequence: one, a contact sheet of several, or a moving picture.
+    """Draws frames of a sequence: one, or a contact sheet of several.
 
-    In a notebook, a picture shows itself; of a moving one, it is the first.
+    In a notebook, a picture shows itself.
 
     Args:
         sequence: the sequence.
-        out: the file to write: PNG, or GIF, WebP or MP4 for a moving picture, which shows one frame
-            after the other; without it, Python returns the picture alone.
+        out: the PNG file to write; without it, Python returns the picture alone.
         frames: the numbers of the frames, one or several; else, `count` of them, evenly spaced.
-        count: the number of frames, at most; else 6, or all of them in a moving picture.
+        count: the number of frames, at most.
         reference: the true sequence; colours then show the error.
         source: how to read the sequence; faces and the mesh are those of the reference, too.
         colour: what colours show, as in a page: "error", "generation", "age", "standard_error",
             "known" or "plain".
-        range: the ends of the colour scale, in its unit: linear from 0, else logarithmic.
         title: the heading; else, the name of the file.
         up: the up axis; else, as a file states it, or a guess.
         azimuth: the viewing angle around the up axis, in degrees.
-        turntable: whether a moving picture turns once around the up axis; a single frame is then
-            seen from all sides.
         size: pixels of a frame, each way.
-        fps: frames per second of a moving picture; else, as the sequence states it, or 24.
         overwrite: whether to replace an existing file.
         progress: whether to show a bar on standard error.
 
@@ -160,48 +142,30 @@ def picture(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
             not installed, there is no such frame, or an argument is refused.
     """
-    output = _output(out, overwrite, *picture_file.PICTURES)
-    moving = output is not None and output.suffix.lower() in picture_file.MOVING
-    for name, asked in (("turntable", turntable), ("fps", fps is not None)):
-        if asked and not moving:
-            raise InputError("requires a moving picture: .gif, .webp or .mp4", argument=name)
-    if fps is not None:
-        check_positive("fps", fps)
+    output = _output(out, overwrite, ".png")
     check_integer("size", size, 16)
-    if count is not None:
-        check_integer("count", count, 1)
-    if output is not None:
-        picture_file.require_format(output)
+    check_integer("count", count, 1)
     with _opened(sequence, reference, None, source or {}) as (own, truth, _):
         if frames is None:
-            indices = evenly_spaced(own.n_frames, count or (own.n_frames if moving else _SHEET))
+            indices = evenly_spaced(own.n_frames, count)
         else:
             numbers = frames if isinstance(frames, Iterable) else [frames]
             with files.naming(own.path):
                 indices = [index_of(own.header, number, "frames") for number in numbers]
-        if turntable and len(indices) == 1:
-            indices *= _TURN
-        drawn = pictures(
+        made: Image.Image = drawn(
             own,
             indices=indices,
             reference=truth,
             colour=colour,
-            range=range,
             title=title,
             up=up,
             azimuth=azimuth,
-            size=(size, size),
-            turn=360 / len(indices) if turntable else 0.0 if moving else None,
+            size=size,
             progress=progress,
         )
-        made: Image.Image
-        if output is None:
-            made = next(drawn)
-        else:
-            rate = fps or mean_rate(own.header) or _USUAL_RATE
-            with new_output(output, overwrite, *picture_file.PICTURES) as hidden:
-                images = tracked(drawn, len(indices) if moving else 1, "drawing", progress)
-                made = picture_file.write(images, hidden, rate)
+    if output is not None:
+        with new_output(output, overwrite, ".png") as hidden:
+            made.save(hidden)
     return made
 
 

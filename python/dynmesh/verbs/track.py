@@ -10,25 +10,23 @@ from numpy.typing import NDArray
 from .. import files
 from .._checks import check_flag, check_integer, check_path
 from .._command import How, Output, What
-from .._errors import InputError, locating
+from .._errors import locating
 from .._progress import tracked
 from .._report import Report
-from ..completion.start import template_of
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
-from ..files import PathLike, Reader
+from ..files import PathLike
 from ..files.format import Gaps
-from ..files.new_output import check_output
-from ..registration import Landmarks, Registration
-from ..scans import PointScan, Scan, ScanReader, open_scans
+from ..registration import Registration
+from ..scans import PointScan, Scan, open_scans
 from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker
-from ..tracking.fit_table import fit_table, judge
 from ..tracking.fits import Fits
 from ..tracking.landmarks import read_landmarks
-from ..tracking.placing import Placed, placed, units_of
+from ..tracking.placing import placed_in
 from ..tracking.room import Crop, Room, crop_of
+from ..tracking.units import units_of
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
@@ -53,9 +51,8 @@ class TrackFileReport(Report):
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
             frames in which there was a scan; None if there are none.
-        far: share of the points of those frames that are farther than one mean edge from the mesh,
-            without planes of the surroundings. It tells best how well they were tracked; None if
-            there are none.
+        far: share of the points of those frames that are farther than one mean edge from the mesh.
+            It tells best how well they were tracked; None if there are none.
         worst: the frames with a share above 0.05, at most five, the worst one first, each with its
             number, that of its file, and its share.
         cameras: that share for each camera that saw points.
@@ -138,6 +135,9 @@ class TrackFileReport(Report):
         if n := len(self.lost):
             named = "; ".join(self.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
             yield f"{n} depth image{'s were' if n > 1 else ' was'} lost: {named}"
+        if self.suspects:
+            for name, share in self.cameras.items():
+                yield f"camera {name}: {share:.1%} of its points are far from the mesh"
         if self.prior_weight is not None:
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
 
@@ -156,6 +156,7 @@ def track_file(
     landmarks: What[PathLike | None] = None,
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
+    template_unit: What[float | str | None] = None,
     gaps: What[Gaps] = "refuse",
     crop: What[Crop | str | None] = None,
     remove_planes: What[bool] = False,
@@ -164,7 +165,6 @@ def track_file(
     threads: How[int] = 1,
     uncertainty: Output[bool] = False,
     provenance: Output[bool] = False,
-    report: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
 ) -> TrackFileReport:
@@ -177,7 +177,7 @@ def track_file(
     conversion does.
 
     Args:
-        scans: point clouds (PLY, XYZ, NPY, NPZ) or depth images (16-bit PNG), one file per frame: a
+        scans: point clouds (PLY, XYZ) or depth images (16-bit PNG), one file per frame: a
             folder, or a pattern such as 'depth/*.png'.
         output: the tracked sequence.
         template: the mesh, best in the pose of the first scan.
@@ -187,6 +187,7 @@ def track_file(
             `cameras.json` beside the scans.
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.
+        template_unit: the unit of length of a template whose file states none.
         gaps: what frames and images are whose file is missing: "refuse" makes them an error, "lost"
             what was not observed.
         crop: leave out points farther than this from the box of the mesh in the last frame, or
@@ -202,19 +203,18 @@ def track_file(
             true surface; written with `provenance`.
         provenance: whether to write how many edges each vertex is from one that was seen
             (generation), and for how many frames it was not seen (age).
-        report: a CSV file to write with how well each frame fits, and each camera in it.
-        overwrite: whether to replace existing outputs.
+        overwrite: whether to replace an existing output.
         progress: whether to show a bar on standard error.
 
     Raises:
-        FileExistsError: an output exists.
+        FileExistsError: the output exists.
         BlockingIOError: another process is writing it.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
             is refused, or the template is not found in the first scan.
     """
     for name, path in (("scans", scans), ("output", output), ("template", template)):
         check_path(name, path)
-    for name, given in (("landmarks", landmarks), ("cameras", cameras), ("report", report)):
+    for name, given in (("landmarks", landmarks), ("cameras", cameras)):
         if given is not None:
             check_path(name, given)
     for name, flag in (
@@ -232,20 +232,17 @@ def track_file(
     files.check_suffix(template)
     with files.open(template) as mesh:
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
-        unit, factor = units_of(reader, mesh, scan_unit)
+        units = units_of(reader, mesh, scan_unit, template_unit)
+        look = _LOOK if isinstance(reader, DepthReader) else ""
         marks = None if landmarks is None else read_landmarks(Path(landmarks))
         learnt = Training(training_files, mesh, progress)
         own = [] if landmarks is None else [Path(landmarks)]
         inputs = [*mesh.files, *reader.files, *learnt.files, *own]
         target.check(overwrite=overwrite, others=inputs)
-        if report is not None:
-            check_output(Path(report), overwrite, inputs=inputs)
-            if Path(report).resolve() == target.path.resolve():
-                raise InputError("is also the output", argument="report", value=report)
         times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
-            metres_per_unit=unit,
+            metres_per_unit=units.template,
             n_frames=reader.n_frames,
             fps=None,
             start=reader.start,
@@ -256,29 +253,28 @@ def track_file(
             standard_error_of="surface",
         )
         with (
-            fit_table(None if report is None else Path(report), overwrite) as table,
             target.create(header, overwrite=overwrite) as writer,
             files.naming(Path(scans)),
         ):
-            at = _place(reader, mesh, room, factor, marks)
+            at = placed_in(reader, mesh, room, units, marks, look)
             tracker = learnt.tracker(
                 at.points, threads=threads, uncertainty=uncertainty, recover=recover
             )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice=_LOOK if isinstance(reader, DepthReader) else "",
+                advice=_advice(look, room),
                 registered=at.doubt,
             )
             seconds = []
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
             for frame, scan in enumerate(read):
                 with locating(frame=reader.number(frame)):
-                    seen = _subject(scan, room, factor)
+                    seen = room.subject(scan, units.factor)
                     points = _push(tracker, seen)
                 if seen is not None:
                     room.follow(points)
                     seconds.append(tracker.report.seconds)
-                judge(fits, table, reader, frame, seen, tracker, mesh.faces, points)
+                fits.note(reader, frame, seen, tracker)
                 names = header.attributes
                 writer.append(points, **{name: getattr(tracker, name) for name in names})
     n = fits.frames
@@ -312,45 +308,10 @@ def track_file(
 _LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
 
 
-def _place(
-    scans: ScanReader, mesh: Reader, room: Room, factor: float, landmarks: Landmarks | None
-) -> Placed:
-    """Finds the template in the first scan with points, and the room around it.
-
-    Raises:
-        ValueError: there is none, nothing is left of it without the room, or the template is not
-            found.
-    """
-    template = template_of(mesh)
-    scan = next((one for one in scans.frames() if one is not None and one.has_points), None)
-    if scan is None:
-        raise InputError("no frame has points", file=scans.path)
-    scan = scan.scaled(factor)
-    room.look(scan, mesh.faces, template)
-    left = room.without(scan)
-    if not left.has_points:
-        raise InputError(
-            "nothing is left of the first scan without floor, walls and what is cropped; is the "
-            "subject in it?",
-            file=scans.path,
-        )
-    if landmarks is not None:
-        landmarks = landmarks[0], landmarks[1] * factor
-    try:
-        found = placed(mesh.faces, template, left, landmarks)
-    except InputError as error:
-        advice = f"; {_LOOK}" if isinstance(scans, DepthReader) else ""
-        raise InputError(f"{error}{advice}", file=mesh.path) from error
-    room.follow(found.points)
-    return found
-
-
-def _subject(scan: Scan | None, room: Room, factor: float) -> Scan | None:
-    """What a scan shows of the subject, in the unit of the template; None if nothing."""
-    if scan is None:
-        return None
-    left = room.without(scan.scaled(factor))
-    return left if left.has_points else None
+def _advice(look: str, room: Room) -> str:
+    """What to do if many points are far from the mesh."""
+    others = "floor, walls and other things count as well, unless they are removed or cropped"
+    return "; ".join(filter(None, [look, "" if room.takes else others]))
 
 
 def _push(tracker: Tracker, scan: Scan | None) -> Positions:

@@ -97,8 +97,6 @@ sequences = [
 ]  # fmt: skip
 
 _frame = of("Sequence[...]")
-_plot = of("draw.plot")
-_draw: Any = dynmesh.draw.plot
 
 frames = [
     _frame("a frame after the last", lambda w: w.sequence[3], IndexError, "frame:", "-3 to 2", "not 3"),
@@ -107,15 +105,6 @@ frames = [
     _frame("a mask of frames", lambda w: w.sequence[np.ones(3, bool)], TypeError, "frame:", "ndarray"),
     _frame("`::-1`", lambda w: w.sequence[::-1], ValueError, "step:", "at least 1", "-1"),
     _frame("`::0`", lambda w: w.sequence[::0], ValueError, "step:", "at least 1", "0"),
-    _plot("`frame`: after the last", lambda w: _draw(w.sequence, 3), IndexError, "frame:", "-3 to 2", "3"),
-    _plot("`colour='red'`", lambda w: _draw(w.sequence, colour="red"), ValueError, "colour:", "'red'", "'known'"),
-    _plot("`colour='known'` without masks", lambda w: _draw(w.sequence, colour="known"), ValueError, "sequence:", "no known masks"),
-    _plot("`colour='age'` without ages", lambda w: _draw(w.sequence, colour="age"), ValueError, "sequence:", "no age"),
-    _plot("`colour='error'` without a reference", lambda w: _draw(w.sequence, colour="error"), ValueError, "colour:", "reference"),
-    _plot("`reference`: one frame too few", lambda w: _draw(w.sequence, reference=w.sequence[:2]), ValueError, "sequence has 3 frames", "reference has 2"),
-    _plot("`up='w'`", lambda w: _draw(w.sequence, up="w"), ValueError, "up:", "'w'"),
-    _plot("`azimuth`: NaN", lambda w: _draw(w.sequence, azimuth=_NAN), ValueError, "azimuth:", "nan"),
-    _plot("a frame of which nothing is known", lambda w: _draw(replace(w.sequence, known=np.zeros((3, 49), bool)), 2), ValueError, "frame 2:", "no vertex"),
 ]  # fmt: skip
 
 _read = of("read")
@@ -226,7 +215,6 @@ completing = [
     _convert("`unit='furlong'`", lambda w: _converted(w, unit="furlong"), ValueError, "unit:", "'furlong'"),
     _convert("`to_up` of an unknown axis", lambda w: _converted(w, to_up="y"), ValueError, "to_up:", "states no up axis"),
     _convert("`to_unit` of an unknown unit", lambda w: _converted(w, to_unit="m"), ValueError, "to_unit:", "states no unit of length"),
-    _convert("`retime` of an unknown rate", lambda w: dynmesh.convert(replace(w.sequence, fps=None), retime=30), ValueError, "retime:", "states no frames per second"),
     _convert("`scale`: 0", lambda w: _converted(w, scale=0), ValueError, "scale:", "not 0"),
     _convert("`fps`: NaN", lambda w: _converted(w, fps=float("nan")), ValueError, "fps:", "not nan"),
     _convert("an array", lambda w: dynmesh.convert(w.vertices), TypeError, "sequence:", "not ndarray"),

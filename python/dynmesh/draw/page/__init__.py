@@ -18,7 +18,7 @@ from ...files.times import mean_rate
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
-from ..quantities import Colour, Range
+from ..quantities import Colour
 from ..scales import Scale, every
 from .player import Playback, compose
 from .thin import thin
@@ -98,9 +98,7 @@ def page(
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
     colour: Colour | None = None,
-    range: Range | None = None,
     title: str | None = None,
-    names: Sequence[str] | None = None,
     up: str | None = None,
     azimuth: float = 60.0,
     max_frames: int = 120,
@@ -125,10 +123,7 @@ def page(
             it, or else the unit of the sequence.
         colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
             page, they can be switched to everything else that the sequence has.
-        range: of the scale of that colour; see :class:`dynmesh.draw.heatmap.Heatmap`. With the same
-            range, pages of several sequences can be compared.
         title: the heading; None means the name of the file and, in a scene, of the mesh.
-        names: of the frames, all of them, instead of their numbers.
         up: "x", "y" or "z"; None means as one of the files states it, else z for a flat sheet,
             else y.
         azimuth: initial viewing angle around the up axis, in degrees.
@@ -158,7 +153,6 @@ def page(
         scans=scans,
         scan_factor=factor,
         colour=colour,
-        range=range,
     )
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
@@ -188,7 +182,6 @@ def page(
         f"shown: {shown}" if str(shown) else "",
         captions,
         [reader.header.number(index) for index in indices],
-        None if names is None else [names[index] for index in indices],
         _most_telling(frames),
         reference is None,
         reader.header.number(reader.n_frames - 1),

@@ -62,8 +62,7 @@ function show(frame) {
   wanted = frame;
   slider.value = frame;
   const seconds = told.fps ? `, ${(frame * told.step / told.fps).toFixed(2)} s` : '';
-  part('counter').textContent = told.names
-    ? told.names[frame] : `frame ${told.numbers[frame]} / ${told.last}${seconds}`;
+  part('counter').textContent = `frame ${told.numbers[frame]} / ${told.last}${seconds}`;
   draw();
 }
 function paint(index) {

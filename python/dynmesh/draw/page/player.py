@@ -40,7 +40,6 @@ class Playback:
         note: what was left out, and what is remarkable.
         captions: of the panes, from left to right: "sequence" and those beside it in the frames.
         numbers: of the shown frames, in their file.
-        names: of the shown frames, or None if their numbers tell enough.
         first: the index of the frame that is shown first.
         plays: whether it plays from there at once.
         last: the number of the last frame of the sequence, in its file.
@@ -52,7 +51,6 @@ class Playback:
     note: str
     captions: Mapping[str, str]
     numbers: list[float]
-    names: list[str] | None
     first: int
     plays: bool
     last: float

@@ -1,0 +1,143 @@
+"""Losses, noise and scans of the frames of a file, one after another."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..files import Reader
+from ..scans import Rig, ScanCamera
+from ..scans.scan import Scan
+from ..sequence import Mask, Positions
+from .depth_buffer import intrinsics_of, pose_of
+from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
+from .room import room_around
+from .scans import depth_images, scan_points
+from .visibility import Camera, orbit
+
+_COUNTS = 60_000
+"""Of the 65 535 that an image can hold, so many are used for the farthest point, at most."""
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Losses:
+    """What vertices lose; :func:`dynmesh.verbs.degrade.degrade_file` explains the attributes."""
+
+    known: float | None = None
+    camera: int | None = None
+    patches: float | None = None
+    dropout: float | None = None
+    noise: float | None = None
+    outliers: float | None = None
+    seed: int = 0
+
+    def frames(self, reader: Reader, up: Vector) -> Iterator[tuple[Positions, Mask]]:
+        """Yields positions, which are NaN where nothing was observed, and masks of a sequence."""
+        shape, faces, seed = (reader.n_frames, reader.n_vertices), reader.faces, self.seed
+        masks: list[Iterator[Mask]] = []
+        if self.known is not None:
+            masks.append(random_known(*shape, self.known, seed=seed))
+        if self.camera is not None:
+            circling = orbit(_bounding_box(reader), self.camera, up=up)
+            masks.append(camera_known(_points(reader), faces, circling))
+        if self.patches is not None:
+            masks.append(patch_known(faces, *shape, self.patches, seed=seed))
+        if self.dropout is not None:
+            masks.append(dropout(*shape, self.dropout, seed=seed))
+        moved = _points(reader)
+        if self.noise is not None:
+            moved = add_noise(moved, faces, self.noise, seed=seed)
+        if self.outliers is not None:
+            moved = add_outliers(moved, faces, self.outliers, seed=seed)
+        missing = reader.dtype.type(np.nan)
+        for points, *observed in zip(moved, (frame.known for frame in reader), *masks, strict=True):
+            seen = [mask for mask in observed if mask is not None]
+            kept = np.logical_and.reduce(seen) if seen else np.ones(len(points), np.bool_)
+            # Unknown positions are erased, so that no method can use them.
+            yield np.where(kept[:, None], points, missing), kept
+
+
+@dataclass(frozen=True)
+class Scanning:
+    """How cameras around a sequence scan it; the verb explains the attributes, too.
+
+    Attributes:
+        size: width and height of depth images; None for points.
+        shares: further keywords of :func:`scan_points`.
+    """
+
+    size: tuple[int, int] | None
+    cameras: int
+    points: int
+    room: bool
+    noise: float
+    shares: dict[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    def of(self, reader: Reader, up: Vector) -> tuple[Rig, Iterator[Scan]]:
+        """Returns the cameras around a sequence, and their scans of its frames."""
+        box = _bounding_box(reader)
+        around = orbit(box, self.cameras, degrees_per_frame=0.0, up=up)(0)
+        room = room_around(box, up=up) if self.room else None
+        seen = box if room is None else np.concatenate([box, room.points])
+        rig = _rig_of(around, seen, self.size, reader.header.metres_per_unit)
+        given = _points(reader), reader.faces, around
+        options: dict[str, Any] = {"noise": self.noise, "room": room, "seed": self.seed}
+        options |= self.shares
+        if self.size is None:
+            return rig, scan_points(*given, points=self.points, **options)
+        width, height = self.size
+        return rig, depth_images(*given, width=width, height=height, **options)
+
+
+def axis(name: str) -> Vector:
+    """Returns the direction of an axis."""
+    x, y, z = (float(one == name) for one in "xyz")
+    return x, y, z
+
+
+def _points(reader: Reader) -> Iterator[Positions]:
+    return (frame.points for frame in reader)
+
+
+def _bounding_box(reader: Reader) -> Positions:
+    """Returns the two opposite corners of the bounding box of all frames."""
+    corners = np.array([[np.inf] * 3, [-np.inf] * 3])
+    for points, _ in reader:
+        finite = points[np.isfinite(points).all(axis=1)]
+        if len(finite):
+            corners[0] = np.minimum(corners[0], finite.min(axis=0))
+            corners[1] = np.maximum(corners[1], finite.max(axis=0))
+    return corners
+
+
+def _rig_of(
+    cameras: list[Camera],
+    seen: Positions,
+    size: tuple[int, int] | None,
+    metres_per_unit: float | None,
+) -> Rig:
+    """Describes the cameras, as their file does."""
+    box = np.stack([seen.min(axis=0), seen.max(axis=0)])
+    corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
+    described = []
+    for number, camera in enumerate(cameras):
+        pose = pose_of(camera)
+        if size is None:
+            described.append(ScanCamera(str(number), pose))
+            continue
+        farthest = ((corners - pose[:3, 3]) @ pose[:3, 2]).max()
+        scale = _round_number(farthest / _COUNTS)
+        described.append(ScanCamera(str(number), pose, intrinsics_of(camera, *size), scale, size))
+    return Rig(tuple(described), metres_per_unit)
+
+
+def _round_number(least: float) -> float:
+    """Returns the smallest number of at least this that is 1, 2 or 5 times a power of ten."""
+    power = math.floor(math.log10(least))
+    numbers = (float(f"{digit}e{power}") for digit in (1, 2, 5, 10))
+    return next(number for number in numbers if number >= least)

@@ -1,0 +1,185 @@
+"""The errors of a completed sequence, frame by frame, in constant memory."""
+
+import contextlib
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice, repeat
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import metrics
+from .._errors import InputError
+from .._progress import tracked
+from ..calibration import Calibrating, Calibration, estimated
+from ..files import Frame, Reader
+from ..files.reader import check_comparable
+from ..files.times import frame_numbers, indices_of
+from ..files.units import explaining
+from ..true_surface import TrueSurface
+
+_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
+
+_SAME = 1.05
+"""Two sequences are in different units if their sizes differ by the ratio of these, about."""
+
+Only: TypeAlias = Literal["all", "missing"]
+
+
+@dataclass(frozen=True)
+class FrameErrors:
+    """Errors of a frame, in bounding-box diagonals of frame 0 of the reference.
+
+    Attributes:
+        frame: its number in the file of the completed sequence.
+        vertices: the number of vertices that were measured.
+        nmsve: the normalised mean square visual error (eq. 5), of all vertices.
+        mean: the mean distance between vertices and their true positions; NaN if there are none.
+        rms: the root mean square of the distances.
+        p99: the 99th percentile of the distances.
+        maximum: the largest distance.
+    """
+
+    frame: float
+    vertices: int
+    nmsve: float
+    mean: float
+    rms: float
+    p99: float
+    maximum: float
+
+
+def measured(
+    completed: Reader,
+    reference: Reader,
+    partial: Reader | None,
+    only: Only,
+    frames: slice | range | None,
+    progress: bool,
+) -> tuple[list[FrameErrors], float, Calibration | None]:
+    """Returns the errors of each frame, their unit, and how well standard errors describe them.
+
+    The arguments and errors are those of :func:`dynmesh.evaluate`.
+    """
+    check_comparable(completed, reference)
+    if reference.n_frames < 2:
+        raise InputError("has no frame after the first to measure", file=reference.path)
+    numbers = range(1, reference.n_frames)
+    if frames is not None:
+        numbers = indices_of(frame_numbers(completed.header), frames)
+    unit = _diagonal(reference)
+    kind = completed.header.standard_error_of
+    calibrating = Calibrating(kind)
+    surface = TrueSurface(reference.faces, reference.n_vertices) if kind == "surface" else None
+    each: list[FrameErrors] = []
+    ours_read = tracked(_frames(completed, numbers), len(numbers), "measuring", progress)
+    rows = zip(
+        numbers,
+        _whole(ours_read, numbers, completed),
+        _whole(_frames(reference, numbers), numbers, reference),
+        _observed(partial, numbers),
+        strict=True,
+    )
+    while stretch := list(islice(rows, _FRAMES_AT_ONCE)):
+        ours = np.stack([frame.points for _, frame, _, _ in stretch])
+        truth = np.stack([true.points for _, _, true, _ in stretch])
+        nmsve = metrics.nmsve(reference.faces, truth, ours)
+        distances = metrics.vertex_error(truth, ours)
+        for (number, frame, true, there), visual, error in zip(
+            stretch, nmsve, distances, strict=True
+        ):
+            counted = error if only == "all" else error[_missing(frame, there)]
+            each.append(_errors_of(completed.header.number(number), float(visual), counted, unit))
+            if frame.standard_error is not None and frame.generation is not None:
+                if surface is not None:
+                    error = surface.distances(frame.points, true.points)
+                calibrating.add(
+                    error,
+                    frame.standard_error,
+                    filled=estimated(frame.generation, kind),
+                    generation=frame.generation,
+                )
+    if not any(errors.vertices for errors in each):
+        raise InputError("no vertex was missing in these frames", file=completed.path)
+    return each, unit, calibrating.result()
+
+
+def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
+    """Yields what is probably wrong with the choice of the sequences."""
+    if reference.has_provenance and not completed.has_provenance:
+        yield (
+            "the reference holds generations, and the completed sequence holds none: were they "
+            "exchanged? The completed one comes first"
+        )
+    sizes = []
+    for reader in (completed, reference):
+        with contextlib.closing(reader.frames(0, 1)) as frames:
+            sizes.append(metrics.bounding_box_diagonal(next(frames).points) or 1.0)
+    ratio = sizes[0] / sizes[1]
+    if pairs := explaining(1 / ratio, _SAME):
+        ours, theirs = pairs[0]
+        yield (
+            f"the completed sequence is {ratio:.4g} times as large as the reference, as if it were "
+            f"in {ours} and the reference in {theirs}"
+        )
+
+
+def _diagonal(reference: Reader) -> float:
+    with contextlib.closing(reference.frames(0, 1)) as frames:
+        first = next(frames)
+    _check_whole(0, first, reference)
+    unit = metrics.bounding_box_diagonal(first.points)
+    if unit == 0:
+        raise InputError(
+            "all vertices are at one point", file=reference.path, frame=reference.header.number(0)
+        )
+    return unit
+
+
+def _frames(reader: Reader, numbers: range) -> Iterator[Frame]:
+    return reader.frames(numbers.start, numbers.stop, numbers.step)
+
+
+def _observed(partial: Reader | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
+    """The vertices that were observed in each frame; None where nothing says so."""
+    if partial is None:
+        return repeat(None, len(numbers))
+    frames = _frames(partial, numbers)
+    if partial.has_known:
+        return (frame.observed for frame in frames)
+    return (frame.observed & frame.points.any(axis=1) for frame in frames)
+
+
+def _missing(frame: Frame, observed: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    if observed is not None:
+        return ~observed
+    assert frame.generation is not None
+    return np.asarray(frame.generation != 0)
+
+
+def _errors_of(
+    number: float, visual: float, distances: NDArray[np.floating], unit: float
+) -> FrameErrors:
+    if not len(distances):
+        return FrameErrors(number, 0, visual / unit, *[math.nan] * 4)
+    found = metrics.summary(distances)
+    measured = (found.mean, found.rms, found.p99, found.maximum)
+    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in measured))
+
+
+def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[Frame]:
+    for number, frame in zip(numbers, frames, strict=True):
+        _check_whole(number, frame, reader)
+        yield frame
+
+
+def _check_whole(number: int, frame: Frame, reader: Reader) -> None:
+    missing = np.flatnonzero(~frame.observed)
+    if len(missing):
+        raise InputError(
+            f"lacks vertex {missing[0]}; the error is measured between complete sequences",
+            file=reader.path,
+            frame=reader.header.number(number),
+        )

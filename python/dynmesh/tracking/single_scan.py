@@ -1,0 +1,94 @@
+"""One scan that is registered: a file of points, a mesh, or the depth images of one moment."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .. import files
+from .._errors import InputError
+from ..completion.start import template_of
+from ..files import PathLike
+from ..files.numbered import Found
+from ..files.ply import read_elements
+from ..scans import PointScan, ScanReader, open_scans, read_points
+from ..scans.cameras import Rig
+from ..scans.depth_files import SUFFIX
+from ..scans.point_files import point_formats
+from ..scans.reader import read_rig
+from ..true_surface import vertex_normals
+
+
+class SingleScan(ScanReader):
+    """A point cloud, or a mesh, whose vertices are the points."""
+
+    def __init__(self, path: Path, rig: Rig | None) -> None:
+        """Takes the path; cameras say where the sensors were.
+
+        Raises:
+            OSError, ImportError, ValueError: it cannot be read.
+        """
+        meshes = {suffix for format in files.formats.values() for suffix in format.suffixes}
+        meshes -= point_formats.keys()
+        if path.suffix.lower() not in meshes | point_formats.keys():
+            raise InputError(
+                f"unknown format {path.suffix!r}; scans are {files.listed(point_formats)} "
+                f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
+                file=path,
+            )
+        super().__init__(path, rig, Found([path]), [path])
+        self._scan, stated = _read(path)
+        if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
+            told = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
+            raise InputError(told, file=path)
+        self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
+
+    def _load(self, number: int) -> PointScan:  # noqa: ARG002
+        scan = self._scan
+        if scan.viewpoints is None and self.rig is not None:
+            return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
+        return scan
+
+
+def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
+    """Opens a point cloud, a mesh, or a folder or pattern with the depth images of one moment.
+
+    Raises:
+        OSError, ImportError, ValueError: as :func:`dynmesh.scans.open_scans`; or there are several
+            scans.
+    """
+    is_images = path.suffix.lower() == SUFFIX or any(path.rglob(f"*{SUFFIX}"))
+    if path.is_dir() and not is_images:
+        told = "is a folder; name one scan, or each in a row of a table of jobs"
+        raise InputError(told, file=path)
+    if not is_images:
+        return SingleScan(path, read_rig(path, cameras))
+    found = open_scans(path, cameras=cameras, gaps="lost")
+    if found.n_frames > 1:
+        raise InputError(
+            f"holds {found.n_frames} scans; name one of them, such as the depth images "
+            "'depth_00012_*.png', or each in a row of a table of jobs",
+            file=path,
+        )
+    return found
+
+
+def _read(path: Path) -> tuple[PointScan, float | None]:
+    """The points of a file, and the metres in their unit, if it is stated.
+
+    Of a mesh, they are its vertices, with their normals, which faces tell best.
+    """
+    suffix = path.suffix.lower()
+    if suffix in point_formats:
+        found = read_points(path)
+        elements = read_elements(path)[0] if suffix == ".ply" else {}
+        is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(found.scan.points)
+        if found.scan.normals is not None or not is_whole:
+            return found.scan, found.metadata.metres_per_unit
+    with files.open(path) as mesh:
+        points = template_of(mesh)
+        normals = vertex_normals(mesh.faces, points.astype(np.float64)).astype(points.dtype)
+        unit = mesh.header.metres_per_unit
+    has_normal = normals.any(axis=1)
+    if not has_normal.any():
+        return PointScan(points, None, None), unit
+    return PointScan(points[has_normal], normals[has_normal], None), unit

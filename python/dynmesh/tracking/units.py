@@ -1,0 +1,101 @@
+"""The units of length of a template and of scans, and which ones explain how their sizes differ."""
+
+import math
+from typing import NamedTuple
+
+from .._errors import InputError
+from ..files import Reader
+from ..files.units import UNITS, explaining, metres_of
+from ..scans import ScanReader, unit_of_scans
+
+_ALIKE = 1.5
+"""Sizes that differ by less than this factor need no other unit."""
+
+_EXPLAINED = 1.3
+"""Units explain a ratio of sizes up to this factor, as a scan shows a part or other things, too."""
+
+_SUBJECTS = (1e-3, 100.0)
+"""Metres between which the size of a subject lies."""
+
+
+class Units(NamedTuple):
+    """The metres in a unit of a template and of scans; None if they are unknown."""
+
+    template: float | None
+    scans: float | None
+
+    @property
+    def factor(self) -> float:
+        """The unit of the scans in that of the template; 1 if one of them is unknown."""
+        if self.template is None or self.scans is None:
+            return 1.0
+        return self.scans / self.template
+
+    def told(self, ratio: float, size: float) -> str:
+        """Says which units explain that a scan is not as large as the template.
+
+        Args:
+            ratio: how many times as large the scan is, in the unit of the template.
+            size: of the template, in its unit.
+
+        Returns:
+            A sentence; empty if the sizes are alike.
+        """
+        if 1 / _ALIKE < ratio < _ALIKE:
+            return ""
+        told = f"the scan is {ratio:.3g} times as large as the template"
+        pairs = self._explaining(ratio, size)
+        if not pairs:
+            return told
+        return f"{told}, as if the template were in {pairs[0][0]} and the scan in {pairs[0][1]}"
+
+    def _explaining(self, ratio: float, size: float) -> list[tuple[str, str]]:
+        """Returns units of the template and of the scan, the most likely pair first.
+
+        What is stated is believed, unless nothing explains the ratio then.
+        """
+        found = [
+            (-_is(self.template, ours) - _is(self.scans, theirs), number, ours, theirs)
+            for number, (ours, theirs) in enumerate(explaining(ratio / self.factor, _EXPLAINED))
+            if _SUBJECTS[0] <= size * UNITS[ours] <= _SUBJECTS[1]
+        ]
+        return [(ours, theirs) for *_, ours, theirs in sorted(found)]
+
+
+def _is(stated: float | None, unit: str) -> bool:
+    return stated is not None and math.isclose(stated, UNITS[unit])
+
+
+def units_of(
+    scans: ScanReader,
+    template: Reader,
+    scan_unit: float | str | None,
+    template_unit: float | str | None = None,
+    *,
+    assumes: bool = False,
+) -> Units:
+    """Returns the units of scans and a template, as their files state them or as they are given.
+
+    With `assumes`, a template without a unit is in that which the file of the scan states.
+
+    Raises:
+        ValueError: a unit contradicts a file; or that of the scans is known, and that of the
+            template is not.
+    """
+    own = template.header.metres_per_unit
+    if template_unit is not None:
+        said = metres_of(template_unit, "template_unit")
+        if own is not None and not math.isclose(own, said):
+            told = f"the file states units of {own:g} m, not {said:g} m"
+            raise InputError(told, argument="template_unit", value=template_unit)
+        own = said
+    theirs = unit_of_scans(scans, scan_unit)
+    if assumes and scan_unit is None and own is None:
+        return Units(theirs, theirs)
+    if theirs is not None and own is None:
+        raise InputError(
+            f"states no unit, but the scans are in units of {theirs:g} m; state that of the "
+            "template as well",
+            file=template.path,
+        )
+    return Units(own, theirs)
