@@ -23,7 +23,7 @@ double slope_after(int steps) {
   const Topology topology = build_topology(mesh.faces(), k);
   ShapeSystem system(topology.cells, workers);
   system.reset(system.prepare(triangles_of(mesh), rows_of(mesh.vertices), DetailConstants{}));
-  system.take_planes(steps);
+  system.take_planes(steps, 0);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
   const Field residual = random_field(3 * k, 2);
@@ -67,6 +67,84 @@ double slope_after(int steps) {
     }
   }
   return slope / slope_at_start;
+}
+
+/// The slope of |K D - r|^2 + mu D C D + sum_p w_p (n_p . (sum_s b_s D_s - q_p))^2 + sum of w |D_i
+/// - D_j|^2 over a tie, at the steps D towards rows, over that at 0.
+double slope_of_rows_after(int steps) {
+  const auto mesh = torus(12);
+  const std::size_t k = mesh.size();
+  Workers workers(1);
+  const Topology topology = build_topology(mesh.faces(), k);
+  ShapeSystem system(topology.cells, workers);
+  system.reset(system.prepare(triangles_of(mesh), rows_of(mesh.vertices), DetailConstants{},
+                              std::vector<double>(k, 0.0)));
+  system.take_planes(steps, 0);
+  SurfaceRows rows;
+  const Field normals = random_field(2 * k, 1);
+  const Field points = random_field(2 * k, 2);
+  for (std::uint32_t r = 0; r < 2 * k; ++r) {
+    const auto a = r % static_cast<std::uint32_t>(k);
+    rows.rows.push_back({{a, (a + 1) % 144, (a + 12) % 144},
+                         {0.5, 0.2, 0.3},
+                         (1 / std::sqrt(squared_norm(normals[r]))) * normals[r],
+                         points[r],
+                         0.7});
+  }
+  rows.index(k);
+  const Field residual = random_field(k, 3);
+  const std::vector<Tie> ties = {{3, 100, 2.0}};
+  const std::vector<double> held(k, 1e-7);
+  Anchors anchors(k, true);
+  for (std::size_t v = 0; v < k; ++v) {
+    anchors.is_solved[v] = 1;
+    anchors.weights[v] = held[v] + rows.weight_at(v) / 3;
+  }
+  anchors.n_solved = k;
+  system.factorize(anchors);
+  Field forces(k);
+  rows.compare(Field(k), workers);
+  for (std::size_t v = 0; v < k; ++v) forces[v] = rows.at(v);
+  anchors.forces = forces;
+  anchors.held = held;
+  anchors.ties = ties;
+  anchors.rows = &rows;
+  Field wanted = residual;
+  const auto found = system.descend_to_rows(wanted, anchors);
+  const Field d(found.begin(), found.end());
+  const auto energy = [&](const Field& x) {
+    Field detail(k);
+    system.apply(x, 1, detail);
+    double sum = 2.0 * squared_norm(x[3] - x[100]);
+    for (std::size_t v = 0; v < k; ++v) {
+      sum += squared_norm(detail[v] - residual[v]) + held[v] * squared_norm(x[v]);
+    }
+    for (const SurfaceRow& row : rows.rows) {
+      const double off = dot(row.normal, row.on(x) - row.point);
+      sum += row.weight * off * off;
+    }
+    return sum;
+  };
+  double slope = 0;
+  double slope_at_start = 0;
+  for (unsigned seed = 4; seed < 8; ++seed) {
+    const Field direction = random_field(k, seed);
+    Field ahead(k), behind(k);
+    for (const bool is_start : {false, true}) {
+      for (std::size_t i = 0; i < k; ++i) {
+        const auto from = is_start ? Vector3<double>{} : d[i];
+        ahead[i] = from + direction[i];
+        behind[i] = from - direction[i];
+      }
+      (is_start ? slope_at_start : slope) += std::abs(energy(ahead) - energy(behind));
+    }
+  }
+  return slope / slope_at_start;
+}
+
+TEST_CASE("steps towards rows end where all rows, ties and shapes balance") {
+  CHECK(slope_of_rows_after(400) < 1e-6);
+  CHECK(slope_of_rows_after(0) == doctest::Approx(1));
 }
 
 TEST_CASE("steps towards planes end where all planes and shapes balance") {

@@ -111,8 +111,6 @@ class ScanStation(Watched[dynmesh.Tracker]):
     def _start(self, event: str, scan: PointScan) -> None:
         """Gives it a first scan, which must be where the template is, as later ones need not."""
         self._push(event, lambda: _pushed(self._subject, scan))
-        if self._subject.report.aligned:
-            self._blame(event, "the template was not where the first scan is")
 
     def _push(self, event: str, call: Callable[[], Array], *, nothing: bool = False) -> Array:
         """Gives it a scan, from which `nothing` can be measured."""

@@ -82,13 +82,11 @@ struct Agreement {
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
-/// `filled` the others of their components, and `iterations` how often correspondences were found.
+/// `filled` the others of their components, and `iterations` how often points were matched.
 /// `standard_error` is the root mean square over both, and `stages.prior_weight` and
 /// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
   Agreement agreement;
-  /// Whether the template was not where the first scan is, and was moved there rigidly.
-  bool aligned = false;
   /// Whether the template was lost and found again by a registration; see TrackerSettings.
   bool recovered = false;
 };

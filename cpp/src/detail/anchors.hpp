@@ -7,10 +7,18 @@
 #include <span>
 #include <vector>
 
+#include "detail/surface_rows.hpp"
 #include "generations/generations.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+
+/// Two vertices of different components whose difference is kept, with the weight of that.
+struct Tie {
+  std::uint32_t i = 0;
+  std::uint32_t j = 0;
+  double weight = 0;
+};
 
 /// The anchors of successive frames, in double precision. Allocates memory only in the constructor.
 ///
@@ -28,16 +36,14 @@ struct Anchors {
   /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
   /// a point of the plane. Empty if they observe positions.
   std::span<const Vector3<double>> normals;
-  /// (k,) for planes: a second direction in which the step of a vertex is resisted, times the root
-  /// of the weight, and a force on it. Empty if there are none; without the former, the membrane of
-  /// the system does not count either.
-  std::span<const Vector3<double>> outward, forces;
-  /// (k,) for planes: the weight with which `forces` also draws a vertex to a position. Empty if
-  /// there is none.
+  /// (k,) for a surface that is drawn to `rows`: the forces on its vertices, and the weights with
+  /// which these are held where they are. Noisy anchors do not count then; the rows do, the ties
+  /// and the membrane of the system. Empty for others.
+  std::span<const Vector3<double>> forces;
   std::span<const double> held;
-  /// (k,) for planes: the solution begins with a multiple of these steps, the best one. Empty if it
-  /// begins with 0.
-  std::span<const Vector3<double>> guess;
+  SurfaceRows* rows = nullptr;
+  /// Pairs of vertices that are held together.
+  std::span<const Tie> ties;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),
@@ -47,6 +53,7 @@ struct Anchors {
 
   [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
   [[nodiscard]] bool are_planes() const { return !normals.empty(); }
+  [[nodiscard]] bool are_rows() const { return rows != nullptr; }
   /// The part of a displacement of vertex v that a noisy anchor can tell.
   [[nodiscard]] Vector3<double> observable(std::size_t v, const Vector3<double>& x) const {
     return are_planes() ? dot(normals[v], x) * normals[v] : x;

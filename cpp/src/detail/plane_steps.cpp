@@ -1,6 +1,6 @@
-/// The steps of a shape system whose anchors are planes. These tie the three coordinates together,
-/// so that the system has 3 k unknowns and is not factored. N + weights, which has k, bounds it
-/// from above and is a good preconditioner of conjugate gradients.
+/// The steps of a shape system whose anchors are planes, or rows of measured points. These tie the
+/// three coordinates together, so that the system has 3 k unknowns and is not factored. N +
+/// weights, which has k, bounds it from above and is a good preconditioner of conjugate gradients.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -10,58 +10,53 @@
 
 namespace dynmesh {
 
-void ShapeSystem::take_planes(int steps) {
+void ShapeSystem::take_planes(int steps, double settled) {
   for (auto* fields : {&residual_, &direction_, &found_}) fields->resize(3 * cells_.size());
   plane_steps_ = steps;
+  settled_ = settled;
 }
 
 /// Replaces the solution, which is the right-hand side, by the result of the steps.
-template <int fields>
-ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
+template <int fields, class Multiply>
+ShapeSystem::Field ShapeSystem::descend(const Multiply& multiply) {
   constexpr auto width = static_cast<std::size_t>(fields);
   const std::size_t n = width * solved().size();
   const std::span residual(residual_.data(), n), direction(direction_.data(), n);
   const std::span found(found_.data(), n), solution(solution_.data(), n);
   std::ranges::copy(solution, residual.begin());
   std::ranges::fill(found, Vector3<double>{});
-  if (!anchors.guess.empty()) begin_with_guess(anchors);
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
     factor_->precondition(solution_, fields);
   };
-  const auto multiply = [&] { multiply_with_planes(width, anchors); };
   const auto advance = [&](const std::array<double, width>& lengths) {
     for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
   };
   const ConjugateVectors<Vector3<double>> vectors = {residual, solution, direction, solution};
-  conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance);
+  conjugate_gradients<width>(vectors, plane_steps_, settled_, precondition, multiply, advance);
   return scatter(found, width);
 }
 
-/// Begins with the multiple of the guess that minimises the error, as a step of conjugate gradients
-/// in that direction. Only for one field.
-void ShapeSystem::begin_with_guess(const Anchors& anchors) {
-  const auto rows = solved();
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    direction_[r] = anchors.guess[static_cast<std::size_t>(rows[r])];
-  }
-  multiply_with_planes(1, anchors);
-  double slope = 0;
-  double curvature = 0;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    slope += dot(direction_[r], residual_[r]);
-    curvature += dot(direction_[r], solution_[r]);
-  }
-  if (!(curvature > 0)) return;
-  const double length = slope / curvature;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    found_[r] = length * direction_[r];
-    residual_[r] = residual_[r] - length * solution_[r];
-  }
+template <int fields>
+ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
+  return descend<fields>([&] { multiply_with_planes(fields, anchors); });
 }
 
 template ShapeSystem::Field ShapeSystem::descend_to_planes<1>(const Anchors&);
 template ShapeSystem::Field ShapeSystem::descend_to_planes<3>(const Anchors&);
+
+ShapeSystem::Field ShapeSystem::descend_to_rows(std::span<Vector3<double>> residual,
+                                                const Anchors& anchors) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    scaled_residual_[v] = operator_.scale[v] * residual[v];
+  });
+  multiply_transposed(1);
+  const auto rows = solved();
+  workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
+    solution_[r] = solution_[r] + anchors.forces[static_cast<std::size_t>(rows[r])];
+  });
+  return descend<1>([&] { multiply_with_rows(anchors); });
+}
 
 /// solution = (N + weights of the planes) direction.
 void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors) {
@@ -70,20 +65,38 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
-    if (!membrane_.empty() && !anchors.outward.empty()) {
-      scaled_residual_[i] = scaled_residual_[i] + membrane_[i / width] * steps[i];
-    }
   });
   multiply_transposed(static_cast<int>(width));
   workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const auto v = static_cast<std::size_t>(rows[r]);
     for (std::size_t i = width * r; i < width * (r + 1); ++i) {
       solution_[i] = solution_[i] + anchors.weights[v] * anchors.observable(v, direction_[i]);
-      if (!anchors.outward.empty()) {
-        solution_[i] = solution_[i] + dot(anchors.outward[v], direction_[i]) * anchors.outward[v];
-      }
-      if (!anchors.held.empty()) solution_[i] = solution_[i] + anchors.held[v] * direction_[i];
     }
+  });
+}
+
+/// solution = (N + mu C + rows + ties + held) direction.
+void ShapeSystem::multiply_with_rows(const Anchors& anchors) {
+  const auto order = solved();
+  const Field steps = scatter(direction_, 1);
+  apply(steps, 1, {scaled_residual_.data(), steps.size()});
+  workers_.for_each_in_chunks(steps.size(), [&](std::size_t v) {
+    scaled_residual_[v] = operator_.scale[v] * scaled_residual_[v] + membrane_[v] * steps[v];
+  });
+  multiply_transposed(1);
+  anchors.rows->multiply(steps, workers_);
+  // The ties reach the vertices through the array that held the operand of K^T.
+  std::ranges::fill(scaled_residual_.begin(), scaled_residual_.begin() + std::ssize(steps),
+                    Vector3<double>{});
+  for (const Tie& tie : anchors.ties) {
+    const auto force = tie.weight * (steps[tie.i] - steps[tie.j]);
+    scaled_residual_[tie.i] = scaled_residual_[tie.i] + force;
+    scaled_residual_[tie.j] = scaled_residual_[tie.j] - force;
+  }
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
+    const auto v = static_cast<std::size_t>(order[r]);
+    solution_[r] =
+        solution_[r] + anchors.rows->at(v) + scaled_residual_[v] + anchors.held[v] * direction_[r];
   });
 }
 

@@ -81,13 +81,14 @@ class ShapeSystem {
           Vector3<double>& value = solution_[fields * r + f];
           value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
-        if (!anchors.forces.empty()) {
-          solution_[fields * r] = solution_[fields * r] + anchors.forces[v];
-        }
       }
     }
     return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
   }
+
+  /// Returns the steps D of a surface that is drawn to rows: (N + mu C + rows + ties + held) D =
+  /// K^T residual + forces. `residual` (k,) is lost.
+  Field descend_to_rows(std::span<Vector3<double>> residual, const Anchors& anchors);
 
   /// Returns the step that brings K (x + D) closest to the shape of the last frame, and those that
   /// a unit of each of the other two terms adds. `kx` is K x.
@@ -106,9 +107,9 @@ class ShapeSystem {
   /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
   [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
 
-  /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
-  /// gradients.
-  void take_planes(int steps);
+  /// Lets `solve` take anchors that are planes, and `descend_to_rows`: they then take at most this
+  /// many steps of conjugate gradients, until the error falls to a share.
+  void take_planes(int steps, double settled);
 
  private:
   void multiply_transposed(int fields);
@@ -116,8 +117,10 @@ class ShapeSystem {
   Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
   template <int fields>
   Field descend_to_planes(const Anchors& anchors);
-  void begin_with_guess(const Anchors& anchors);
+  template <int fields, class Multiply>
+  Field descend(const Multiply& multiply);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);
+  void multiply_with_rows(const Anchors& anchors);
 
   const Cells& cells_;
   Workers& workers_;
@@ -131,6 +134,7 @@ class ShapeSystem {
   std::vector<ShapeTerms> steps_;          // in the order of vertices, for up to three fields
   // For planes, in the order of elimination:
   int plane_steps_ = 0;
+  double settled_ = 0;
   std::vector<Vector3<double>> residual_, direction_, found_;
 };
 

@@ -9,7 +9,7 @@
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
 #include "support/workers.hpp"
-#include "tracking/correspondences.hpp"
+#include "tracking/matches.hpp"
 #include "tracking/nonrigid_step.hpp"
 #include "tracking/point_scan.hpp"
 
@@ -55,7 +55,7 @@ class CoarseFit {
   TrackingConstants tracking_;
   TrackingConstants bending_;
   double mean_edge_;
-  Correspondences correspondences_;
+  Matches matches_;
   NonrigidStep shape_;
   NonrigidStep bent_;  // with a membrane, for landmarks
 };

@@ -17,7 +17,7 @@ FineRounds::FineRounds(std::vector<Triangle> faces, Stream<double>& stream, Trai
                has_uncertainty, epsilon),
       written_(3 * stream.n_vertices()) {}
 
-FineRounds::Result FineRounds::run(const Measurement& scan, Field first_frame, Field start,
+FineRounds::Result FineRounds::run(const PointScan& scan, Field first_frame, Field start,
                                    int most_rounds) {
   surface_.reset(first_frame);
   surface_.remember(start, true);
@@ -33,7 +33,7 @@ FineRounds::Result FineRounds::run(const Measurement& scan, Field first_frame, F
 }
 
 /// Takes one round, and returns how far the vertices have moved on average.
-double FineRounds::take(const Measurement& scan) {
+double FineRounds::take(const PointScan& scan) {
   const auto found = surface_.track(scan);
   std::ranges::copy(found.observed, stream_.known.begin());
   stream_.generations.classify(stream_.topology->cells, stream_.known);

@@ -49,7 +49,7 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
 template void check_landmarks(const Landmarks<float>&, std::size_t);
 template void check_landmarks(const Landmarks<double>&, std::size_t);
 
-void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size,
                   const RegistrationConstants& constants) {
   Vector3<double> least = scan.point(0);
   Vector3<double> most = least;

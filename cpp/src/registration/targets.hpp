@@ -10,7 +10,7 @@
 
 #include "registration/coarse_fit.hpp"
 #include "registration/constants.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -22,7 +22,7 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices);
 /// Throws std::invalid_argument if a position is farther outside the box around a scan than a
 /// template of this size can reach, as in another unit or in other axes. The time is linear in the
 /// number of points.
-void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size,
                   const RegistrationConstants& constants);
 
 /// How the landmarks of a caller are used: by internal vertices, in double precision.

@@ -40,7 +40,7 @@ bool Recovery<Real>::is_due(const Agreement& agreement) const {
 }
 
 template <class Real>
-bool Recovery<Real>::improve(const Measurement& measurement, SurfaceTracking::Found& found) {
+bool Recovery<Real>::improve(const PointScan& measurement, SurfaceTracking::Found& found) {
   const double lost = wrong_share(found.agreements.all);
   surface_.undo();
   const auto start = registered(measurement);
@@ -70,7 +70,7 @@ bool Recovery<Real>::improve(const Measurement& measurement, SurfaceTracking::Fo
 /// something of another size.
 template <class Real>
 std::optional<std::vector<Vector3<double>>> Recovery<Real>::registered(
-    const Measurement& measurement) const {
+    const PointScan& measurement) const {
   std::vector<Real> coordinates;
   for (const auto& x : good_) coordinates.insert(coordinates.end(), {x.x, x.y, x.z});
   const auto faces = surface_.faces();

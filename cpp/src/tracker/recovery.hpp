@@ -10,7 +10,7 @@
 
 #include "mesh/numbering.hpp"
 #include "support/stored_numbers.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {
@@ -35,7 +35,7 @@ class Recovery {
   /// Registers it, and tracks it again from there. `found` is what the surface has just found, and
   /// becomes the better of both. Returns whether that is the new one; if not, nothing but time
   /// tells of the attempt. If it throws, the surface is as it was before the frame.
-  bool improve(const Measurement& measurement, SurfaceTracking::Found& found);
+  bool improve(const PointScan& measurement, SurfaceTracking::Found& found);
 
   /// Remembers a frame, and whether it was registered anew.
   void remember(const Frame& completed, const Agreement& agreement, bool was_due) noexcept;
@@ -52,7 +52,7 @@ class Recovery {
 
  private:
   [[nodiscard]] std::optional<std::vector<Vector3<double>>> registered(
-      const Measurement& measurement) const;
+      const PointScan& measurement) const;
 
   SurfaceTracking& surface_;
   const Numbering& numbering_;

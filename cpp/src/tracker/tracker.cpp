@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '6'}, "tracker"};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '7'}, "tracker"};
 
 constexpr std::size_t size_of_agreement = sizeof(std::uint64_t) + 3 * sizeof(double);
 
@@ -80,8 +80,7 @@ struct Tracker<Real>::Parts {
   }
 
   void begin(const Frame& first_frame);
-  TrackingReport track(const Measurement& measurement, Points<Real> tracked,
-                       Clock::time_point start);
+  TrackingReport track(const PointScan& measurement, Points<Real> tracked, Clock::time_point start);
   [[nodiscard]] double mean_standard_error() const;
 
   TrackerSettings settings;
@@ -112,7 +111,7 @@ void Tracker<Real>::Parts::begin(const Frame& first_frame) {
 /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between calls
 /// changes before it is done.
 template <class Real>
-TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Points<Real> tracked,
+TrackingReport Tracker<Real>::Parts::track(const PointScan& measurement, Points<Real> tracked,
                                            Clock::time_point start) {
   SurfaceTracking::Found found = surface.track(measurement);
   const bool is_lost = recovery.is_due(found.agreements.all);
@@ -137,7 +136,6 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
   stream.count(made);
   made.iterations = static_cast<std::size_t>(found.iterations);
   made.agreement = found.agreements.all;
-  made.aligned = found.aligned;
   made.recovered = recovered;
   made.stages.prior_weight = surface.shape().rest().prior_weight();
   made.stages.prior_share = surface.shape().rest().prior_share();
@@ -216,17 +214,18 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   for (const DepthImage& image : images) {
     copy_depths(image, measured.add(camera_of(image), image.height, image.width));
   }
-  measured.prepare(parts_->surface.constants().jump * parts_->surface.mean_edge(),
-                   parts_->stream.workers);
-  return parts_->track(measured, tracked, start);
+  const TrackingConstants& constants = parts_->surface.constants();
+  measured.convert(constants.jump * parts_->surface.mean_edge(),
+                   constants.pixels_per_vertex * n_vertices(), parts_->stream.workers,
+                   parts_->scan);
+  return parts_->track(parts_->scan, tracked, start);
 }
 
 template <class Real>
 TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  parts_->images.clear();
-  return parts_->track(parts_->images, tracked, start);
+  return parts_->track({}, tracked, start);
 }
 
 template <class Real>
@@ -280,7 +279,7 @@ std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
 
 template <class Real>
 std::size_t Tracker<Real>::state_size() const {
-  const std::size_t of_report = size_of_agreement + 2 * sizeof(std::uint8_t);
+  const std::size_t of_report = size_of_agreement + sizeof(std::uint8_t);
   const std::size_t of_memory = parts_->surface.memory_size() + parts_->recovery.memory_size();
   return size_of_state<TrackerSettings>(parts_->stream, of_report + of_memory);
 }
@@ -291,7 +290,6 @@ std::vector<std::byte> Tracker<Real>::state() const {
   write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
                parts_->report);
   write(writer, parts_->report.agreement);
-  writer.write(static_cast<std::uint8_t>(parts_->report.aligned ? 1 : 0));
   writer.write(static_cast<std::uint8_t>(parts_->report.recovered ? 1 : 0));
   parts_->surface.write_memory(writer);
   parts_->recovery.write_memory(writer);
@@ -306,11 +304,9 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   TrackingReport report;
   static_cast<FrameReport&>(report) = stored.report;
   report.agreement = read_agreement(reader);
-  const auto aligned = reader.read<std::uint8_t>();
-  report.aligned = aligned != 0;
   const auto recovered = reader.read<std::uint8_t>();
   report.recovered = recovered != 0;
-  if (aligned > 1 || recovered > (parts_->settings.recover ? 1 : 0))
+  if (recovered > (parts_->settings.recover ? 1 : 0))
     refuse_state("reports what no tracker can report");
   const auto memory = parts_->surface.read_memory(reader);
   auto recovery = parts_->recovery.read_memory(reader);

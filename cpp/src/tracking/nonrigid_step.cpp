@@ -10,6 +10,12 @@
 namespace dynmesh {
 namespace {
 
+Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
+  const Vector3<double> axis = {q.x, q.y, q.z};
+  const auto twice = 2.0 * cross(axis, x);
+  return x + q.w * twice + cross(axis, twice);
+}
+
 DetailConstants constants_for(const TrackingConstants& tracking) {
   DetailConstants constants;
   constants.training.largest_kept = tracking.largest_kept;
@@ -30,7 +36,7 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
       epsilon_(epsilon),
       rest_(topology.cells, workers, detail_constants_, std::move(training)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
-      is_cloth_(topology.cells.size()),
+      pulls_(topology.cells.size()),
       shape_(topology.cells.size()),
       last_rotations_(topology.cells.size()),
       anchors_(topology.cells.size(), true),
@@ -40,35 +46,33 @@ NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
       planes_(topology.cells.size()),
       forces_(topology.cells.size()),
       held_(topology.cells.size()),
-      found_in_(topology.report.components),
       factored_weights_(topology.cells.size()) {
-  system_.take_planes(constants.steps);
+  system_.take_planes(constants.steps, constants.settled);
 }
 
 void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, double mean_edge,
                          std::span<const std::uint8_t> is_cloth) {
-  const bool any_cloth = std::ranges::count(is_cloth, 1) > 0;
-  std::vector<double> stiffness;
-  if (any_cloth) {
-    for (const auto is : is_cloth) stiffness.push_back(is != 0 ? constants_.membrane : 0);
+  std::vector<double> stiffness(first_frame.size(), constants_.membrane);
+  for (std::size_t v = 0; v < stiffness.size(); ++v) {
+    if (is_cloth[v] != 0) stiffness[v] = constants_.cloth_membrane;
   }
+  auto membrane = std::make_unique<Membrane>(faces, first_frame, mean_edge, stiffness, workers_);
+  auto ties = find_ties(topology_, first_frame, mean_edge, constants_);
   auto prepared = system_.prepare(faces, first_frame, detail_constants_, std::move(stiffness));
-  std::unique_ptr<Membrane> membrane;
-  if (any_cloth) {
-    membrane = std::make_unique<Membrane>(faces, first_frame, mean_edge, is_cloth,
-                                          constants_.membrane, workers_);
-    outward_.resize(first_frame.size());
-  }
   auto prepared_rotations = rotations_.prepare(first_frame);
   const Rounding rounding(prepared.k, mean_edge, epsilon_);
   rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding));
   // Nothing below can throw.
   system_.reset(std::move(prepared));
   membrane_ = std::move(membrane);
-  std::ranges::copy(is_cloth, is_cloth_.begin());
+  ties_ = std::move(ties);
+  tied_.clear();
+  for (const Tie& tie : ties_) tied_.push_back(first_frame[tie.i] - first_frame[tie.j]);
+  for (std::size_t v = 0; v < pulls_.size(); ++v) {
+    pulls_[v] = is_cloth[v] != 0 ? constants_.cloth_pull : constants_.pull;
+  }
   rounding_ = rounding;
   rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge);
-  system_.take_planes(any_cloth ? constants_.cloth_steps : constants_.steps);
   system_.apply(first_frame, 1, shape_);
   rest_.set_first(shape_);
   error_bars_.reset();
@@ -77,8 +81,6 @@ void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, dou
 void NonrigidStep::begin_frame() {
   std::ranges::copy(rotations_.quaternions(), last_rotations_.begin());
   rest_.begin_frame();
-  is_factored_ = false;
-  last_step_.clear();
 }
 
 void NonrigidStep::undo_frame() {
@@ -86,122 +88,115 @@ void NonrigidStep::undo_frame() {
   rest_.undo_frame();
 }
 
-bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vector3<double>> x) {
-  const auto found = measured.found;
-  hold(measured.landmarks);
-  if (!choose_components(measured)) return false;
+bool NonrigidStep::take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
+                        std::span<Vector3<double>> x) {
+  if (rows.empty() && landmarks.empty()) return false;
+  hold(landmarks);
   rotations_.fit(x);
-  if (fits_modes && rest_.is_trained()) fit_modes(found, x);
+  if (mode_weights > 0 && rest_.is_trained()) fit_modes(rows, mode_weights, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
-    const double pull = is_cloth_[v] != 0 ? constants_.cloth_pull : constants_.pull;
-    wanted_[v] = shape_[v] + pull * (rest_.shape()[v] - shape_[v]);
+    wanted_[v] = shape_[v] + pulls_[v] * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
   system_.apply(x, 1, kx_);
-  for (std::size_t v = 0; v < x.size(); ++v) anchors_.weights[v] = found[v].weight;
-  std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
-  anchors_.normals = planes_;
-  if (membrane_) pull_cloth(measured, x);
-  if (!measured.landmarks.empty()) {
-    if (!membrane_) std::ranges::fill(forces_, Vector3<double>{});
-    for (const Landmark& l : measured.landmarks) {
-      forces_[l.vertex] = forces_[l.vertex] + l.weight * (l.target - x[l.vertex]);
-    }
-    anchors_.forces = forces_;
-    anchors_.held = held_;
-  }
-  anchors_.guess = last_step_;
-  const Field steps = system_.solve<1, 1>(
-      [&](std::size_t v, std::size_t) { return turned_[v] - kx_[v]; },
-      [&](std::size_t v, std::size_t) { return found[v].point - x[v]; }, anchors_);
-  anchors_.normals = anchors_.outward = anchors_.forces = anchors_.guess = {};
-  anchors_.held = {};
-  last_step_.assign(steps.begin(), steps.end());
+  for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
+  find_forces(rows, landmarks, x);
+  anchors_.rows = &rows;
+  anchors_.forces = forces_;
+  anchors_.held = held_;
+  anchors_.ties = ties_;
+  const Field steps = system_.descend_to_rows(kx_, anchors_);
+  anchors_.rows = nullptr;
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
 }
 
 void NonrigidStep::hold(std::span<const Landmark> landmarks) {
-  std::ranges::fill(held_, 0.0);
+  std::ranges::fill(held_, constants_.hold);
   for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
 }
 
-/// Draws the boundaries of cloth to where the measured surface ends, and its triangles into shape.
-void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
-  const double root = std::sqrt(constants_.reach_weight * measured.cloth_weight);
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    const Reach& reach = measured.reaches[v];
-    outward_[v] = root * reach.outward;
-    forces_[v] = root * dot(reach.outward, reach.end - x[v]) * outward_[v];
-  }
+/// Half of the negative gradient of all but the shape.
+void NonrigidStep::find_forces(SurfaceRows& rows, std::span<const Landmark> landmarks, Field x) {
+  rows.compare(x, workers_);
+  workers_.for_each_in_chunks(x.size(), [&](std::size_t v) { forces_[v] = rows.at(v); });
   membrane_->add_forces(x, forces_);
-  anchors_.outward = outward_;
-  anchors_.forces = forces_;
+  for (std::size_t t = 0; t < ties_.size(); ++t) {
+    const Tie& tie = ties_[t];
+    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tied_[t]) +
+                               rotated(rotations_.quaternions()[tie.j], tied_[t]));
+    const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
+    forces_[tie.i] = forces_[tie.i] + force;
+    forces_[tie.j] = forces_[tie.j] - force;
+  }
+  for (const Landmark& l : landmarks) {
+    forces_[l.vertex] = forces_[l.vertex] + l.weight * (l.target - x[l.vertex]);
+  }
 }
 
-/// Chooses the components with enough correspondences, of which those that are far away count less,
-/// and factors their system if they are others than in the last step.
-bool NonrigidStep::choose_components(const Measured& measured) {
-  const auto found = measured.found;
+void NonrigidStep::factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks) {
+  hold(landmarks);
+  for (std::size_t v = 0; v < held_.size(); ++v) {
+    anchors_.weights[v] = held_[v] + constants_.preconditioned * rows.weight_at(v);
+  }
+  for (const Tie& tie : ties_) {
+    anchors_.weights[tie.i] += tie.weight;
+    anchors_.weights[tie.j] += tie.weight;
+  }
+  std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
+  anchors_.n_solved = anchors_.is_solved.size();
+  std::ranges::copy(anchors_.weights, factored_weights_.begin());
+  system_.factorize(anchors_);
+}
+
+/// The rows as anchors, one for each vertex that they touch: the point of their mean plane that is
+/// nearest to the vertex.
+void NonrigidStep::observe_planes(const SurfaceRows& rows, Field x) {
+  std::vector<std::uint8_t> is_drawn(topology_.report.components);
   const auto component = [&](std::size_t v) {
     return static_cast<std::size_t>(topology_.component[v]);
   };
-  std::ranges::fill(found_in_, 0.0);
-  for (const Landmark& landmark : measured.landmarks) {
-    if (landmark.weight > 0) found_in_[component(landmark.vertex)] += constants_.fewest;
-  }
-  for (std::size_t v = 0; v < found.size(); ++v)
-    found_in_[component(v)] +=
-        found[v].weight / (is_cloth_[v] != 0 ? measured.cloth_weight : measured.weight);
-  anchors_.n_solved = 0;
-  bool is_the_same = is_factored_;
-  for (std::size_t v = 0; v < found.size(); ++v) {
-    const bool is_solved = found_in_[component(v)] >= constants_.fewest;
-    is_the_same = is_the_same && (anchors_.is_solved[v] != 0) == is_solved;
-    anchors_.is_solved[v] = is_solved ? 1 : 0;
-    if (!is_solved) found[v].weight = 0;
-    anchors_.n_solved += is_solved ? 1 : 0;
-  }
-  if (anchors_.n_solved == 0) return false;
-  if (!is_the_same) {
-    for (std::size_t v = 0; v < found.size(); ++v) {
-      anchors_.weights[v] = found[v].weight + held_[v];
-    }
-    std::ranges::copy(anchors_.weights, factored_weights_.begin());
-    system_.factorize(anchors_);
-    is_factored_ = true;
-  }
-  return true;
-}
-
-/// The correspondences as anchors: each is the point of its plane that is nearest to the vertex.
-void NonrigidStep::observe_planes(std::span<const Correspondence> found, Field x) {
+  for (const SurfaceRow& row : rows.rows) is_drawn[component(row.corners[0])] = 1;
   anchors_.number = 0;
+  anchors_.n_solved = 0;
   for (std::size_t v = 0; v < x.size(); ++v) {
-    const Correspondence& c = found[v];
-    anchors_.counts[v] = anchors_.is_solved[v];
-    anchors_.observed[v] = x[v] + dot(c.normal, c.point - x[v]) * c.normal;
-    anchors_.weights[v] = c.weight;
-    anchors_.number += c.weight > 0 ? 1 : 0;
+    double weight = 0;
+    double along = 0;
+    Vector3<double> normal;
+    rows.for_each_at(v, [&](const SurfaceRow& row, double share) {
+      weight += row.weight * share;
+      normal = normal + row.weight * share * row.normal;
+      along += row.weight * share * dot(row.normal, row.point - row.on(x));
+    });
+    const double length = std::sqrt(squared_norm(normal));
+    const bool is_seen = weight > 0 && length > 0;
+    planes_[v] = is_seen ? (1 / length) * normal : Vector3<double>{};
+    anchors_.weights[v] = is_seen ? weight : 0;
+    anchors_.observed[v] = is_seen ? x[v] + (along / weight) * planes_[v] : x[v];
+    anchors_.is_solved[v] = is_drawn[component(v)];
+    anchors_.counts[v] = is_drawn[component(v)];
+    anchors_.number += is_seen ? 1 : 0;
+    anchors_.n_solved += is_drawn[component(v)];
   }
 }
 
-/// Fits the rest shape by the correspondences. The factor is that of the present weights meanwhile,
-/// and then again the preconditioner of the frame, so that a training sequence that is not used
-/// changes nothing.
-void NonrigidStep::fit_modes(std::span<const Correspondence> found, Field x) {
-  observe_planes(found, x);
+/// Fits the rest shape by the points. The factor is that of the present weights meanwhile, and then
+/// again the preconditioner of the frame, so that a training sequence that is not used changes
+/// nothing.
+void NonrigidStep::fit_modes(const SurfaceRows& rows, double mode_weights, Field x) {
+  observe_planes(rows, x);
+  for (double& weight : anchors_.weights) weight *= mode_weights;
   system_.factorize(anchors_);
   rest_.fit({x, shape_, anchors_, rounding_.mean_square(x)}, system_, rotations_);
   std::ranges::copy(factored_weights_, anchors_.weights.begin());
+  std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
   system_.factorize(anchors_);
 }
 
-void NonrigidStep::keep_planes(std::span<const Correspondence> found, Field x) {
-  if (!error_bars_.exist() || !anchors_.any_solved()) return;
-  observe_planes(found, x);
-  system_.factorize(anchors_);
-  std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
+void NonrigidStep::keep_rows(const SurfaceRows& rows, Field x) {
+  if (!error_bars_.exist()) return;
+  observe_planes(rows, x);
+  if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
 void NonrigidStep::measure_errors(const Generations& generations, Field x) {

@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "support/workers.hpp"
+#include "tracking/agreement.hpp"
 #include "tracking/constants.hpp"
-#include "tracking/correspondences.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/matches.hpp"
 #include "tracking/nonrigid_step.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -42,13 +43,11 @@ class SurfaceTracking {
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
     int iterations = 0;
     Agreements agreements = {};  ///< how well the positions explain the points
-    bool aligned = false;        ///< whether a rigid alignment of the whole template was needed
   };
 
   /// Finds the surface in a frame, from the last frames, and does not remember it. If it throws,
-  /// nothing has changed. It throws std::invalid_argument only in the first frame, if the template
-  /// is far from the measurement even after an alignment.
-  Found track(const Measurement& measurement);
+  /// nothing has changed.
+  Found track(const PointScan& measurement);
 
   /// Forgets the frame that `track` has just found.
   void undo() { shape_.undo_frame(); }
@@ -70,7 +69,6 @@ class SurfaceTracking {
 
   /// What later frames depend on, beside frame 0 and the last frame.
   struct Memory {
-    bool is_first = true;
     std::vector<Vector3<double>> before;
     NonrigidStep::Memory shape;
   };
@@ -85,18 +83,18 @@ class SurfaceTracking {
 
  private:
   void predict();
-  double nonrigid_step(double progress, bool is_early, bool fits_modes = false);
-  Found observe();
+  int approach();
+  void iterate(int left, int fits);
+  Found observe(const PointScan& measurement);
 
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
   const Topology& topology_;
-  Correspondences correspondences_;
+  Matches matches_;
   NonrigidStep shape_;
   double mean_edge_ = 1;
-  std::vector<std::uint8_t> is_cloth_;
   bool is_all_cloth_ = false;
-  bool is_first_ = true;
+  bool any_cloth_ = false;
   std::vector<Vector3<double>> last_;
   std::vector<Vector3<double>> before_;  // the frame before the last
   std::vector<Vector3<double>> x_;       // the current frame
