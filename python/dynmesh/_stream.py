@@ -1,8 +1,8 @@
 """What the completer and the tracker have in common."""
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any, get_args
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ def trained(training: Iterable[Positions], first_frame: Positions) -> Any:
 class Stream:
     """A mesh whose frames arrive one after another."""
 
+    _create: ClassVar[Callable[..., Any]]
+    """Makes the object of the core, of faces, first frame, settings and training."""
+
     def __init__(
         self,
         faces: Faces,
@@ -50,9 +53,6 @@ class Stream:
         frames = None if training is None else trained(training, first)
         self._training = None if frames is None else frames.frames()
         self._core = self._create(self._faces, self._first_frame, self._settings, frames)
-
-    def _create(self, faces: Any, first_frame: Any, settings: Any, training: Any) -> Any:
-        raise NotImplementedError
 
     def __getstate__(self) -> tuple[dict[str, Any], bytes]:
         """Returns everything that makes an equal object."""

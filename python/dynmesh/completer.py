@@ -149,8 +149,7 @@ class Completer(Stream):
         }
         super().__init__(faces, first_frame, training, Settings.__annotations__, settings)
 
-    def _create(self, faces: Any, first_frame: Any, settings: Any, training: Any) -> Any:
-        return _core.completer(faces, first_frame, settings, training)
+    _create = staticmethod(_core.completer)
 
     def push(
         self, points: Positions, known: Mask | None = None, *, out: Positions | None = None

@@ -188,8 +188,7 @@ class Tracker(Stream):
         """Names the size."""
         return f"Tracker({self.n_vertices} vertices, {self.n_edges} edges)"
 
-    def _create(self, faces: Any, first_frame: Any, settings: Any, training: Any) -> Any:
-        return _core.tracker(faces, first_frame, settings, training)
+    _create = staticmethod(_core.tracker)
 
     def push(
         self,
