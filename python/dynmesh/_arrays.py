@@ -123,6 +123,9 @@ def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
         )
     if not out.flags.writeable:
         raise InputError("is read-only", argument="out")
+    reach = sum((n - 1) * abs(stride) for n, stride in zip(out.shape, out.strides, strict=True))
+    if reach + out.itemsize < out.nbytes:
+        raise InputError("has rows or columns that share memory", argument="out")
     return out if out.flags.carray else np.empty((n_vertices, 3), dtype)
 
 

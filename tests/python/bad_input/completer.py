@@ -163,6 +163,13 @@ pushes = [
     _out("one row too many", np.empty((50, 3)), ValueError, "out:", "50 rows", "49"),
     _out("transposed", lambda w: w.points.T.copy(), ValueError, "out:", "(k, 3)", "(3, 49)"),
     _out("read-only", lambda w: _read_only(w.points), ValueError, "out:", "read-only"),
+    _out(
+        "rows that share memory",
+        lambda w: np.lib.stride_tricks.as_strided(w.points.copy(), strides=(8, 8)),
+        ValueError,
+        "out:",
+        "share memory",
+    ),
     _out("a masked array", lambda w: np.ma.masked_invalid(w.points), TypeError, "out:", _MASKED),
     Case(
         "push",
