@@ -106,8 +106,8 @@ def test_ten_jobs_of_which_some_fail(
 def test_a_row_is_a_command_line(tmp_path: Path) -> None:
     table = tmp_path / "jobs.csv"
     table.write_text(
-        "input,scans,output,bidirectional,provenance,mask,method,noise,threads,start,template,gaps\n"
-        'a.npz,,b.npz,no,yes,"a, mask.npy",,,,,,lost\n'
+        "input,scans,output,bidirectional,provenance,mask,method,training,threads,start,template,gaps\n"
+        'a.npz,,b.npz,no,yes,"a, mask.npy",,one.npz; two.npz,,,,lost\n'
         "c.npz,,d.npz,,,,motion,,,7,,\n"
         ",g,h.npz,,,,,,2,,t.ply,\n",
         encoding="utf-8",
@@ -118,6 +118,7 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
         "source": {"known": tmp_path / "a, mask.npy", "gaps": "lost"},
         "bidirectional": False,
         "provenance": True,
+        "training": [tmp_path / "one.npz", tmp_path / "two.npz"],
         "overwrite": False,
     }
     assert second.options == {"method": "motion", "start": 7, "overwrite": False}

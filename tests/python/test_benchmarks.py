@@ -93,18 +93,6 @@ def test_a_table_is_whole(
             assert head_of(path) == head_of(DOCS / "tables" / path.name)
 
 
-def test_numbers_are_those_of_the_library(folder: Path, run: Run) -> None:
-    """Independent of the code: one method by the functions of the package."""
-    ((_, row),) = run("two-readings", folder, "--known", "0.3")
-    sequence = dynmesh.read(folder / "sheet.npz")
-    first = sequence.vertices[0].astype(np.float64)
-    vertices = sequence.vertices.astype(np.float64) / np.linalg.norm(np.ptp(first, axis=0))
-    masks = list(dynmesh.degrade.random_known(12, 81, 0.3, seed=0))
-    completed = dynmesh.complete(sequence.faces, vertices, masks, method="motion", revisit=False)
-    nmsve = dynmesh.metrics.nmsve(sequence.faces, vertices, np.stack(list(completed)))[1:]
-    assert row[3] == f"{1e4 * nmsve.mean():.3g}"
-
-
 def test_pairs_of_a_folder_are_registered(run: Run, tmp_path: Path) -> None:
     mesh = meshes.sheet(9)
     for name, suffix in (("man_src", "obj"), ("man_tar", "ply"), ("other", "obj")):

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands import dynmesh_command as run
 from numpy.typing import NDArray
 
 import dynmesh
@@ -166,26 +165,6 @@ def test_errors_of_a_start_that_is_put_together_remain(
     np.testing.assert_array_equal(made.standard_error[3], whole.standard_error.astype(np.float32))
     assert (made.standard_error[:, 55] >= 0.999 * whole.standard_error[55]).all()
     np.testing.assert_array_equal(made.age[:, 55], np.abs(np.arange(N) - 3))
-
-
-def test_tables_and_the_shell_have_it(tmp_path: Path, stored: Path) -> None:
-    expected = tmp_path / "expected.npz"
-    dynmesh.complete_file(stored, expected, start=3, bidirectional=True)
-    vertices = dynmesh.read(expected).vertices
-    run("complete", stored, tmp_path / "shell.npz", "--start", "3", "--bidirectional")
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "shell.npz").vertices, vertices)
-    (tmp_path / "jobs.csv").write_text(
-        "input,output,start,bidirectional\npartial.npz,batch.npz,3,yes\n"
-    )
-    run("batch", tmp_path / "jobs.csv")
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "batch.npz").vertices, vertices)
-
-
-def test_it_needs_method_detail(tmp_path: Path, stored: Path) -> None:
-    with pytest.raises(ValueError, match=r"^bidirectional: "):
-        dynmesh.complete_file(stored, tmp_path / "x.npz", method="motion", bidirectional=True)
-    shown = run("complete", stored, "x.npz", "--method", "motion", "--bidirectional", code=2)
-    assert "--bidirectional: " in shown.stderr
 
 
 @pytest.mark.parametrize(("name", "most"), [("flag_sim_50x50", 0.85), ("ea_bone", 0.92)])

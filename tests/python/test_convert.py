@@ -97,22 +97,6 @@ def test_files_are_converted_as_sequences_are(
     assert (report.frames, report.vertices) == made.vertices.shape[:2]
 
 
-def test_what_a_file_states_is_not_contradicted(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    stated = dynmesh.convert(bare(truth), up="y", unit="mm")
-    assert (stated.up_axis, stated.metres_per_unit) == ("y", 0.001)
-    np.testing.assert_array_equal(stated.vertices, truth.vertices)
-    assert dynmesh.convert(truth, up="z", unit=0.01).metres_per_unit == 0.01
-    path = tmp_path / "truth.npz"
-    dynmesh.write(path, truth)
-    contradictions: tuple[tuple[dict[str, Any], str], ...] = (
-        ({"up": "y"}, "up: the file states z, not y"),
-        ({"unit": "m"}, "unit: the file states units of 0.01 m, not 1 m"),
-    )
-    for options, told in contradictions:
-        with pytest.raises(ValueError, match=f"truth.npz: {told}"):
-            dynmesh.convert_file(path, tmp_path / "out.npz", **options)
-
-
 def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None:
     usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
     plain = tmp_path / "plain.obj"

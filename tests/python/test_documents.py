@@ -19,7 +19,6 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from bad_input.page import page, python_sections
 from commands import run_here
 from conftest import REPOSITORY
 
@@ -151,12 +150,6 @@ def test_the_budget_of_the_guide(tmp_path: Path, programs: Path) -> None:
         ("motion", "7"),
         ("detail", "7"),
     ]
-
-
-def test_the_scripts_of_the_readme_are_there() -> None:
-    scripts = re.findall(r"script/\w+", README)
-    assert "script/build" in scripts
-    assert all(os.access(REPOSITORY / script, os.X_OK) for script in scripts)
 
 
 def rows(document: str) -> list[list[str]]:
@@ -439,15 +432,6 @@ def test_every_dependency_has_a_row_with_its_extras() -> None:
     assert expected.items() <= given.items()
 
 
-def test_the_page_of_bad_input_is_whole(programs: Path) -> None:
-    some = {title: cases[:2] for title, cases in python_sections().items()}  # a test runs them all
-    with mock.patch("bad_input.page.python_sections", return_value=some):
-        made = page(programs)
-    headings = re.findall(r"^## (.*)$", made, re.MULTILINE)
-    assert set(some) < set(headings)
-    assert len(rows(made)) > 3 * len(headings)  # a head, a line, and rows
-
-
 def test_the_site_is_whole(tmp_path: Path) -> None:
     """Builds strictly: a broken link or anchor is an error."""
     run(sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path, cwd=REPOSITORY)
@@ -490,9 +474,3 @@ def test_links_lead_somewhere(document: Path) -> None:
         assert path.exists(), target
         assert path.suffix != ".png" or path.stat().st_size < 300_000, target
         assert not anchor or path.suffix != ".md" or anchor in anchors(path), target
-
-
-def test_no_page_waits_for_the_site_to_be_filled() -> None:
-    pages = [*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]
-    filled = re.compile(r"^(--8<--|:::|\{[%{])", re.MULTILINE)
-    assert [page for page in pages if filled.search(page.read_text())] == []

@@ -29,23 +29,6 @@ def test_an_error_whose_class_takes_more_than_a_message_is_passed_on() -> None:
         b"\xff".decode()
 
 
-@pytest.mark.parametrize(
-    ("settings", "name", "reason"),
-    [
-        ({"noise": -1.0, "method": "detail"}, "noise", "must be positive and finite, not -1"),
-        ({"threads": 2**40}, "threads", "is out of range, 1099511627776"),
-        ({"method": "best"}, "method", "must be 'motion' or 'detail', not 'best'"),
-    ],
-)
-def test_a_refused_setting_is_an_attribute(
-    mesh: Mesh, settings: dict[str, object], name: str, reason: str
-) -> None:
-    with pytest.raises(SettingError) as refused:
-        dynmesh.Completer(mesh.faces, mesh.vertices, **settings)  # type: ignore[arg-type]
-    assert (refused.value.argument, refused.value.reason) == (name, reason)
-    assert str(refused.value) == f"{name}: {reason}"
-
-
 def test_an_error_in_a_file_knows_the_file_argument_and_frame(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "a.npz"
     header = dynmesh.Header(mesh.faces, 2, 49, np.dtype(np.float64), has_known=True)

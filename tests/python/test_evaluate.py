@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -43,12 +42,6 @@ def test_exchanged_arguments_are_told(ocean: dynmesh.Sequence, tmp_path: Path) -
     assert (
         "were they exchanged? The completed one comes first" in run("evaluate", *files[::-1]).stdout
     )
-
-
-def test_arrays_are_refused_with_what_is_taken(ocean: dynmesh.Sequence) -> None:
-    arrays: Any = ocean.vertices
-    with pytest.raises(TypeError, match=r"completed: must be a path, a reader, or a Sequence\("):
-        dynmesh.evaluate(arrays, ocean)
 
 
 def test_zeros_may_tell_what_was_missing(ocean: dynmesh.Sequence) -> None:

@@ -437,12 +437,3 @@ def test_masks_may_be_in_another_file(
     ):
         again = dynmesh.read(path, **options)
         np.testing.assert_array_equal(again.known, partial.known)
-
-
-def test_zeros_are_missing_in_frame_0_as_well(tmp_path: Path) -> None:
-    vertices = np.zeros((2, 3, 3))
-    vertices[:, 1, 0] = vertices[:, 2, 1] = 1
-    path = tmp_path / "a.npz"
-    dynmesh.write(path, dynmesh.Sequence(vertices, np.array([[0, 1, 2]])))
-    known = dynmesh.read(path, missing="zero").known
-    np.testing.assert_array_equal(known, [[False, True, True]] * 2)

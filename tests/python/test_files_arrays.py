@@ -205,11 +205,6 @@ def store(path: Path, arrays: dict[str, Any]) -> None:
             file[name] = array
 
 
-def in_memory(path: Path, flags: Array) -> dynmesh.Sequence:
-    dynmesh.write(path / "a.npz", dynmesh.Sequence(GOOD["vertices"], GOOD["faces"], start=1001))
-    return dynmesh.read(path / "a.npz", known=flags)
-
-
 def in_a_file_of_its_own(path: Path, flags: Array) -> dynmesh.Sequence:
     np.save(path / "mask.npy", flags)
     dynmesh.write(path / "a.npz", dynmesh.Sequence(GOOD["vertices"], GOOD["faces"], start=1001))
@@ -249,20 +244,6 @@ def test_masks_of_integers_are_read(tmp_path: Path, read: Any, place: str, kind:
     flags[1, 3] = 7
     with pytest.raises(ValueError, match=place):
         read(tmp_path, flags)
-
-
-def test_masks_of_integers_are_written_and_completed(tmp_path: Path) -> None:
-    flags = np.array([[1, 1, 1, 1], [0, 1, 0, 1]], np.uint8)
-    vertices = np.repeat(np.eye(4, 3)[None], 2, axis=0)
-    header = dynmesh.Header(GOOD["faces"], 2, 4, vertices.dtype, has_known=True)
-    with dynmesh.create(tmp_path / "a.npz", header) as writer:
-        for points, mask in zip(vertices, flags, strict=True):
-            with pytest.raises(ValueError, match=r"known: must be 0 or 1, but vertex \d has 2"):
-                writer.append(points, mask * 2)
-            writer.append(points, mask)
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.npz").known, flags == 1)
-    with pytest.raises(ValueError, match="known: must be 0 or 1, but vertex 0 has 2"):
-        next(dynmesh.complete(GOOD["faces"], vertices, flags * 2))
 
 
 @pytest.mark.parametrize(

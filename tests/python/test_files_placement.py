@@ -81,18 +81,3 @@ def test_the_template_states_up_axis_and_unit(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "mesh.ply", replace(SAID, vertices=SAID.vertices[:1]))
     sequence = dynmesh.read(path, faces=tmp_path / "mesh.ply")
     assert (sequence.up_axis, sequence.metres_per_unit) == ("z", 0.0254)
-
-
-def test_a_contradicting_mesh_beside_a_point_cache_is_replaced(tmp_path: Path) -> None:
-    path, beside = tmp_path / "a.pc2", tmp_path / "a.obj"
-    dynmesh.write(path, SAID)
-    beside.write_text(f"{beside.read_text()}# mine\n")
-    dynmesh.write(path, SAID)
-    assert "# mine" in beside.read_text()
-    dynmesh.write(path, replace(SAID, up_axis="y"))
-    assert dynmesh.read(path).up_axis == "y"
-    # A mesh that does not contradict is kept, since it may contain more than positions and faces.
-    before = beside.read_text().replace("#", "# not")
-    beside.write_text(before)
-    dynmesh.write(path, SAID)
-    assert beside.read_text() == before

@@ -258,69 +258,6 @@ def test_missing_parts_of_the_mesh_are_reported(
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("about", ["timeCodesPerSecond = 25", "framesPerSecond = 30", ""])
-@pytest.mark.parametrize(
-    "times",
-    [
-        (1, 2, 3),
-        (1001.5, 1002.5, 1003.5),
-        (-6, -4, -2),
-        (1001, 1004, 1007),
-        (0.1, 0.2, 0.3),
-        (1, 2, 3, 7, 8, 9),
-        (100.25, 100.5, 101, 101.125),
-        (5,),
-    ],
-)
-def test_a_result_is_laid_over_its_original(
-    tmp_path: Path, times: tuple[float, ...], about: str
-) -> None:
-    samples = {f"t{time}".replace(".", "_"): i + 1 for i, time in enumerate(times)}
-    body = mesh(
-        points_at(**samples),
-        'uniform token orientation = "leftHanded"',
-        'texCoord2f[] primvars:st = [(0, 0), (1, 0), (0, 1)] (interpolation = "vertex")',
-    )
-    place = """double3 xformOp:translate = (1, 2, 3)
-        uniform token[] xformOpOrder = ["xformOp:translate"]"""
-    original = layer(
-        tmp_path / "original.usda",
-        f'def Xform "World" {{\n{place}\n{body}}}',
-        about=f'{about}\nupAxis = "Z"\nmetersPerUnit = 1\ndefaultPrim = "World"',
-    )
-    completed = tmp_path / "completed.usdc"
-    with dynmesh.open(original) as reader, dynmesh.files.create_like(reader, completed) as writer:
-        for frame in reader:
-            writer.append(frame.points * 10 + 7)
-    layers = "subLayers = [@completed.usdc@, @original.usda@]"
-    over = Usd.Stage.Open(str(layer(tmp_path / "both.usda", about=f"{layers}\n{about}")))
-    found = UsdGeom.Mesh(over.GetPrimAtPath("/World/Body"))
-    np.testing.assert_allclose(found.GetPointsAttr().GetTimeSamples(), times, rtol=1e-14)
-    for i, time in enumerate(times):
-        height = 17 + 10 * i
-        expected = [(7, 7, height), (17, 7, height), (7, 17, height)]
-        np.testing.assert_array_equal(found.GetPointsAttr().Get(time), expected)
-    assert found.GetFaceVertexCountsAttr().Get() == [3]
-    assert found.GetSubdivisionSchemeAttr().Get() == "catmullClark"
-    assert found.GetOrientationAttr().Get() == "leftHanded"
-    assert [p.GetPath() for p in over.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
-    world = over.GetPrimAtPath("/World")
-    assert world.GetTypeName() == "Xform"
-    assert tuple(UsdGeom.Xformable(world).GetLocalTransformation().GetRow3(3)) == (1, 2, 3)
-    assert len(UsdGeom.PrimvarsAPI(found).GetPrimvar("st").Get()) == 3
-
-    alone = Usd.Stage.Open(str(completed))
-    found = UsdGeom.Mesh(alone.GetPrimAtPath("/World/Body"))
-    seconds = np.array(found.GetPointsAttr().GetTimeSamples()) / alone.GetTimeCodesPerSecond()
-    rate = Usd.Stage.Open(str(original)).GetTimeCodesPerSecond()
-    np.testing.assert_allclose(seconds, np.array(times) / rate, rtol=1e-14)
-    limits = (alone.GetStartTimeCode(), alone.GetEndTimeCode())
-    np.testing.assert_array_equal(limits, np.array(found.GetPointsAttr().GetTimeSamples())[[0, -1]])
-    assert UsdGeom.GetStageMetersPerUnit(alone) == 1
-    assert alone.GetDefaultPrim() == alone.GetPrimAtPath("/World")
-    assert [p.GetPath() for p in alone.Traverse() if p.IsA(UsdGeom.Mesh)] == [found.GetPath()]
-
-
 def test_a_mesh_from_a_scene_has_no_subdivision_scheme(tmp_path: Path) -> None:
     for file, name, scheme in (("a.usda", "/World/Body", None), ("b.usda", None, "none")):
         sequence = dynmesh.Sequence(np.zeros((1, 3, 3)), np.array([[0, 1, 2]]), name=name)

@@ -59,15 +59,6 @@ def test_a_sequence_is_completed_as_its_file_is(
         np.testing.assert_array_equal(values, expected.attributes()[name], err_msg=name)
 
 
-def test_what_belongs_to_the_other_form_is_refused(partial: dynmesh.Sequence) -> None:
-    with pytest.raises(ValueError, match="frames: is that of the sequence"):
-        dynmesh.complete(partial, partial.vertices)  # type: ignore[call-overload]
-    with pytest.raises(ValueError, match="frames: start, bidirectional"):
-        dynmesh.complete(partial.faces, partial.vertices, start=2)  # type: ignore[call-overload]
-    with pytest.raises(TypeError, match="frames: must be iterable"):
-        dynmesh.complete(partial.faces)  # type: ignore[call-overload]
-
-
 @pytest.fixture(scope="module")
 def completed(partial: dynmesh.Sequence) -> dynmesh.Sequence:
     return dynmesh.complete(partial, start=0, method="motion")
@@ -141,14 +132,6 @@ def test_files_without_faces_are_evaluated_with_a_template(
     dynmesh.write(template, dynmesh.Sequence(truth.vertices[:1, :3], truth.faces[:1] % 3))
     with pytest.raises(ValueError, match=r"done\.npy: has .* vertices, but the mesh .* has 3"):
         dynmesh.evaluate(done, true, template=template)
-
-
-@pytest.mark.parametrize("frames", [range(5, 5), range(3, 9), range(-1, 3), range(4, 1, -1)])
-def test_frames_that_cannot_be_measured(
-    truth: dynmesh.Sequence, completed: dynmesh.Sequence, frames: range
-) -> None:
-    with pytest.raises(ValueError, match="frames: "):
-        dynmesh.evaluate(completed, truth, frames=frames)
 
 
 def test_pages_and_pictures_are_those_of_the_file(

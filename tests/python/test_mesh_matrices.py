@@ -1,10 +1,7 @@
 """Cells, adjacency and Laplacian."""
 
-import sys
-
 import meshes
 import numpy as np
-import pytest
 import reference
 from hypothesis import given
 from meshes import Mesh
@@ -29,9 +26,3 @@ def test_matrices_are_the_papers(mesh: Mesh) -> None:
         np.testing.assert_array_equal(
             neighbours[offsets[v] : offsets[v + 1]], np.flatnonzero(expected[v])
         )
-
-
-def test_a_missing_scipy_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "scipy.sparse", None)
-    with pytest.raises(ImportError, match=r"needs scipy: pip install 'dynmesh\[matrices\]'"):
-        dynmesh.adjacency(np.array([[0, 1, 2]]), 3)

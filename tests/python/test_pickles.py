@@ -1,10 +1,8 @@
 """Completers and trackers that are pickled and copied continue with the same results."""
 
 import copy
-import multiprocessing
 import pickle
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -77,23 +75,6 @@ def test_a_frame_0_of_another_size_than_the_training_frames_is_pickled_as_well()
     completer = dynmesh.Completer(MESH.faces, FRAMES[0], training=FRAMES[:5])
     completer.reset(1000 * FRAMES[0])  # which the constructor would refuse
     assert pickle.loads(pickle.dumps(completer)).state() == completer.state()
-
-
-def test_worker_processes_continue() -> None:
-    subjects: list[Subject] = [
-        dynmesh.Completer(MESH.faces, FRAMES[0], training=FRAMES[:5]),
-        dynmesh.Tracker(MESH.faces, FRAMES[0]),
-    ]
-    for subject in subjects:
-        all_pushed(subject, range(1, 4))
-    spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=spawn) as pool:
-        futures = [pool.submit(all_pushed, subject, range(4, 7)) for subject in subjects]
-        found = [future.result() for future in futures]
-    for subject, theirs in zip(subjects, found, strict=True):
-        ours = all_pushed(subject, range(4, 7))
-        np.testing.assert_array_equal(ours[0], theirs[0])
-        assert ours[1] == theirs[1]
 
 
 class Named(dynmesh.Completer):

@@ -1,7 +1,6 @@
 """What script/reproduce makes, on a small sequence; the measurements are not tested."""
 
 import csv
-import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 
 import dynmesh
 from benchmarks import __main__ as benchmarks
-from benchmarks import style
 from benchmarks.methods import BASELINES, COMPARED, LIA, LSM, MOTION, ONCE
 from benchmarks.paper.claims import verdicts
 from benchmarks.paper.study import study
@@ -114,16 +112,6 @@ def test_what_is_no_table_is_refused() -> None:
     assert "nothing: is no table; there are paper, two-readings" in done.stderr
 
 
-def test_ticks_of_logarithmic_axes_are_plain_numbers() -> None:
-    with style.new_figure(4, 3) as figure:
-        axis = figure.subplots()
-        axis.set(yscale="log", ylim=(0.005, 2000))
-        figure.draw_without_rendering()
-        labels = [label.get_text() for label in axis.get_yticklabels()]
-    numbers = [re.sub(r"\$\\mathdefault{(.*)}\$", r"\1", label) for label in labels]
-    assert {"0.01", "0.1", "1", "10", "100", "1000"} <= set(numbers)
-
-
 def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     view = figures.View.of(mesh.vertices, "z", 60.0, (320, 240))
 
@@ -148,12 +136,3 @@ def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
     assert cut[0].shape == cut[1].shape
     assert cut[0].shape[0] < 240
     np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)
-
-
-def test_the_help_names_the_tables(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["script/reproduce", "--help"])
-    benchmarks.main()
-    told = capsys.readouterr().out
-    assert all(table in told for table in benchmarks.TABLES)

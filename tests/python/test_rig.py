@@ -219,13 +219,6 @@ def test_the_page_shows_cameras_and_what_was_found(
     assert "nothing is judged" in bare
 
 
-def test_what_cannot_be_judged_is_refused(folder: Path, tmp_path: Path) -> None:
-    assert "--template" in run("rig", folder / "depth", code=2).stderr
-    run("degrade", folder / "body.obj", tmp_path / "points", "--scan", "--up", "z")
-    with pytest.raises(ValueError, match="point clouds"):
-        look_at_rig(tmp_path / "points", template=folder / "body.obj")
-
-
 def test_units_of_scans_and_template_may_differ(folder: Path, tmp_path: Path) -> None:
     truth = dynmesh.read(folder / "truth.npz")
     body = tmp_path / "body.npz"

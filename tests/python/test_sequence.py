@@ -28,22 +28,6 @@ def numbered(mesh: Mesh) -> dynmesh.Sequence:
     )
 
 
-@pytest.mark.parametrize("kind", ["u1", "i8", ">u4"])
-def test_masks_may_be_integers(kind: str) -> None:
-    flags = np.array([[1, 0, 1], [0, 0, 1]], kind)
-    vertices = np.zeros((2, 3, 3))
-    known = dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), flags).known
-    assert known is not None
-    assert known.dtype == np.bool_
-    np.testing.assert_array_equal(known, flags == 1)
-    for other in (2, -1):
-        flags = flags.astype(int)
-        flags[1, 2] = other
-        refusal = f"frame 1: known: must be 0 or 1, but vertex 2 has {other}"
-        with pytest.raises(ValueError, match=refusal):
-            dynmesh.Sequence(vertices, np.array([[0, 1, 2]]), flags)
-
-
 def test_a_sequence_is_a_collection_of_frames(numbered: dynmesh.Sequence) -> None:
     assert len(numbered) == 10
     assert [frame[0, 0] for frame in numbered] == list(range(10))

@@ -9,10 +9,8 @@ import pytest
 from commands import dynmesh_command, run_here
 from jobs import COMMANDS, command, make_sources
 from meshes import Mesh
-from test_every_format import FORMATS, place
 
 import dynmesh
-from dynmesh import files
 from dynmesh.completion import ways
 from dynmesh.draw import page, picture
 from dynmesh.files.new_output import making
@@ -29,19 +27,6 @@ def contents(folder: Path) -> dict[str, bytes]:
     """All files in a folder, the hidden ones included."""
     found = (file for file in folder.rglob("*") if file.is_file())
     return {str(file.relative_to(folder)): file.read_bytes() for file in found}
-
-
-@pytest.mark.parametrize("format", FORMATS)
-def test_only_one_writes_an_output(tmp_path: Path, mesh: Mesh, format: str) -> None:
-    path, sequence = place(tmp_path, format), moving(mesh)
-    with files.create(path, files.header_of(sequence)) as writer:
-        for number in range(4):
-            with pytest.raises(BlockingIOError, match="is being written by another process"):
-                files.create(path, writer.header)
-            writer.append(files.frame_of(sequence, number).points)
-    np.testing.assert_allclose(dynmesh.read(path).vertices, sequence.vertices, rtol=1e-6)
-    assert not list(tmp_path.rglob(".*"))
-    dynmesh.write(path, sequence)  # which is over
 
 
 @pytest.fixture(scope="module")
@@ -109,6 +94,7 @@ def write_another(path: Path) -> Callable[..., Iterator[Any]]:
 @pytest.mark.parametrize(
     ("command", "made"),
     [
+        ("complete in.npz out.npz", "out.npz"),
         ("convert in.npz out.npz", "out.npz"),
         ("convert in.npz out.npy", "out.faces.npy"),
         ("convert in.npz out.pc2", "out.pc2"),
@@ -126,7 +112,7 @@ def test_an_output_that_appears_meanwhile_is_kept(
     monkeypatch.chdir(tmp_path)
     dynmesh.write("in.npz", moving(mesh))
     before = contents(tmp_path)
-    for module in (convert, degrade, picture, page):
+    for module in (ways, convert, degrade, picture, page):
         monkeypatch.setattr(module, "tracked", write_another(Path(made)))
     result = dynmesh_command(*command.split(), code=1)
     assert "exists already" in result.stderr
@@ -134,17 +120,3 @@ def test_an_output_that_appears_meanwhile_is_kept(
     assert not list(tmp_path.glob(".*"))
     dynmesh_command(*command.split(), "--overwrite")
     assert contents(tmp_path).get(made) != b"of another process"
-
-
-def test_completion_keeps_an_output_that_appears_meanwhile(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    source, output = tmp_path / "in.npz", tmp_path / "out.npz"
-    dynmesh.write(source, moving(mesh))
-    monkeypatch.setattr(ways, "tracked", write_another(output))
-    with pytest.raises(FileExistsError, match=r"out\.npz: exists already"):
-        dynmesh.complete_file(source, output)
-    monkeypatch.undo()
-    assert output.read_bytes() == b"of another process"
-    dynmesh.complete_file(source, output, overwrite=True)
-    assert len(dynmesh.read(output).vertices) == 4

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands import dynmesh_command as run
 from meshes import Array, sheet
 from test_training import poses
 
@@ -116,21 +115,6 @@ def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, n
 
 def _faces_for(name: str) -> Any:
     return REST.faces if name.endswith(("pc2", "npy")) else None
-
-
-def test_a_table_of_jobs_names_training(tmp_path: Path, recordings: list[Path]) -> None:
-    rows = [
-        "partial.npz,a.npz,take0.npz; take1.npz",
-        "partial.npz,b.npz,take0.npz",
-        "partial.npz,c.npz,",
-    ]
-    (tmp_path / "jobs.csv").write_text("\n".join(["input,output,training", *rows]))
-    run("batch", tmp_path / "jobs.csv", "--workers", "1")
-    for name, training in (("a", recordings), ("b", recordings[0]), ("c", None)):
-        expected = tmp_path / f"{name}_expected.npz"
-        dynmesh.complete_file(tmp_path / "partial.npz", expected, training=training)
-        one, other = (dynmesh.read(path).vertices for path in (tmp_path / f"{name}.npz", expected))
-        np.testing.assert_array_equal(one, other)
 
 
 def beside(path: Path, **files: str) -> Path:

@@ -47,7 +47,6 @@ streams = [
 ]  # fmt: skip
 
 _cells = of("cells")
-_laplacian = of("laplacian")
 
 topology = [
     _cells("`n_vertices`: -1", lambda w: dynmesh.cells(w.faces, -1), ValueError, "n_vertices:", "-1"),
