@@ -437,3 +437,30 @@ def test_masks_may_be_in_another_file(
     ):
         again = dynmesh.read(path, **options)
         np.testing.assert_array_equal(again.known, partial.known)
+
+
+@pytest.mark.parametrize("format", ["npy", "pc2"])
+def test_positions_alone_take_their_faces_from_elsewhere(
+    tmp_path: Path, partial: dynmesh.Sequence, format: str
+) -> None:
+    path = place(tmp_path, format)
+    dynmesh.write(path, partial)
+    for beside in {*tmp_path.iterdir()} - {path}:
+        beside.unlink()
+    with pytest.raises(dynmesh.DynmeshError, match="holds only positions") as refused:
+        dynmesh.open(path)
+    assert refused.value.file == path
+    dynmesh.write(tmp_path / "mesh.npz", partial[:1])
+    dynmesh.write(
+        tmp_path / "other.npz", dynmesh.Sequence(np.zeros((1, 4, 3)), np.array([[0, 1, 2]]))
+    )
+    for faces in (tmp_path / "mesh.npz", partial.faces):
+        again = dynmesh.read(path, faces=faces)
+        np.testing.assert_array_equal(again.faces, partial.faces)
+        assert (again.polygons is None) == (faces is partial.faces)
+    stated = (again.up_axis, dynmesh.read(path, faces=tmp_path / "mesh.npz").up_axis)
+    assert stated == (None, "y")
+    for wrong in (tmp_path / "other.npz", np.array([[0, 1, 2, 144]])):
+        with pytest.raises(dynmesh.DynmeshError, match=r"144") as refused:
+            dynmesh.open(path, faces=wrong)
+        assert refused.value.file == path

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ from sequences import GOOD, HISTORY, NO_SEQUENCE, assert_same
 
 import dynmesh
 from dynmesh import files
-from dynmesh.polygons import Polygons, triangulate
 
 h5py = pytest.importorskip("h5py", reason="h5py is not installed")
 
@@ -38,6 +38,20 @@ def sequence() -> dynmesh.Sequence:
     )
 
 
+def store(path: Path, arrays: dict[str, Any], **layout: Any) -> Path:
+    """Writes arrays as other programs do; the layout is that of the positions in HDF5."""
+    if path.suffix == ".npz":
+        (np.savez_compressed if layout else np.savez)(path, **arrays)
+    elif path.suffix == ".npy":
+        for name, array in arrays.items():
+            np.save(path if name == "vertices" else path.with_suffix(f".{name}.npy"), array)
+    else:
+        with h5py.File(path, "w", libver="latest") as file:
+            for name, array in arrays.items():
+                file.create_dataset(name, data=array, **(layout if name == "vertices" else {}))
+    return path
+
+
 def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
     before = sequence()
     dynmesh.write(tmp_path / "a.hdf5", before)
@@ -46,7 +60,6 @@ def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
         assert plain["known"].dtype == np.bool_
         assert plain["fps"][()] == before.fps
         assert plain["name"].asstr()[()] == "/welt/Körper"
-    assert dynmesh.read(tmp_path / "a.hdf5").name == before.name
 
 
 @pytest.mark.parametrize("suffix", ["npz", "h5"])
@@ -54,20 +67,11 @@ def test_faces_with_four_columns_are_quads(suffix: str, tmp_path: Path) -> None:
     quads = np.array([[0, 1, 8, 7], [1, 2, 9, 8]])
     expected = dynmesh.Sequence(sheet(7).vertices[None], quads)
     arrays = {"vertices": expected.vertices, "faces": quads}
-
-    def save(path: Path, arrays: dict[str, Any]) -> None:
-        if suffix == "npz":
-            np.savez(path, **arrays)
-            return
-        with h5py.File(path, "w") as file:
-            file.update(arrays)
-
     given, again = tmp_path / f"given.{suffix}", tmp_path / f"again.{suffix}"
-    save(given, arrays)
-    assert_same(dynmesh.read(given), expected)
-    dynmesh.write(again, dynmesh.read(given))
-    assert_same(dynmesh.read(again), expected)
-    save(given, arrays | {"polygon_sizes": np.array([4]), "polygon_corners": quads[0]})
+    dynmesh.write(again, dynmesh.read(store(given, arrays)))
+    for path in (given, again):
+        assert_same(dynmesh.read(path), expected)
+    store(given, arrays | {"polygon_sizes": np.array([4]), "polygon_corners": quads[0]})
     with pytest.raises(ValueError, match=rf"given\.{suffix}: faces: must have shape \(m, 3\)"):
         dynmesh.read(given)  # which of them is meant?
 
@@ -77,132 +81,59 @@ def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
     before = sequence()
     dynmesh.write(path, before)
     np.testing.assert_array_equal(np.load(path), before.vertices)
-    names = ["age", "faces", "generation", "known"]
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
-        ["a.b.npy", *(f"a.b.{name}.npy" for name in names)]
-    )
+    names = ["a.b.npy", *(f"a.b.{name}.npy" for name in ("age", "faces", "generation", "known"))]
+    assert {p.name for p in tmp_path.iterdir()} == {*names}
     with dynmesh.open(path) as reader:
-        assert sorted(reader.files) == sorted(tmp_path.iterdir())
-    assert sorted(files.target_of(path).existing()) == sorted(tmp_path.iterdir())
-
+        assert {*reader.files} == {*files.target_of(path).existing()} == {*tmp_path.iterdir()}
     (tmp_path / "a.b.age.npy").unlink()
     with pytest.raises(ValueError, match="generation, age: must be given both or neither"):
         dynmesh.read(path)
+    after = dynmesh.Sequence(np.zeros((N, K, 3), np.float32), before.faces)
+    dynmesh.write(path, after)  # beside which no mask of the older one is left
+    assert_same(after, dynmesh.read(path), *HISTORY)
+    assert {p.name for p in tmp_path.iterdir()} == {"a.b.faces.npy", "a.b.npy"}
 
 
-def test_no_mask_of_an_older_sequence_is_left_beside_a_new_one(tmp_path: Path) -> None:
-    path = tmp_path / "a.npy"
-    dynmesh.write(path, sequence())
-    after = dynmesh.Sequence(np.zeros((N, K, 3), np.float32), sheet(7).faces)
-    dynmesh.write(path, after)
-    again = dynmesh.read(path)
-    assert_same(after, again, *HISTORY)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.faces.npy", "a.npy"]
+LAYOUTS: dict[str, tuple[str, Any, dict[str, Any]]] = {
+    "npz": ("npz", ">f4", {}),
+    "compressed npz": ("npz", "f4", {"compression": True}),
+    "npy": ("npy", ">f4", {}),
+    "double npy": ("npy", ">f8", {}),
+    "contiguous": ("h5", "f4", {}),
+    "big endian": ("h5", ">f4", {}),
+    "double": ("h5", "f8", {}),
+    "one chunk": ("h5", "f4", {"chunks": (N, K, 3), "compression": "gzip"}),
+    "odd chunks": ("h5", "f4", {"chunks": (4, 10, 2), "compression": "lzf"}),
+    "growing": ("h5", "f4", {"maxshape": (None, None, 3), "shuffle": True}),
+    "checked": ("h5", "f4", {"chunks": (1, K, 3), "fletcher32": True}),
+}
+"""Ways in which other programs write the same positions: suffix, dtype, and options of HDF5."""
 
 
-def layouts(vertices: Array) -> dict[str, dict[str, Any]]:
-    """Ways in which other programs write the same positions to HDF5 files."""
-    return {
-        "contiguous": {"data": vertices},
-        "big_endian": {"data": vertices.astype(">f4")},
-        "double": {"data": vertices.astype("f8")},
-        "one_chunk": {"data": vertices, "chunks": vertices.shape, "compression": "gzip"},
-        "odd_chunks": {"data": vertices, "chunks": (4, 10, 2), "compression": "lzf"},
-        "growing": {"data": vertices, "maxshape": (None, None, 3), "shuffle": True},
-        "checked": {"data": vertices, "chunks": (1, *vertices.shape[1:]), "fletcher32": True},
-    }
-
-
-@pytest.mark.parametrize("layout", layouts(np.zeros((1, 1, 3))))
-def test_hdf5_of_others_is_read(tmp_path: Path, layout: str) -> None:
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_arrays_of_others_are_read(tmp_path: Path, layout: str) -> None:
+    suffix, dtype, options = LAYOUTS[layout]
     before = sequence()
-    options = layouts(before.vertices)[layout]
-    with h5py.File(tmp_path / "a.h5", "w", libver="latest") as file:
-        file.create_dataset("vertices", **options)
-        file["faces"] = before.faces.astype(">u2")
-        file.create_dataset("known", data=before.known, chunks=(3, 7), compression="gzip")
-        file.attrs["fps"] = np.float32(25)
-        file.attrs["up_axis"] = np.bytes_("y")
-        file.attrs["name"] = "Körper"
-        file.create_group("camera")["vertices"] = 1
-    with dynmesh.open(tmp_path / "a.h5") as reader:
-        assert (reader.fps, reader.header.up_axis, reader.header.name) == (25, "y", "Körper")
+    arrays = {
+        "vertices": np.asfortranarray(before.vertices.astype(dtype)),
+        "faces": before.faces.astype(">u2"),
+        "known": np.asfortranarray(before.known),
+    }
+    if suffix != "npy":
+        arrays |= {"fps": np.array([25], np.float32), "more": np.array("ignored", bytes)}
+        arrays["name"] = np.array("Koerper", bytes if suffix == "h5" else str)
+    with dynmesh.open(store(tmp_path / f"a.{suffix}", arrays, **options)) as reader:
+        described = (reader.fps, reader.header.name)
+        assert described == ((None, None) if suffix == "npy" else (25, "Koerper"))
+        assert reader.dtype == np.dtype(dtype).newbyteorder("=")
         first, second = reader.frames(1), reader.frames(0, None, 2)
         next(second)
         for number in range(1, N):
             frame = next(first)
             assert frame.points.dtype == reader.dtype
-            assert reader.dtype == (np.float64 if layout == "double" else np.float32)
             np.testing.assert_array_equal(frame.points, before.vertices[number])
             np.testing.assert_array_equal(frame.known, before.known[number])  # type: ignore[index]
         np.testing.assert_array_equal(next(second).points, before.vertices[2])
-
-
-def test_npy_of_others_is_read(tmp_path: Path) -> None:
-    before = sequence()
-    path = tmp_path / "a.npy"
-    np.save(path, np.asfortranarray(before.vertices.astype(">f4")))
-    np.save(tmp_path / "a.known.npy", np.asfortranarray(before.known))
-    again = dynmesh.read(path, faces=before.faces)
-    assert_same(before, again, "known")
-    np.save(path, before.vertices.astype(">f8"))
-    again = dynmesh.read(path, faces=before.faces.astype(np.uint16))
-    assert again.vertices.dtype == np.float64
-    np.testing.assert_array_equal(again.vertices, before.vertices)
-
-
-def test_npz_of_others_is_read(tmp_path: Path) -> None:
-    before = sequence()
-    assert before.known is not None
-    np.savez_compressed(
-        tmp_path / "a.npz", vertices=before.vertices, faces=before.faces, known=before.known
-    )
-    np.savez(
-        tmp_path / "b.npz",
-        vertices=np.asfortranarray(before.vertices.astype(">f4")),
-        faces=before.faces.astype(np.uint16),
-        known=np.asfortranarray(before.known),
-        fps=np.array([25]),
-        more="ignored",
-    )
-    for name in ("a.npz", "b.npz"):
-        again = dynmesh.read(tmp_path / name)
-        np.testing.assert_array_equal(again.vertices, before.vertices)
-        np.testing.assert_array_equal(again.known, before.known)
-        assert again.vertices.dtype == np.float32
-
-
-def test_npy_takes_its_faces_from_elsewhere(tmp_path: Path) -> None:
-    path = tmp_path / "a.npy"
-    vertices = np.zeros((N, 4, 3), np.float32)
-    np.save(path, vertices)
-    with pytest.raises(ValueError, match=r"no a\.faces\.npy beside it"):
-        dynmesh.open(path)
-
-    square = Polygons(np.array([4]), np.array([0, 1, 2, 3]))
-    mesh = dynmesh.Sequence(vertices[:1], triangulate(square), polygons=square)
-    dynmesh.write(tmp_path / "mesh.npz", mesh)
-    again = dynmesh.read(path, faces=tmp_path / "mesh.npz")
-    np.testing.assert_array_equal(again.faces, mesh.faces)
-    assert again.polygons is not None
-
-    dynmesh.write(tmp_path / "other.npz", sequence())
-    with pytest.raises(ValueError, match="has 4 vertices, but the mesh with its faces has 49"):
-        dynmesh.open(path, faces=tmp_path / "other.npz")
-    with pytest.raises(ValueError, match="faces: face 1 refers to vertex 4"):
-        dynmesh.open(path, faces=np.array([[0, 1, 2, 4]]))
-    np.save(tmp_path / "a.faces.npy", np.zeros((2, 3)))
-    with pytest.raises(ValueError, match=r"a\.faces\.npy: faces: must be integers, not float64"):
-        dynmesh.open(path)
-
-
-def store(path: Path, arrays: dict[str, Any]) -> None:
-    if path.suffix == ".npz":
-        np.savez(path, **arrays)
-        return
-    with h5py.File(path, "w") as file:
-        for name, array in arrays.items():
-            file[name] = array
 
 
 def in_a_file_of_its_own(path: Path, flags: Array) -> dynmesh.Sequence:
@@ -211,38 +142,34 @@ def in_a_file_of_its_own(path: Path, flags: Array) -> dynmesh.Sequence:
     return dynmesh.read(path / "a.npz", known=path / "mask.npy")
 
 
-def beside_the_positions(path: Path, flags: Array) -> dynmesh.Sequence:
-    for name, array in {"a": GOOD["vertices"], "a.faces": GOOD["faces"], "a.known": flags}.items():
-        np.save(path / f"{name}.npy", array)
-    return dynmesh.read(path / "a.npy")
-
-
 def stored_as(suffix: str) -> Any:
+    more = {} if suffix == "npy" else {"start": 1001}
+
     def read(path: Path, flags: Array) -> dynmesh.Sequence:
-        store(path / f"a{suffix}", GOOD | {"known": flags, "start": 1001})
-        return dynmesh.read(path / f"a{suffix}")
+        return dynmesh.read(store(path / f"a.{suffix}", GOOD | {"known": flags} | more))
 
     return read
 
 
 @pytest.mark.parametrize("kind", ["u1", "i8", ">u4"])
 @pytest.mark.parametrize(
-    ("read", "place"),
+    ("read", "file", "frame"),
     [
-        (in_memory, "a.npz: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
-        (in_a_file_of_its_own, "mask.npy: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
-        (beside_the_positions, "a.npy: frame 1: known: must be 0 or 1, but vertex 3 has 7"),
-        (stored_as(".npz"), "a.npz: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
-        (stored_as(".h5"), "a.h5: frame 1002: known: must be 0 or 1, but vertex 3 has 7"),
+        (in_a_file_of_its_own, "mask.npy", 1002),
+        (stored_as("npy"), "a.npy", 1),
+        (stored_as("npz"), "a.npz", 1002),
+        (stored_as("h5"), "a.h5", 1002),
     ],
 )
-def test_masks_of_integers_are_read(tmp_path: Path, read: Any, place: str, kind: str) -> None:
+def test_masks_of_integers_are_read(
+    tmp_path: Path, read: Any, file: str, frame: int, kind: str
+) -> None:
     flags = np.array([[1, 1, 1, 1], [0, 1, 0, 1]], kind)
     known = read(tmp_path, flags).known
     assert known.dtype == np.bool_
     np.testing.assert_array_equal(known, flags == 1)
     flags[1, 3] = 7
-    with pytest.raises(ValueError, match=place):
+    with pytest.raises(ValueError, match=f"{file}: frame {frame}: known: .* vertex 3 has 7"):
         read(tmp_path, flags)
 
 
@@ -263,8 +190,7 @@ def test_masks_of_integers_are_read(tmp_path: Path, read: Any, place: str, kind:
 def test_files_without_a_sequence_are_refused(
     tmp_path: Path, suffix: str, arrays: dict[str, Any], message: str
 ) -> None:
-    path = tmp_path / f"a{suffix}"
-    store(path, arrays)
+    path = store(tmp_path / f"a{suffix}", arrays)
     with pytest.raises(ValueError, match=message) as caught:
         dynmesh.read(path)
     assert str(caught.value).startswith(f"{path}: ")
@@ -344,32 +270,21 @@ def test_hdf5_data_in_other_files_are_refused(tmp_path: Path) -> None:
         dynmesh.read(tmp_path / "other.h5")
 
 
-def npy_of(vertices: Any, path: Path) -> bytes:
-    np.save(path, vertices)
-    return path.read_bytes()
-
-
-def test_damaged_npy_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.npy"
-    faces = GOOD["faces"]
-    whole = npy_of(np.zeros((10, 4, 3), np.float32), path)
-    for data, message in (
-        (b"", "magic string"),
-        (b"solid body", "magic string"),
-        (whole[:50], "EOF"),
-        (whole + b"\0", "its header declares 608 bytes, but the file has 609"),
-        (whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"array of shape \(-1, 4, 3\)"),
-        (npy_of(np.zeros((4, 3)), path), r"must have shape \(n, k, 3\), not \(4, 3\)"),
-        (npy_of(np.zeros((2, 4, 3), int), path), "float32 or float64, not int64"),
-        (npy_of(np.array([None]), path), "holds Python objects"),
-        (npy_of(np.float32(1), path), r"must have shape \(n, k, 3\), not \(\)"),
-        (npy_of(np.zeros((0, 4, 3)), path), "has no frames"),
-    ):
-        path.write_bytes(data)
-        with pytest.raises(ValueError, match=message) as caught:
-            dynmesh.read(path, faces=faces)
-        assert str(caught.value).startswith(f"{path}: ")
-    np.save(path, np.zeros((10, 4, 3)))
-    np.save(tmp_path / "a.known.npy", np.ones((9, 4), bool))
-    with pytest.raises(ValueError, match=r"a\.known\.npy: known: must have shape \(10, 4\)"):
-        dynmesh.read(path, faces=faces)
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda _: b"", "magic string"),
+        (lambda whole: whole[:50], "EOF"),
+        (lambda whole: whole + b"\0", "declares 608 bytes, but the file has 609"),
+        (lambda whole: whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"shape \(-1, 4, 3\)"),
+        (lambda whole: whole.replace(b"<f4", b"<i4"), "float32 or float64, not int32"),
+    ],
+)
+def test_damaged_npy_is_refused(
+    tmp_path: Path, change: Callable[[bytes], bytes], message: str
+) -> None:
+    path = store(tmp_path / "a.npy", {"vertices": np.zeros((10, 4, 3), np.float32)})
+    path.write_bytes(change(path.read_bytes()))
+    with pytest.raises(dynmesh.DynmeshError, match=message) as caught:
+        dynmesh.read(path, faces=GOOD["faces"])
+    assert caught.value.file == path

@@ -72,12 +72,3 @@ def test_other_comments_are_ignored(
     path.write_text(text.format(comment="".join(f"{mark} {line}\n" for line in words)))
     sequence = dynmesh.read(path)
     assert (sequence.up_axis, sequence.metres_per_unit) == expected
-
-
-def test_the_template_states_up_axis_and_unit(tmp_path: Path) -> None:
-    path = tmp_path / "a.npy"
-    dynmesh.write(path, SAID)
-    assert dynmesh.read(path).up_axis is None
-    dynmesh.write(tmp_path / "mesh.ply", replace(SAID, vertices=SAID.vertices[:1]))
-    sequence = dynmesh.read(path, faces=tmp_path / "mesh.ply")
-    assert (sequence.up_axis, sequence.metres_per_unit) == ("z", 0.0254)
