@@ -128,12 +128,6 @@ def never_seen() -> Broken:
     return sequence, Expected(2, [8, 90])
 
 
-def never_seen_in_a_patch() -> Sequence:
-    sequence = moving(sheet(12))
-    sequence.vertices[1:, sheet(12).vertices[:, 0] < 2] = np.nan
-    return sequence
-
-
 def component_disconnected() -> Broken:
     sequence = moving(join(sheet(12), sheet(4, offset=20)))
     sequence.vertices[2:13, 144:] = np.nan

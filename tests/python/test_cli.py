@@ -1,6 +1,5 @@
 """The command line, used as by a user."""
 
-import json
 import os
 import re
 import signal
@@ -44,29 +43,6 @@ def test_the_main_job_equals_the_library(folder: Path) -> None:
     np.testing.assert_array_equal(completed.vertices, expected)
     assert completed.known is None
     assert completed.fps == partial.fps == truth.fps == 30
-
-
-def test_evaluate_measures_in_diagonals_without_frame_0(folder: Path) -> None:
-    truth = dynmesh.read(folder / "truth.npz")
-    completed = dynmesh.read(folder / "completed.npz").vertices
-    diagonal = np.linalg.norm(np.ptp(truth.vertices[0].astype(float), axis=0))
-    result = json.loads(
-        run("evaluate", folder / "completed.npz", folder / "truth.npz", "--json").stdout
-    )
-    nmsve = dynmesh.metrics.nmsve(truth.faces, truth.vertices, completed)
-    assert result["nmsve"] == pytest.approx(nmsve[1:].mean() / diagonal)
-    errors = dynmesh.metrics.vertex_error(truth.vertices, completed)[1:]
-    summary = result["summary"]
-    assert summary["mean"] == pytest.approx(errors.mean() / diagonal)
-    assert summary["rms"] == pytest.approx(np.sqrt((errors**2).mean(axis=1)).mean() / diagonal)
-    assert summary["p99"] == pytest.approx(np.percentile(errors, 99, axis=1).mean() / diagonal)
-    assert summary["maximum"] == pytest.approx(errors.max() / diagonal)
-    assert result["frames"] == N_FRAMES - 1
-    shown = run("evaluate", folder / "completed.npz", folder / "truth.npz").stdout
-    assert f"NMSVE x 1e4       {1e4 * result['nmsve']:.4g}\n" in shown
-    assert shown.count("\n") == 5
-    assert not re.search(" $", shown, re.MULTILINE)
-    assert not re.search(" $", run("info", folder / "truth.npz").stdout, re.MULTILINE)
 
 
 def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
@@ -194,37 +170,6 @@ def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> 
     shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
     assert "not written" not in shown
     assert dynmesh.read(tmp_path / "a.npy").generation is not None
-
-
-def test_options_of_reading_are_those_of_the_input(folder: Path, tmp_path: Path) -> None:
-    """IN is complete, so a mask describes the input."""
-    run("convert", folder / "partial.npz", tmp_path / "partial.pc2")
-    (tmp_path / "partial.obj").rename(tmp_path / "body.obj")
-    known = dynmesh.read(folder / "partial.npz").known
-    assert known is not None
-    np.save(tmp_path / "mask.npy", known)
-    page, bare = tmp_path / "page.html", tmp_path / "partial.pc2"
-    options = ("--mask", tmp_path / "mask.npy", "--faces", tmp_path / "body.obj", "-o", page)
-    completed = folder / "completed.npz"
-    run("view", completed, "--input", bare, "--colour", "known", "--max-frames", "3", *options)
-    assert b"filled in" in page.read_bytes()
-    shown = run(
-        "view", completed, "--mask", tmp_path / "none.npy", "-o", tmp_path / "n.html", code=1
-    )
-    assert "none.npy" in shown.stderr
-
-
-def test_a_sequence_is_converted_there_and_back(folder: Path, tmp_path: Path) -> None:
-    partial = dynmesh.read(folder / "partial.npz")
-    run("convert", folder / "partial.npz", tmp_path / "new" / "f_%03d.ply")
-    run("convert", tmp_path / "new", tmp_path / "again.npz", "--fps", "30")
-    again = dynmesh.read(tmp_path / "again.npz")
-    np.testing.assert_array_equal(again.vertices, partial.vertices)
-    np.testing.assert_array_equal(again.known, partial.known)
-    assert again.fps == 30
-    run("convert", folder / "partial.npz", tmp_path / "scan", "--output-format", "hdf5")
-    shown = run("info", tmp_path / "scan", "--format", "hdf5").stdout
-    assert "30.0 %" in shown
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals of other processes")

@@ -74,10 +74,6 @@ def test_units_and_scale(partial: dynmesh.Sequence) -> None:
         dynmesh.convert(made, scale=1e38)
 
 
-def test_a_rate_alone_changes_no_frame(truth: dynmesh.Sequence) -> None:
-    assert_same(dynmesh.convert(truth, fps=25), replace(truth, fps=25.0), 0)
-
-
 CONVERSIONS: list[dict[str, Any]] = [
     {"to_up": "y", "to_unit": "m"},
     {"scale": 3.0, "fps": 25.0},
@@ -114,24 +110,6 @@ def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None
     refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
     assert "c.usd: USD has y or z up, not x" in refused
     run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
-
-
-def test_frames_of_files_of_which_some_are_lost(partial: dynmesh.Sequence, tmp_path: Path) -> None:
-    assert partial.known is not None
-    zeros = np.where(partial.known[..., None], partial.vertices, 0).astype(np.float32)
-    dynmesh.write(tmp_path / "s_%04d.ply", replace(partial, vertices=zeros, known=None))
-    (tmp_path / "s_1005.ply").unlink()
-    source: Any = {"gaps": "lost", "missing": "zero"}
-    dynmesh.convert_file(
-        tmp_path / "s_%04d.ply", tmp_path / "o_%04d.ply", source=source, frames=slice(1003, 1007)
-    )
-    names = sorted(file.name for file in tmp_path.glob("o_*.ply"))
-    assert names == [f"o_{number}.ply" for number in range(1003, 1007)]
-    known = partial.known[2:6].copy()
-    known[2] = False
-    made = dynmesh.read(tmp_path / "o_%04d.ply")
-    np.testing.assert_array_equal(made.known, known)
-    np.testing.assert_array_equal(made.vertices[known], zeros[2:6][known])
 
 
 @pytest.mark.parametrize("is_folder", [False, True])

@@ -117,19 +117,6 @@ def test_outliers_are_few_and_at_their_distance_in_all_directions() -> None:
     np.testing.assert_allclose((offsets**2).mean(axis=0), 49 / 3, rtol=0.15)
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_frames_keep_their_dtype_and_their_givers_own_arrays(dtype: Any) -> None:
-    mesh = meshes.sheet(5)
-    truth = frames_of(mesh, 3, dtype)
-    given = truth.copy()
-    for frames in (
-        degrade.add_noise(given, mesh.faces, 0.1),
-        degrade.add_outliers(given, mesh.faces, 0.1),
-    ):
-        assert {frame.dtype for frame in frames} == {np.dtype(dtype)}
-    np.testing.assert_array_equal(given, truth)
-
-
 SHEET = meshes.sheet(6)
 CAMERA = degrade.Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -150,14 +137,6 @@ def test_equal_seeds_give_equal_frames_however_many(make: Any) -> None:
     np.testing.assert_array_equal(whole, np.stack(list(again)))
     np.testing.assert_array_equal(whole[:7], np.stack(list(shorter)))
     assert (whole != np.stack(list(other))).any()
-
-
-def test_one_seed_for_several_purposes_picks_other_vertices() -> None:
-    truth = frames_of(meshes.sheet(30), 2)
-    known = list(degrade.random_known(2, 900, 0.1, seed=1))[1]
-    frames = list(degrade.add_outliers(truth, meshes.sheet(30).faces, 0.1, seed=1))
-    moved = (frames[1] != truth[1]).any(axis=1)
-    assert (known & moved).sum() < 30  # 9 on the average
 
 
 def test_frames_are_taken_one_at_a_time() -> None:

@@ -104,15 +104,6 @@ def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
         open_scans(folder)
 
 
-def test_images_of_a_camera_that_is_not_described_are_refused(tmp_path: Path) -> None:
-    folder = three_frames(tmp_path / "s")
-    write_cameras(tmp_path / "one.json", Rig(a_rig(2).cameras[:1]))
-    with pytest.raises(DynmeshError, match=r"camera 'c1' \(depth_0000._c1\.png\)"):
-        open_scans(folder, cameras=tmp_path / "one.json", gaps="lost")
-    only = open_scans(folder / "*_c0.png", cameras=tmp_path / "one.json")
-    assert [cameras for cameras, *_ in map(only.cameras_of, range(3))] == 3 * ["c0"]
-
-
 @pytest.mark.parametrize("named", ["{camera}/{n}", "{camera}/frame_{n}", "{camera}/d_{n}_{camera}"])
 @pytest.mark.parametrize("names", ["01", "ab"])
 def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -> None:

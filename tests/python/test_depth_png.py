@@ -1,7 +1,6 @@
 """PNG files of depths: other, damaged and vast ones."""
 
 import struct
-import tracemalloc
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -84,31 +83,3 @@ def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Pa
             read_depth(file, camera)
     file.write_bytes(content + b"more")
     np.testing.assert_array_equal(read_depth(file, camera), expected)
-
-
-def test_interlaced_images_are_read(tmp_path: Path) -> None:
-    pixels = np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)
-    starts = [(0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2), (0, 1, 2, 2)]
-    rows = b"".join(
-        b"\0" + row.astype(">u2").tobytes()
-        for top, left, down, right in [*starts, (1, 0, 2, 1)]
-        for row in pixels[top::down, left::right]
-    )
-    (tmp_path / "image.png").write_bytes(with_data(zlib.compress(rows), interlaced=1))
-    camera = replace(a_rig(1).cameras[0], depth_scale=1.0)
-    np.testing.assert_array_equal(read_depth(tmp_path / "image.png", camera), pixels)
-
-
-def test_a_large_image_is_refused_before_it_is_decompressed(tmp_path: Path) -> None:
-    side = 8200
-    rows = zlib.compress(bytes(side * (1 + 2 * side)), 1)
-    file = tmp_path / "image.png"
-    file.write_bytes(sized(with_data(rows), side, side))
-    told = f"has {side} x {side} pixels, but camera 'c0' has 8 x 6"
-    tracemalloc.start()
-    try:
-        with pytest.raises(DynmeshError, match=told):
-            read_depth(file, a_rig(1).cameras[0])
-        assert tracemalloc.get_traced_memory()[1] < side**2
-    finally:
-        tracemalloc.stop()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from broken_sequences import BROKEN, moving, never_seen, never_seen_in_a_patch, walker
+from broken_sequences import BROKEN, moving, walker
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
@@ -16,7 +16,7 @@ from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
-from dynmesh.diagnosis.finding import CODES, MOST_PLACES, SEVERITIES
+from dynmesh.diagnosis.finding import CODES, MOST_PLACES
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
@@ -87,11 +87,6 @@ def test_most_outliers_are_found_and_nothing_else() -> None:
     assert not set(finding.where.vertices) - set(np.flatnonzero(astray.any(axis=0)))
 
 
-def test_patches_that_stay_hidden_matter_more() -> None:
-    assert dynmesh.diagnose(never_seen()[0]).severity == "note"
-    assert dynmesh.diagnose(never_seen_in_a_patch()).severity == "warning"
-
-
 def test_a_start_that_is_put_together_is_described() -> None:
     sequence = moving(sheet(10))
     sequence.vertices[:, :20] = np.nan
@@ -103,14 +98,6 @@ def test_a_start_that_is_put_together_is_described() -> None:
     assert "10 % were seen in no frame" in finding.advice
     nothing = replace(sequence, vertices=sequence.vertices * np.nan)
     assert dynmesh.diagnose(nothing).severity == "error"
-
-
-def test_an_error_is_what_completion_refuses() -> None:
-    sequence, _ = BROKEN["known_not_finite"]()
-    assert dynmesh.diagnose(sequence).severity == "error"
-    known = None if sequence.known is None else iter(sequence.known)
-    with pytest.raises(ValueError, match="finite"):
-        list(dynmesh.complete(sequence.faces, iter(sequence.vertices), known))
 
 
 @pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 1e18), (np.float64, 1e200)])
@@ -164,16 +151,6 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     isolated = found["isolated_vertices"].count if "isolated_vertices" in found else 0
     assert isolated == topology.isolated_vertices
     json.dumps(diagnosis.as_dict(), allow_nan=False)
-
-
-def test_the_most_important_comes_first() -> None:
-    sequence, _ = BROKEN["needle_faces"]()
-    sequence.vertices[3, 10:14] = 0
-    sequence.vertices[0, 3] = np.nan
-    found = dynmesh.diagnose(sequence).findings
-    ranks = [(SEVERITIES.index(f.severity), CODES.index(f.code)) for f in found]
-    assert len(ranks) > 2
-    assert ranks == sorted(ranks)
 
 
 def test_json_holds_it_all_and_is_limited() -> None:

@@ -404,14 +404,6 @@ def test_the_programs_of_the_method_hold(name: str, tmp_path: Path) -> None:
     run(sys.executable, PROGRAMS / f"{name}.py", cwd=tmp_path)
 
 
-def test_the_diagonal_of_the_walker_in_mean_edges() -> None:
-    guide = (REPOSITORY / "docs" / "guides" / "track.md").read_text()
-    (told,) = re.findall(r"A diagonal of the walker is (\d+) mean\s+edges", guide)
-    found = dynmesh.diagnose(dynmesh.synth.walker()[:1])
-    assert found.mean_edge is not None
-    assert round(found.diagonal / found.mean_edge) == int(told)
-
-
 def test_every_dependency_has_a_row_with_its_extras() -> None:
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
     extras = project["project"]["optional-dependencies"]

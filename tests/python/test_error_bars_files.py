@@ -191,15 +191,6 @@ def test_formats_keep_standard_errors_and_what_they_are_of(
         assert not again.with_name("again.standard_error_of.npy").exists()
 
 
-def test_an_overlay_hides_what_the_errors_below_are_of(
-    tmp_path: Path, completed: dynmesh.Sequence
-) -> None:
-    source, target = tmp_path / "tracked.usdc", tmp_path / "over.usda"
-    dynmesh.write(source, surface_errors(completed))
-    run("complete", source, target, "--uncertainty", "--provenance")
-    assert dynmesh.read(target).standard_error_of == "position"
-
-
 def test_files_say_only_what_errors_can_be_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
     dynmesh.write(tmp_path / "in.npz", completed)
     with np.load(tmp_path / "in.npz") as arrays:

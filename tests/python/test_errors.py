@@ -24,11 +24,6 @@ def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
     assert of_a_kind.value.frame == 1
 
 
-def test_an_error_whose_class_takes_more_than_a_message_is_passed_on() -> None:
-    with pytest.raises(InputError, match=r"^frame 4: .*can't decode byte"), locating(frame=4):
-        b"\xff".decode()
-
-
 def test_an_error_in_a_file_knows_the_file_argument_and_frame(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "a.npz"
     header = dynmesh.Header(mesh.faces, 2, 49, np.dtype(np.float64), has_known=True)

@@ -17,19 +17,18 @@ def ocean() -> dynmesh.Sequence:
 
 @pytest.mark.parametrize(
     ("factor", "units"),
-    [(1000, "mm and the reference in m"), (0.1, "cm and the reference in mm"), (1.02, None)],
+    [
+        (1000, "mm and the reference in m"),
+        (0.1, "cm and the reference in mm"),
+        (1 / 25.4, "inch and the reference in mm"),
+        (1.02, None),
+    ],
 )
 def test_another_unit_is_named(ocean: dynmesh.Sequence, factor: float, units: str | None) -> None:
     other = replace(ocean, vertices=np.float32(factor) * ocean.vertices)
     told = dynmesh.evaluate(other, ocean).remarks
     assert len(told) == (units is not None)
     assert all(f"as if it were in {units}" in remark for remark in told)
-
-
-def test_inches_are_told_from_centimetres(ocean: dynmesh.Sequence) -> None:
-    inches = replace(ocean, vertices=ocean.vertices / np.float32(25.4))
-    (told,) = dynmesh.evaluate(inches, ocean).remarks
-    assert "in inch and the reference in mm" in told
 
 
 def test_exchanged_arguments_are_told(ocean: dynmesh.Sequence, tmp_path: Path) -> None:

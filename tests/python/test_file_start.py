@@ -11,7 +11,6 @@ from commands import dynmesh_command as run
 from sequences import HISTORY, assert_same
 
 import dynmesh
-from dynmesh.completion import start as start_module
 from dynmesh.completion import ways
 
 WHOLE = 7
@@ -181,30 +180,6 @@ def test_standard_errors_begin_with_those_of_the_start(
     np.testing.assert_array_equal(made.known, made.standard_error <= 0.2)
 
 
-@pytest.mark.usefixtures("holed")
-def test_an_output_that_exists_is_noticed_before_a_start_is_put_together(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stored, output = tmp_path / "holed.npz", tmp_path / "out.npz"
-    dynmesh.complete_file(stored, output)
-    monkeypatch.setattr(start_module, "whole_frame", None)
-    with pytest.raises(FileExistsError):
-        dynmesh.complete_file(stored, output)
-
-
-def test_the_best_start_is_without_outliers_if_they_are_rejected(
-    tmp_path: Path, truth: dynmesh.Sequence
-) -> None:
-    vertices = truth.vertices.copy()
-    vertices[0, [40, 77]] += 3
-    dynmesh.write(tmp_path / "spikes.npz", replace(truth, vertices=vertices))
-    options = ("--start", "best", "--reject-outliers")
-    run("complete", tmp_path / "spikes.npz", tmp_path / "out.npz", *options)
-    made = dynmesh.read(tmp_path / "out.npz").vertices[0]
-    edge = np.linalg.norm(truth.vertices[0, 1] - truth.vertices[0, 0])
-    assert np.abs(made - truth.vertices[0])[[40, 77]].max() < 0.3 * edge
-
-
 def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence) -> None:
     garbage = holed.vertices.copy()
     garbage[WHOLE] = np.random.default_rng(0).normal(size=garbage[WHOLE].shape)  # the best frame
@@ -283,19 +258,6 @@ def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path
     assert "(0, 0, 0)" not in run("complete", lost, output, "--overwrite", "--start", "5").stderr
     said = run("complete", whole, output, "--overwrite", "--template", lost).stderr
     assert "3 vertices of the template at exactly (0, 0, 0)" in said
-
-
-def test_zeros_are_missing_in_every_frame(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    vertices = truth.vertices.copy()
-    for number in range(len(vertices)):
-        vertices[number, [70 + number % 3, 90]] = 0
-    vertices[5, 90] = truth.vertices[5, 90]
-    dynmesh.write(tmp_path / "in.npz", replace(truth, vertices=vertices))
-    said = run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero").stderr
-    assert "(0, 0, 0)" not in said
-    made = dynmesh.read(tmp_path / "out.npz").vertices
-    off = np.linalg.norm(made - truth.vertices, axis=2).max()
-    assert off < 0.05 * dynmesh.metrics.bounding_box_diagonal(truth.vertices[0])
 
 
 def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:

@@ -111,18 +111,6 @@ def test_gaps_are_refused(tmp_path: Path, numbers: list[str], missing: str | Non
                 dynmesh.open(path)
 
 
-def test_gaps_in_a_pattern_are_refused(tmp_path: Path) -> None:
-    for name in ("f_0008", "f_0009", "f_0011", "f_10"):  # the last one is of another pattern
-        (tmp_path / f"{name}.obj").write_text(TRIANGLE)
-    with pytest.raises(ValueError, match=r"f_%04d\.obj: f_0010\.obj is missing"):
-        dynmesh.open(tmp_path / "f_%04d.obj")
-    (tmp_path / "f_0010.obj").write_text(TRIANGLE)
-    assert dynmesh.open(tmp_path / "f_%04d.obj").n_frames == 4  # may start at any number
-    for path in ("g_%04d.obj", "g*.obj", "nowhere/f_%d.obj"):
-        with pytest.raises(FileNotFoundError):
-            dynmesh.open(tmp_path / path)
-
-
 def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "f_%03d.ply"
     dynmesh.write(path, replace(sequence_of(mesh, 5), start=997))

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes import Mesh
 from plain_files import FACE, POINTS, XYZ, ply
 from vtkmodules.util import numpy_support
-from vtkmodules.vtkIOPLY import vtkPLYReader
 
 import dynmesh
 from dynmesh._core import parse_ply
-from dynmesh.polygons import Polygons, as_polygons, triangulate
+from dynmesh.polygons import as_polygons
 
 vtk_to_numpy: Any = numpy_support.vtk_to_numpy
 
@@ -259,21 +257,3 @@ def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
             path.write_bytes(data)
             with pytest.raises(ValueError, match=r"a\.ply: "):
                 dynmesh.read(path)
-
-
-def test_ply_goes_to_vtk(tmp_path: Path, mesh: Mesh) -> None:
-    path = tmp_path / "a.ply"
-    expected = mesh.vertices.astype(np.float32)
-    known = np.ones((1, 49), np.bool_)
-    sizes = np.array([4, *[3] * 72, 5])
-    corners = np.array([0, 1, 8, 7, *mesh.faces.ravel(), 0, 1, 2, 10, 9])
-    faces = triangulate(Polygons(sizes, corners))
-    sequence = dynmesh.Sequence(expected[None], faces, known, polygons=Polygons(sizes, corners))
-    dynmesh.write(path, sequence)
-    reader = vtkPLYReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    points, cells = reader.GetOutput().GetPoints(), reader.GetOutput().GetPolys()
-    np.testing.assert_array_equal(vtk_to_numpy(points.GetData()), expected)
-    np.testing.assert_array_equal(np.diff(vtk_to_numpy(cells.GetOffsetsArray())), sizes)
-    np.testing.assert_array_equal(vtk_to_numpy(cells.GetConnectivityArray()), corners)

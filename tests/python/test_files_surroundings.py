@@ -125,18 +125,6 @@ def test_ply_keeps_properties_of_vertices(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.faces, [[0, 1, 2], [2, 1, 3]])
 
 
-def test_what_is_lost_is_said(tmp_path: Path) -> None:
-    (tmp_path / "in_0001.obj").write_text(OBJ)
-    with (
-        dynmesh.open(tmp_path / "in_%04d.obj") as reader,
-        dynmesh.create(tmp_path / "out.npz", reader.header) as writer,
-    ):
-        writer.append(next(iter(reader)).points)
-    (remark,) = writer.remarks
-    assert "colours, groups, materials, normals and texture coordinates" in remark
-    assert "in_0001.obj" in remark
-
-
 def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> None:
     template = tmp_path / "body.obj"
     template.write_text(OBJ)

@@ -200,12 +200,6 @@ def test_masks_have_a_sample_for_every_frame(tmp_path: Path) -> None:
             dynmesh.read(path)
 
 
-def test_age_without_generation_is_ignored(tmp_path: Path) -> None:
-    age = 'float primvars:age = 3 (interpolation = "constant")'
-    path = layer(tmp_path / "a.usda", mesh(points_at(t1=1), age))
-    assert dynmesh.read(path).age is None
-
-
 def test_stages_are_composed(tmp_path: Path) -> None:
     layer(tmp_path / "body.usda", mesh(points_at(t1=1, t2=2)), about='defaultPrim = "Body"')
     offset = "offset = 10; scale = 2"

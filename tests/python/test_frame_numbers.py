@@ -63,21 +63,6 @@ def test_completion_and_evaluation(folder: Path) -> None:
     assert whole["summary"]["maximum"] == max(float(row["maximum"]) for row in rows) > 0
 
 
-def test_messages(partial: dynmesh.Sequence, folder: Path) -> None:
-    path = folder / "broken.npz"
-    dynmesh.write(path, broken(partial))
-    refused = run("complete", path, folder / "a.npz", code=1).stderr
-    assert f"{path}: frame 1006: " in refused
-    refused = run("complete", path, folder / "a.npz", "--start", "best", code=1).stderr
-    assert f"{path}: frame 1006: " in refused
-    with pytest.raises(dynmesh.DynmeshError) as caught:
-        dynmesh.complete(broken(partial))
-    assert caught.value.frame == 1006
-    incomplete = folder / "partial.npz"
-    told = run("evaluate", incomplete, folder / "truth.npz", code=1).stderr
-    assert f"{incomplete}: frame 1002: lacks vertex" in told
-
-
 def test_findings(partial: dynmesh.Sequence, folder: Path) -> None:
     path = folder / "broken.npz"
     dynmesh.write(path, broken(partial))
@@ -102,18 +87,6 @@ def test_pictures_and_pages(truth: dynmesh.Sequence, folder: Path) -> None:
     refused = run("picture", folder / "truth.npz", "--frame", "3", *out, code=1).stderr
     assert "truth.npz: --frame: there is no frame 3, only 1001 to 1008" in refused
     assert '"numbers": [1001, 1004, 1007], ' in dynmesh.view(truth, max_frames=3).html
-
-
-def test_scans_and_what_was_tracked_in_them(truth: dynmesh.Sequence, folder: Path) -> None:
-    options = ("--scan", "--points", "900", "--cameras", "2")
-    run("degrade", folder / "truth.npz", folder / "scans", *options)
-    names = sorted(file.name for file in (folder / "scans").glob("*.ply"))
-    assert (names[0], names[-1]) == ("frame_01001.ply", "frame_01008.ply")
-    dynmesh.write(folder / "body.obj", truth[:1])
-    template = ("--template", folder / "body.obj")
-    run("track", folder / "scans", folder / "tracked_%04d.ply", *template)
-    made = sorted(file.name for file in folder.glob("tracked_*.ply"))
-    assert (made[0], made[-1]) == ("tracked_1001.ply", "tracked_1008.ply")
 
 
 @pytest.mark.parametrize(

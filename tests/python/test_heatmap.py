@@ -11,7 +11,7 @@ from meshes import Mesh, sheet
 from dynmesh import Sequence, metrics
 from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.quantities import QUANTITIES, Colour
-from dynmesh.draw.scales import CountScale, KnownScale, MeasureScale
+from dynmesh.draw.scales import CountScale, MeasureScale
 from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import PointScan, open_scans, write_ply
 
@@ -133,15 +133,6 @@ def test_an_exact_completion_has_a_scale(mesh: Mesh) -> None:
     assert not scale.position(frames[2].values["error"]).any()
 
 
-def test_many_counts_share_steps_that_double() -> None:
-    scale = CountScale("steps", 20, zero="here", minus_one="nowhere")
-    labels = ["0, here", "1", "2", "3 to 4", "5 to 8", "9 to 16", "17 to 20", "nowhere"]
-    assert [tick.label for tick in scale.ticks] == labels
-    assert len(scale.colours) == len(labels)
-    steps = (scale.position(np.array([0, 1, 2, 3, 4, 5, 8, 9, 16, 17, 20, -1])) * 8).astype(int)
-    assert steps.tolist() == [0, 1, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7]
-
-
 @pytest.mark.parametrize("largest", [*range(70), 2**20])
 def test_every_count_has_the_step_that_names_it(largest: int) -> None:
     scale = CountScale("steps", largest, zero="here")
@@ -150,11 +141,6 @@ def test_every_count_has_the_step_that_names_it(largest: int) -> None:
         label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
         first, _, last = label.split(",")[0].partition(" to ")
         assert int(first) <= count <= int(last or first)
-
-
-def test_larger_counts_have_the_last_step_if_there_may_be_any() -> None:
-    labels = [tick.label for tick in CountScale("steps", 20, zero="here", more=True).ticks]
-    assert labels[-2:] == ["9 to 16", "17 or more"]
 
 
 @pytest.mark.parametrize("colour", ["error", "generation"])
@@ -167,13 +153,6 @@ def test_larger_values_are_brighter(sequence: Sequence, mesh: Mesh, colour: Colo
     coloured = scale.colours[colour == "generation" :]  # the observed are grey
     brightness = [sum(bytes.fromhex(one.removeprefix("#"))[:2]) for one in coloured]
     assert brightness == sorted(brightness)
-
-
-def test_filled_in_is_a_step_only_where_there_can_be_any() -> None:
-    assert [tick.label for tick in KnownScale(with_filled_in=False).ticks] == ["observed"]
-    both = KnownScale(with_filled_in=True)
-    assert [tick.label for tick in both.ticks] == ["filled in", "observed"]
-    np.testing.assert_allclose(both.position(np.array([0, 1])), [0.25, 0.75])
 
 
 def test_triangles_with_a_missing_vertex_are_left_out() -> None:

@@ -1,15 +1,12 @@
 """The methods of libigl, and comparisons without it."""
 
-import sys
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
 
-from benchmarks.methods import BASELINES, LIA, Arap, Harmonic
-from benchmarks.runner import run_all
-from benchmarks.subjects import Subject, losses
+from benchmarks.methods import Arap, Harmonic
 
 
 def baselines(mesh: meshes.Mesh) -> dict[str, Any]:
@@ -62,24 +59,3 @@ def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> No
     harmonic, biharmonic, *_ = baselines(flat).values()
     assert np.abs(harmonic.complete(bowed, two_rings) - bowed).max() > 0.01
     np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)
-
-
-@pytest.mark.parametrize("faulty", ["not installed", "no solution"])
-def test_methods_that_cannot_run_are_left_out(
-    faulty: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    mesh = meshes.sheet(7)
-    frames = np.stack([meshes.turned(mesh.vertices, 0.05 * n) for n in range(5)])
-    faces = mesh.faces
-    if faulty == "not installed":
-        monkeypatch.setitem(sys.modules, "igl", None)
-    else:
-        pytest.importorskip("igl", reason="libigl is not installed")
-        faces = np.concatenate([faces, [[0, 0, 1]]])
-    subject = Subject("sheet", frames.astype(np.float32), faces, "z", 60.0)
-    found = run_all(subject, (*BASELINES, LIA), losses(subject, (0.3,), ()))
-    assert [*found] == [(LIA, "30 %")]
-    told = capsys.readouterr().err
-    reason = "import of igl halted" if faulty == "not installed" else "its solution is not finite"
-    for method in BASELINES:
-        assert f"sheet, 30 %: {method.label} is left out: {reason}" in told

@@ -114,14 +114,6 @@ def test_quiet_prints_errors_alone(folder: Path) -> None:
     assert run("complete", source, output, "--overwrite").stderr
 
 
-def test_other_vertex_counts_lead_to_tracking(folder: Path) -> None:
-    for number, size in enumerate((4, 4, 5)):
-        mesh = dynmesh.synth.ocean(1, grid=size)
-        dynmesh.write(folder / f"mesh_{number}.ply", mesh)
-    told = run("info", folder / "mesh_%d.ply", code=1).stderr
-    assert "mesh_2.ply: has 25 vertices, but mesh_0.ply has 16; dynmesh track" in told
-
-
 @pytest.mark.parametrize("loss", ["--noise 1", "--outliers 0.1", "--scan"])
 def test_simulations_say_which_file_and_frame(
     folder: Path, truth: dynmesh.Sequence, loss: str

@@ -54,17 +54,6 @@ def assert_upright(png: str) -> None:
     assert drawn.any(axis=1).sum() > 1.5 * drawn.any(axis=0).sum()
 
 
-def test_the_notebook_is_stored_with_its_pictures(notebook: Any) -> None:
-    """As benchmarks.figures.notebook stores it: who opens it sees results, but no players."""
-    assert NOTEBOOK.stat().st_size < 400_000
-    for cell, n_pictures in (("hide", 1), ("errors", 1), ("where", 2)):
-        kinds = [kind for output in outputs(notebook, cell) for kind in output.get("data", {})]
-        assert sum(kind.startswith("image/") for kind in kinds) == n_pictures
-    assert "<iframe" not in NOTEBOOK.read_text()
-    assert str(REPOSITORY) not in NOTEBOOK.read_text()
-    assert notebook.metadata.keys() == {"kernelspec", "language_info"}
-
-
 def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
     every = [output for cell in executed.cells for output in cell.get("outputs", [])]
     assert [output.text for output in every if output.get("name") == "stderr"] == []

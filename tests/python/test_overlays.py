@@ -171,26 +171,6 @@ def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
     assert check(bare)  # it does find something elsewhere
 
 
-@pytest.mark.parametrize("suffix", ["usd", "usdc", "usda"])
-def test_one_mesh_is_enough(tmp_path: Path, suffix: str) -> None:
-    scene = production(tmp_path / "scene.usdc")
-    output = tmp_path / f"over.{suffix}"
-    dynmesh_command("complete", scene, output, "--prim", HAT)
-    assert np.isnan(points_of(output, BODY)[TIMES[1]]).any()  # shows through
-    layer = Sdf.Layer.FindOrOpen(str(output))
-    (spec,) = layer.GetPrimAtPath("/World").nameChildren
-    assert spec.name == "Rig"
-    assert dynmesh.read(output, prim=HAT).known is None
-
-
-def test_a_packed_stage_can_be_below(tmp_path: Path) -> None:
-    scene = production(tmp_path / "scene.usdc")
-    assert UsdUtils.CreateNewUsdzPackage(str(scene), str(tmp_path / "scene.usdz"))
-    scene.unlink()
-    over(tmp_path / "scene.usdz", tmp_path / "over.usda")
-    assert np.isfinite(points_of(tmp_path / "over.usda", BODY)[TIMES[1]]).all()
-
-
 def test_samples_have_the_times_of_the_scene_to_the_last_bit(tmp_path: Path) -> None:
     """A sublayer with another rate has its samples at times that have many digits."""
     production(tmp_path / "fast.usda")

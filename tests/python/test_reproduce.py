@@ -1,7 +1,6 @@
 """What script/reproduce makes, on a small sequence; the measurements are not tested."""
 
 import csv
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import meshes
 import numpy as np
 import pytest
-from conftest import REPOSITORY
 from numpy.typing import NDArray
 
 import dynmesh
@@ -103,13 +101,6 @@ def test_claims_follow_from_the_numbers() -> None:
     assert with_times(float)[real]
     assert not with_times(np.exp)[linear]
     assert not with_times(np.exp)[real]
-
-
-def test_what_is_no_table_is_refused() -> None:
-    command = REPOSITORY / "script" / "reproduce"
-    done = subprocess.run([command, "nothing"], capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert "nothing: is no table; there are paper, two-readings" in done.stderr
 
 
 def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:

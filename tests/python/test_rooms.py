@@ -59,24 +59,6 @@ def test_a_room_is_seen_around_the_subject_and_hides_nothing_of_it(
     assert added > 64 * 48
 
 
-def test_noise_is_measured_in_edges_of_the_subject(body: Mesh) -> None:
-    room = degrade.room_around(body.vertices)
-    (found,) = degrade.scan_points(
-        [body.vertices], body.faces, 4, points=4000, noise=0.5, room=room
-    )
-    far = np.linalg.norm(found.points - body.vertices.mean(axis=0), axis=1)
-    beyond = found.points[far > 1.5 * np.linalg.norm(np.ptp(body.vertices, axis=0))]
-    assert len(beyond) > 1000
-    expected = 0.5 * mean_edge_of(body.vertices, body.faces)
-    assert 0.8 < np.sqrt((heights(beyond, room) ** 2).mean()) / expected < 1.2
-
-
-def test_only_scans_have_a_room(body: Mesh, tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "a.npz", dynmesh.Sequence(body.vertices[None], body.faces))
-    told = run("degrade", tmp_path / "a.npz", tmp_path / "b.npz", "--room", code=2)
-    assert "--room" in told.stderr
-
-
 class Rooms(NamedTuple):
     """Folders of scans with and without a room, of the same truth."""
 

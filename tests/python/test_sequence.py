@@ -79,15 +79,6 @@ def test_a_slice_cuts_everything_alike(
     assert (part.times is None) == (not timed and frames.step is None)
 
 
-def test_slices_of_slices_and_of_sparse_sequences(numbered: dynmesh.Sequence) -> None:
-    part = numbered[1:9:2][1:][::2]
-    np.testing.assert_array_equal(part.vertices[:, 0, 0], [3, 7])
-    np.testing.assert_array_equal(part.times, [1004, 1008])
-    plain = dynmesh.Sequence(numbered.vertices, numbered.faces)[2:4]
-    assert (plain.known, plain.generation, plain.age, plain.times) == (None,) * 4
-    assert plain.start == 2
-
-
 def test_a_slice_is_written_at_its_times(numbered: dynmesh.Sequence, tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "part.npz", numbered[2::3])
     again = dynmesh.read(tmp_path / "part.npz")

@@ -2,7 +2,7 @@
 
 import inspect
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 from meshes import Mesh
@@ -10,7 +10,6 @@ from meshes import Mesh
 import dynmesh
 from dynmesh import _core
 from dynmesh._errors import KindError, SettingError
-from dynmesh.settings import Settings
 
 PARAMETERS = inspect.signature(dynmesh.Completer).parameters
 TAKES = {
@@ -47,10 +46,6 @@ def test_the_signature_shows_every_setting_of_the_core(kind: Any, defaults: dict
     assert {name: taken[name].default for name in keywords} == defaults | {"training": None}
 
 
-def test_the_type_for_editors_is_that_of_the_completer() -> None:
-    assert Settings.__annotations__ == {name: PARAMETERS[name].annotation for name in TAKES}
-
-
 def test_a_file_is_completed_with_the_defaults_of_the_core() -> None:
     parameters = inspect.signature(dynmesh.complete_file).parameters
     shared = parameters.keys() & TAKES.keys()
@@ -77,14 +72,6 @@ def test_a_value_out_of_range_is_refused_by_the_name_of_its_setting(
     with pytest.raises(SettingError) as refused:
         dynmesh.Completer(mesh.faces, mesh.vertices, **given)
     assert refused.value.argument == name
-
-
-def test_every_choice_is_one_of_the_core(mesh: Mesh) -> None:
-    for name in ("method", "disconnected"):
-        for choice in get_args(PARAMETERS[name].annotation):
-            given: Any = {name: choice}
-            made = dynmesh.Completer(mesh.faces, mesh.vertices, **given)
-            assert made.settings[name] == choice
 
 
 @pytest.mark.parametrize("name", [name for name in TAKES if name != "method"])

@@ -1,22 +1,18 @@
 """Pages and pictures have one scale, and sequences show themselves in notebooks."""
 
-import io
 from dataclasses import replace
 from html import unescape
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, sheet
+from meshes import Array, sheet
 from test_missing_extras import hide
 
 import dynmesh
-from dynmesh._core import default_settings
 from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap
 from dynmesh.draw.scales import MOST_FRAMES, Scale
-from dynmesh.settings import Settings
 
 pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynmesh[view]'")
 
@@ -75,34 +71,6 @@ def size_of(html: str) -> int:
     return len(html.encode())
 
 
-def test_a_notebook_plays_a_sequence_without_network(
-    moving: dynmesh.Sequence, tmp_path: Path, browser: Any
-) -> None:
-    html = html_of(moving)
-    assert size_of(html) < notebook.LARGEST_PLAYER
-    (tmp_path / "cell.html").write_text(f"<!doctype html><meta charset=utf-8>{html}")
-    page = browser.new_page()
-    requests: list[str] = []
-    errors: list[str] = []
-    page.on("request", lambda request: requests.append(request.url))
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto((tmp_path / "cell.html").as_uri())
-    player = page.frame_locator("iframe")
-    player.get_by_role("button", name="Pause").wait_for()  # it plays at once
-    pictures = []
-    for frame in (0, 3):
-        player.get_by_role("slider").first.fill(str(frame))
-        player.locator(f"[data-drawn^='{frame} ']").wait_for()
-        shot = player.locator("canvas").first.screenshot()
-        with pytest.importorskip("PIL.Image").open(io.BytesIO(shot)) as image:
-            pictures.append(np.asarray(image.convert("RGB")).astype(int))
-    assert in_colour(pictures[0]).sum() > 5000
-    assert (pictures[0] != pictures[1]).any(axis=2).sum() > 2000
-    page_itself = (tmp_path / "cell.html").as_uri()
-    assert [url for url in requests if not url.startswith(("blob:", "data:"))] == [page_itself]
-    assert errors == []
-
-
 def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence) -> None:
     assert '"fps": 10.0' in unescape(html_of(moving))
     assert '"fps": 5.0' in unescape(html_of(moving[::2]))
@@ -150,15 +118,3 @@ def test_without_the_extra_a_sequence_is_a_table(
     assert "this needs k3d: pip install &#x27;dynmesh[view]&#x27;" in html
     assert "144 vertices, 242 faces" in html
     assert size_of(html) < 1000
-
-
-@pytest.mark.parametrize(
-    "settings", [{}, {"method": "detail", "noise": 0.5}, {"disconnected": "hold"}]
-)
-def test_settings_can_be_read_back(mesh: Mesh, settings: Settings) -> None:
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
-    assert completer.settings == default_settings() | settings
-    completer.settings["threads"] = 5  # a copy
-    assert (
-        dynmesh.Completer(mesh.faces, mesh.vertices, **completer.settings).settings["threads"] == 1
-    )

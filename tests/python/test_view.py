@@ -144,19 +144,6 @@ def test_thinning_keeps_original_vertices_and_prints_nothing(
     assert capfd.readouterr() == ("", "")
 
 
-def test_small_meshes_are_not_thinned(mesh: Mesh) -> None:
-    kept, triangles = thin(mesh.faces, mesh.vertices, 49)
-    assert kept.tolist() == list(range(49))
-    np.testing.assert_array_equal(triangles, mesh.faces)
-
-
-def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
-    vertices = np.concatenate([np.zeros((500, 3)), mesh.vertices])
-    kept, triangles = thin(mesh.faces + 500, vertices, 100)
-    assert kept.tolist() == list(range(500, 549))
-    np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)
-
-
 def test_a_large_mesh_needs_a_complete_frame_0(mesh: Mesh) -> None:
     vertices = mesh.vertices.copy()
     vertices[7, 1] = np.nan

@@ -98,15 +98,6 @@ def test_frames_may_come_in_any_form(recording: Recording, tmp_path: Path) -> No
             assert whole.frame == expected.frame
 
 
-def test_float32_stays_float32(recording: Recording) -> None:
-    single = recording.frames.astype(np.float32)
-    whole = dynmesh.whole_frame(recording.faces, single, recording.known)
-    here = recording.known[whole.frame]
-    assert whole.positions.dtype == whole.standard_error.dtype == single.dtype
-    np.testing.assert_array_equal(whole.positions[here], single[whole.frame][here])
-    assert recording.error(whole, ~here) < 0.05
-
-
 def test_outliers_are_those_of_the_method_and_do_no_harm() -> None:
     recording = Recording(share=0.8)
     clean = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
@@ -175,26 +166,6 @@ def test_a_part_that_only_another_frame_knows_is_taken_from_it(
     assert np.isinf(whole.standard_error[part]).all()
 
 
-def test_a_part_that_no_frame_knows_is_finite_and_said_to_be_unknown(
-    in_two_parts: tuple[Mesh, Array, Array],
-) -> None:
-    mesh, frames, known = in_two_parts
-    part = slice(49, None)
-    known = known.copy()
-    known[:, part] = False
-    whole = dynmesh.whole_frame(mesh.faces, frames, known)
-    assert np.isfinite(whole.positions).all()
-    assert not whole.seen[part].any()
-    assert np.isinf(whole.standard_error[part]).all()
-
-
-def test_frames_that_do_not_belong_together_are_doubtful(recording: Recording) -> None:
-    garbage = np.random.default_rng(0).normal(size=recording.frames.shape)
-    frames = np.where(np.arange(12)[:, None, None] % 3 == 0, recording.frames, 5 * garbage)
-    whole = dynmesh.whole_frame(recording.faces, frames, recording.known)
-    assert whole.doubtful
-
-
 def test_where_the_others_do_not_help_the_frame_is_filled_smoothly(recording: Recording) -> None:
     known = recording.known.copy()
     known[3] = True
@@ -207,14 +178,6 @@ def test_where_the_others_do_not_help_the_frame_is_filled_smoothly(recording: Re
     assert whole.doubtful
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
     assert (whole.standard_error[20:40] > 0.3).all()
-
-
-@pytest.mark.parametrize("share", [0.01, 0.1])
-def test_little_that_is_known_gives_something_finite(share: float) -> None:
-    recording = Recording(n=40, share=share)
-    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known)
-    assert np.isfinite(whole.positions).all()
-    assert not np.isnan(whole.standard_error).any()
 
 
 def test_progress_counts_and_its_errors_stop_the_work(
