@@ -285,3 +285,26 @@ def test_a_template_in_another_unit_is_reported(partial: dynmesh.Sequence, tmp_p
         for remark in report.remarks:
             assert "it must be in the unit of the sequence" in remark
             assert float(remark.split()[6]) == pytest.approx(factor, rel=0.2)
+
+
+def test_the_report_of_a_file_counts(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+    assert partial.known is not None
+    astray = list(dynmesh.degrade.add_outliers(partial.vertices, partial.faces, 0.02))
+    spoilt = replace(partial, vertices=np.stack(astray))[WHOLE:]
+    dynmesh.write(tmp_path / "in.npz", spoilt)
+    completer = dynmesh.Completer(spoilt.faces, spoilt[0], reject_outliers=True)
+    reports = []
+    for points, known in zip(spoilt.vertices[1:], partial.known[WHOLE + 1 :], strict=True):
+        completer.push(points, known)
+        reports.append(completer.report)
+    for rejects in (False, True):
+        report = dynmesh.complete_file(
+            tmp_path / "in.npz", tmp_path / "out.npz", reject_outliers=rejects, overwrite=True
+        )
+        assert report.rejected == (sum(one.rejected for one in reports) if rejects else 0)
+        assert any(f"{report.rejected} outliers" in line for line in report.lines()) == rejects
+    counts = [(one.known, one.filled, one.disconnected) for one in reports]
+    assert (report.known, report.filled, report.disconnected) == tuple(np.sum(counts, axis=0))
+    assert report.rejected > 0
+    assert report.seconds_per_frame is not None
+    assert report.seconds_per_frame > 0

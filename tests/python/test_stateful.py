@@ -7,6 +7,8 @@ scene and must agree up to rounding, as long as inputs that are moved by as litt
 the same frames.
 """
 
+import copy
+import pickle
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -45,6 +47,11 @@ class Place(NamedTuple):
 
 
 HERE = Place()
+COPIES: dict[str, Callable[[Any], Any]] = {
+    "pickled": lambda subject: pickle.loads(pickle.dumps(subject)),
+    "copied": copy.copy,
+    "copied deeply": copy.deepcopy,
+}
 Call = Callable[[Any, Place], Array | None]
 
 
@@ -78,6 +85,14 @@ def breadth_first(faces: Array, known: Array) -> Array:
     return generation
 
 
+def sharing(make: Callable[[], Subject]) -> Subject:
+    """Makes one whose pieces are small and wait for the other thread, so that both do some."""
+    usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
+    made = make()
+    _core._set_task_sharing(*usual)
+    return made
+
+
 class AnyCalls(RuleBasedStateMachine):
     """What holds for completers and trackers alike."""
 
@@ -102,10 +117,7 @@ class AnyCalls(RuleBasedStateMachine):
         self.first = Place(self.unit, angle, shift).points(first).astype(self.dtype)
         self.draw_settings(data)
         self.threads = data.draw(st.sampled_from([1, 2]))
-        # Pieces are small and calls wait for the other thread, so that both share the work.
-        usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
-        self.subject: Any = self.make(HERE, self.threads)
-        _core._set_task_sharing(*usual)
+        self.subject: Any = sharing(lambda: self.make(HERE, self.threads))
         self.age = np.zeros(self.k, np.int32)
         self.accepted: list[Accepted] = []
         self.saved: list[tuple[bytes, Array, int]] = []
@@ -226,15 +238,22 @@ class AnyCalls(RuleBasedStateMachine):
         self.saved.append((self.subject.state(), self.age.copy(), len(self.accepted)))
 
     @precondition(lambda self: self.saved)
-    @rule(data=st.data(), elsewhere=st.booleans())
-    def restore(self, data: st.DataObject, elsewhere: bool) -> None:
+    @rule(data=st.data(), how=st.sampled_from(["here", "elsewhere", *COPIES]))
+    def restore(self, data: st.DataObject, how: str) -> None:
         state, age, n = data.draw(st.sampled_from(self.saved))
         self.age = age.copy()
         self.accepted = self.accepted[:n]
         self.saved = [one for one in self.saved if one[2] <= n]
-        if elsewhere:
+        if how == "elsewhere":
             self.subject = self.make(HERE, 1)
             self.threads = 1
+        elif how in COPIES:
+            before, left = self.subject.state(), self.subject
+            self.subject = sharing(lambda: COPIES[how](left))
+            assert self.subject.state() == before
+            assert self.subject.settings == left.settings
+            left.skip()  # which does not concern the copy
+            assert self.subject.state() == before
         self.subject.restore(state)
         assert self.subject.state() == state
 

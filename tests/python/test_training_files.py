@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, sheet
+from meshes import sheet
+from test_file_start import completed, expected_of
 from test_training import poses
 
 import dynmesh
@@ -41,25 +42,6 @@ def recordings(tmp_path: Path) -> list[Path]:
     return paths
 
 
-def expected_of(
-    sequence: dynmesh.Sequence, training: Array | None, order: list[int]
-) -> dict[int, Array]:
-    """The frames with these numbers, completed in this order in memory."""
-    assert sequence.known is not None
-    first = sequence.vertices[order[0]]
-    completer = dynmesh.Completer(sequence.faces, first, method="detail", training=training)
-    frames = {order[0]: first}
-    for i in order[1:]:
-        frames[i] = completer.push(sequence.vertices[i], sequence.known[i])
-    return frames
-
-
-def both_ways(sequence: dynmesh.Sequence, training: Array | None) -> Array:
-    frames = expected_of(sequence, training, list(range(WHOLE, -1, -1)))
-    frames |= expected_of(sequence, training, list(range(WHOLE, 9)))
-    return np.stack([frames[i] for i in range(9)])
-
-
 def test_both_directions_learn_from_all_files(
     tmp_path: Path,
     partial: dynmesh.Sequence,
@@ -79,10 +61,10 @@ def test_both_directions_learn_from_all_files(
         tmp_path / "partial.npz", tmp_path / "out.npz", start=WHOLE, training=recordings
     )
     both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
-    expected = both_ways(partial, both)
+    expected = expected_of(partial, WHOLE, training=both).vertices
     made = dynmesh.read(tmp_path / "out.npz").vertices
     np.testing.assert_array_equal(made, expected)
-    assert np.abs(made - both_ways(partial, None)).max() > 0.01
+    assert np.abs(made - expected_of(partial, WHOLE).vertices).max() > 0.01
     assert read == [0]  # once, all frames
     assert report.prior_weight is not None
     assert report.prior_share is not None
@@ -108,9 +90,9 @@ def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, n
         tmp_path / "partial.npz", tmp_path / "out.npz", training=str(tmp_path / name)
     )
     stored = dynmesh.read(tmp_path / name, faces=_faces_for(name))
-    expected = expected_of(partial, stored.vertices, list(range(9)))
+    expected = completed(partial, list(range(9)), training=stored.vertices)
     made = dynmesh.read(tmp_path / "out.npz").vertices
-    np.testing.assert_array_equal(made, np.stack([expected[i] for i in range(9)]))
+    np.testing.assert_array_equal(made, [expected[i][0] for i in range(9)])
 
 
 def _faces_for(name: str) -> Any:
