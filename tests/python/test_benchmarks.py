@@ -14,8 +14,7 @@ from conftest import REPOSITORY
 
 import dynmesh
 from benchmarks import __main__ as benchmarks
-from benchmarks import harness, instructions, speed
-from benchmarks.harness import Table
+from benchmarks import instructions, speed
 from benchmarks.subjects import from_file, losses
 
 Run = Any
@@ -93,18 +92,6 @@ def test_a_table_is_whole(
             assert head_of(path) == head_of(DOCS / "tables" / path.name)
 
 
-def test_pairs_of_a_folder_are_registered(run: Run, tmp_path: Path) -> None:
-    mesh = meshes.sheet(9)
-    for name, suffix in (("man_src", "obj"), ("man_tar", "ply"), ("other", "obj")):
-        frame = dynmesh.Sequence(mesh.vertices[None], mesh.faces)
-        dynmesh.write(tmp_path / f"{name}.{suffix}", frame)
-    ((_, row),) = run("registration", "--pairs", tmp_path)
-    assert row[:4] == ["man_src.obj", "whole", "dynmesh", "-"]
-    (tmp_path / "man_tar.ply").unlink()
-    with pytest.raises(ValueError, match="has no pairs of files"):
-        run("registration", "--pairs", tmp_path)
-
-
 @pytest.mark.usefixtures("coarse_figures")
 def test_the_tables_of_speed_are_whole(folder: Path, tmp_path: Path) -> None:
     subject = from_file(folder / "sheet.npz")
@@ -118,19 +105,6 @@ def test_the_tables_of_speed_are_whole(folder: Path, tmp_path: Path) -> None:
     speed._draw_error_and_time(found, [tmp_path])
     figures = {path.name for path in tmp_path.glob("*.png")}
     assert figures == {path.name for path in (DOCS / "figures" / "speed").iterdir()}
-
-
-def test_tables_are_replaced_in_the_documentation(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(harness, "DOCS", tmp_path)
-    (tmp_path / "tables").mkdir()
-    (tmp_path / "tables" / "here.csv").write_text("old\n")
-    arguments = harness.parser("", folder=False).parse_args(["--docs"])
-    for name in ("here", "nowhere"):
-        harness.show(arguments, Table(name, [("a", "b"), ("`c`", "**1**")]))
-    (path,) = (tmp_path / "tables").iterdir()
-    assert path.read_bytes() == b"a,b\nc,1\n"
 
 
 def test_a_frame_takes_no_more_instructions_than_recorded(

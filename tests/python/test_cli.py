@@ -62,16 +62,6 @@ def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
         np.testing.assert_array_equal(dynmesh.read(out).vertices, expected)
 
 
-def test_known_masks_add_up(folder: Path, tmp_path: Path) -> None:
-    run("degrade", folder / "partial.npz", tmp_path / "less.npz", "--known", "0.5", "--seed", "9")
-    first = dynmesh.read(folder / "partial.npz").known
-    second = dynmesh.read(tmp_path / "less.npz").known
-    assert first is not None
-    assert second is not None
-    assert not (second & ~first).any()
-    assert 0.1 < second[1:].mean() < 0.2
-
-
 def test_degrade_equals_the_library(folder: Path, tmp_path: Path) -> None:
     truth = dynmesh.read(folder / "truth.npz")
     frames, faces, degrade = truth.vertices, truth.faces, dynmesh.degrade

@@ -55,13 +55,6 @@ def test_a_patch_stays_for_its_lifetime_and_jumps() -> None:
     assert jumps.tolist() == [16, 31, 46, 61, 76, 91]
 
 
-def test_patches_do_not_jump_all_at_once() -> None:
-    hidden = hidden_patches(patches=4, lifetime=12)
-    changes = (hidden[2:] & ~hidden[1:-1]).sum(axis=1)
-    assert np.flatnonzero(changes).tolist() == list(range(2, 98, 3))
-    assert changes.max() <= round((1 - 0.7 ** (1 / 4)) * 900)  # one patch
-
-
 def test_a_patch_keeps_to_its_component() -> None:
     two = meshes.join(meshes.sheet(3), meshes.sheet(20)).faces
     masks = list(degrade.patch_known(two, 200, 409, 0.5, patches=1, lifetime=1))

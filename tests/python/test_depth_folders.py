@@ -86,14 +86,6 @@ def test_damaged_images_are_lost(tmp_path: Path, content: bytes | None, told: st
     assert "frame 2" in reader.lost[-1]
 
 
-def test_the_size_of_most_images_counts(tmp_path: Path) -> None:
-    folder = three_frames(tmp_path / "s")
-    cameras = folder / "cameras.json"
-    write_cameras(cameras, Rig(tuple(replace(c, size=None) for c in a_rig(2).cameras)))
-    (folder / "depth_00000_c0.png").write_bytes(saved(Image.new("I;16", (9, 6), 7)))
-    assert seen(open_scans(folder))[0] == [("c1", 1)]
-
-
 def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
     folder = three_frames(tmp_path / "s")
     for file in folder.glob("*_c1.png"):

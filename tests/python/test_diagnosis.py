@@ -16,7 +16,7 @@ from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
-from dynmesh.diagnosis.finding import CODES, MOST_PLACES
+from dynmesh.diagnosis.finding import CODES
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
@@ -153,19 +153,6 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
     json.dumps(diagnosis.as_dict(), allow_nan=False)
 
 
-def test_json_holds_it_all_and_is_limited() -> None:
-    sequence, _ = BROKEN["outliers"]()
-    diagnosis = dynmesh.diagnose(sequence)
-    (finding,) = json.loads(json.dumps(diagnosis.as_dict()))["findings"]
-    assert finding["where"] == {"vertices": [50], "faces": [], "frames": [4]}
-    assert finding["worst"] == pytest.approx(10 / 1.1, rel=0.3)  # mean edges
-    still = np.zeros((2, 3 * MOST_PLACES, 3)) + np.arange(3 * MOST_PLACES)[:, None]
-    alone = dynmesh.diagnose(Sequence(still, np.array([[0, 0, 0]])))
-    isolated = next(f for f in alone.findings if f.code == "isolated_vertices")
-    assert isolated.count == 3 * MOST_PLACES
-    assert len(isolated.where.vertices) == MOST_PLACES
-
-
 def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     sequence = moving(sheet(12))
     first, edges = sequence.vertices[0].astype(float), set()
@@ -181,24 +168,6 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert f"is {0.2 * mean:.3g}" in shown
     point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
     assert point.mean_edge is None
-
-
-def test_vertices_first_observed_at_the_origin_are_not_missing() -> None:
-    """Tests a vertex that is fixed at the origin and missing in frame 0."""
-    pinned = dynmesh.synth.ocean(6, grid=8)
-    vertices = pinned.vertices - pinned.vertices[:, :1]
-    vertices[0, 0] = np.nan
-    found = dynmesh.diagnose(Sequence(vertices, pinned.faces))
-    assert "first_frame_incomplete" in codes(found)
-    assert "zeros" not in " ".join(codes(found))
-
-
-def test_most_of_frame_0_may_be_zeros() -> None:
-    most = moving(sheet(12))
-    most.vertices[0, :140] = 0
-    found = {finding.code: finding.count for finding in dynmesh.diagnose(most).findings}
-    assert found["first_frame_zeros"] == 140
-    assert "coincident_vertices" not in found
 
 
 def test_vertices_in_place_at_the_origin_are_no_zeros() -> None:

@@ -10,7 +10,7 @@ from meshes import Array
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.calibration import Calibrating, Distances, rank_correlation
+from dynmesh.calibration import Calibrating, rank_correlation
 
 Masks = list[NDArray[np.bool_]]
 
@@ -108,16 +108,3 @@ def test_rank_correlation_is_that_of_scipy(values: list[int], seed: int) -> None
         assert found is None
     else:
         assert found == pytest.approx(stats.spearmanr(values, other).statistic)
-
-
-@given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=5))
-def test_distances_are_quantiles_of_normal_errors(bars: list[float]) -> None:
-    distances = Distances()
-    assert distances.within(0.9) is None
-    many = np.repeat(bars, 2000)
-    distances.add(many, np.ones(len(many), bool))
-    within = distances.within(0.9)
-    assert within is not None
-    rng = np.random.default_rng(0)
-    errors = np.linalg.norm(rng.normal(size=(len(many), 3)) * many[:, None], axis=1)
-    assert (errors <= within).mean() == pytest.approx(0.9, abs=0.025)

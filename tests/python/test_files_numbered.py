@@ -12,7 +12,6 @@ from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 
 import dynmesh
 from dynmesh import files
-from dynmesh.polygons import Polygons, triangulate
 
 
 def sequence_of(mesh: Mesh, n: int = 3, dtype: Any = np.float32) -> dynmesh.Sequence:
@@ -246,21 +245,6 @@ def test_masks_come_with_every_frame_or_none(tmp_path: Path, mesh: Mesh) -> None
     (tmp_path / "f0.ply").rename(tmp_path / "f2.ply")
     with pytest.raises(ValueError, match=r"f2\.ply: has no known masks, unlike f1\.ply"):
         dynmesh.read(tmp_path / "f%d.ply")
-
-
-@pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_large_polygons_survive(tmp_path: Path, suffix: str) -> None:
-    rng = np.random.default_rng(1)
-    sizes = np.array([300, 3, 5], np.int32)
-    polygons = Polygons(sizes, rng.integers(0, 300, sizes.sum()).astype(np.int32))
-    vertices = rng.normal(size=(2, 300, 3))
-    path = tmp_path / f"f%d{suffix}"
-    dynmesh.write(path, dynmesh.Sequence(vertices, triangulate(polygons), polygons=polygons))
-    again = dynmesh.read(path)
-    assert again.polygons is not None
-    for one, other in zip(again.polygons, polygons, strict=True):
-        np.testing.assert_array_equal(one, other)
-    np.testing.assert_array_equal(again.faces, triangulate(polygons))
 
 
 @pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])

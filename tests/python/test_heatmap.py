@@ -133,6 +133,15 @@ def test_an_exact_completion_has_a_scale(mesh: Mesh) -> None:
     assert not scale.position(frames[2].values["error"]).any()
 
 
+def test_many_counts_share_steps_that_double() -> None:
+    scale = CountScale("steps", 20, zero="here", minus_one="nowhere")
+    labels = ["0, here", "1", "2", "3 to 4", "5 to 8", "9 to 16", "17 to 20", "nowhere"]
+    assert [tick.label for tick in scale.ticks] == labels
+    assert len(scale.colours) == len(labels)
+    more = CountScale("steps", 20, zero="here", more=True)
+    assert [tick.label for tick in more.ticks][-2:] == ["9 to 16", "17 or more"]
+
+
 @pytest.mark.parametrize("largest", [*range(70), 2**20])
 def test_every_count_has_the_step_that_names_it(largest: int) -> None:
     scale = CountScale("steps", largest, zero="here")

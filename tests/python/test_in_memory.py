@@ -107,33 +107,6 @@ def test_errors_by_frame_of_missing_vertices_alone(
     run("evaluate", *paths, "--csv", table, code=1)  # it exists
 
 
-def test_files_without_faces_are_evaluated_with_a_template(
-    truth: dynmesh.Sequence, partial: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
-) -> None:
-    expected = dynmesh.evaluate(completed, truth, only="missing")
-    for name, sequence in (("done", completed), ("truth", truth), ("partial", partial)):
-        np.save(tmp_path / f"{name}.npy", sequence.vertices)
-    assert partial.known is not None
-    np.save(tmp_path / "partial.known.npy", partial.known)
-    template = tmp_path / "mesh.obj"
-    dynmesh.write(template, truth[:1])
-    done, known, true = (tmp_path / f"{name}.npy" for name in ("done", "partial", "truth"))
-    with pytest.raises(ValueError, match=r"done\.npy: holds only positions"):
-        dynmesh.evaluate(done, true)
-    for given in ((done, known), (completed, known), (done, partial)):
-        found = dynmesh.evaluate(
-            given[0], true, only="missing", partial=given[1], template=template
-        )
-        assert found.nmsve == pytest.approx(expected.nmsve)
-        assert found.mean == pytest.approx(expected.mean)
-    options = ("--only", "missing", "--input", known, "--template", template, "--json")
-    said = json.loads(run("evaluate", done, true, *options).stdout)
-    assert said["summary"]["mean"] == pytest.approx(expected.mean)
-    dynmesh.write(template, dynmesh.Sequence(truth.vertices[:1, :3], truth.faces[:1] % 3))
-    with pytest.raises(ValueError, match=r"done\.npy: has .* vertices, but the mesh .* has 3"):
-        dynmesh.evaluate(done, true, template=template)
-
-
 def test_pages_and_pictures_are_those_of_the_file(
     truth: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
 ) -> None:

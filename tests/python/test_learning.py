@@ -1,13 +1,10 @@
 """Method detail that learns from the frames that it completes."""
 
-from pathlib import Path
-from typing import Any
-
 import meshes
 import numpy as np
 import pytest
 from meshes import Array, Mesh
-from test_training import completed, error, errors_of
+from test_training import completed, error
 from training_reference import Learned
 
 import dynmesh
@@ -79,38 +76,3 @@ def test_what_recurs_is_completed_more_accurately(sheet: Mesh, clip: tuple[Array
     assert error(frames[31:], np.stack(learned[30:])) < 0.9 * error(
         frames[31:], np.stack(plain[30:])
     )
-
-
-@pytest.mark.parametrize("settings", [{}, {"noise": 0.02}])
-def test_a_state_continues(sheet: Mesh, clip: tuple[Array, Array], settings: Any) -> None:
-    """After each number of slices, and around the frame in which a shape first leaves."""
-    frames, masks = clip
-
-    def make(**more: Any) -> dynmesh.Completer:
-        return dynmesh.Completer(
-            sheet.faces, frames[0], method="detail", **{"learn": True, **settings, **more}
-        )
-
-    one, others = make(), []
-    for n, (points, known) in enumerate(zip(frames[1:], masks, strict=True)):
-        if n in (3, 4, 5, 6, 7, 8, 9, 56, 57, 58, 59, 60, 61, 62, 63, 64, 65, 66, 67, 68, 69):
-            others.append(make(threads=2))
-            others[-1].restore(one.state())
-            assert others[-1].state() == one.state()
-        expected = one.push(points, known)
-        for other in others:
-            np.testing.assert_array_equal(other.push(points, known), expected)
-    for other in others:
-        assert other.state() == one.state()
-    with pytest.raises(ValueError, match="learn is True, not False"):
-        make(learn=False).restore(one.state())
-
-
-@pytest.mark.parametrize(("name", "most"), [("ea_bone", 0.80), ("ocean_sim_50x50", 1.02)])
-def test_recorded_subjects(data: Path, name: str, most: float) -> None:
-    """One recurs, the other does not."""
-    sequence = dynmesh.read(data / f"{name}.npz")
-    frames = sequence.vertices[:60]
-    masks = list(dynmesh.degrade.patch_known(sequence.faces, 60, frames.shape[1], 0.3, seed=0))[1:]
-    errors = errors_of(sequence, frames, masks, {"learn": False}, {"learn": True})
-    assert errors[1] <= most * errors[0]

@@ -1,7 +1,6 @@
 """Distortions of lenses are undone, by OpenCV as its documentation describes them."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -84,18 +83,6 @@ def test_a_distortion_is_undone(tmp_path: Path, k: list[float], slope: tuple[flo
     assert deviation(tmp_path, slope) == (bias, spread, share)
 
 
-def test_the_margins_of_a_distorted_image_are_kept(tmp_path: Path) -> None:
-    cameras = {"cameras": [a_camera() | {"distortion": LENS}]}
-    (tmp_path / "cameras.json").write_text(json.dumps(cameras))
-    (tmp_path / "0.png").write_bytes(tilted(INTRINSICS, LENS, (0.0, 0.0)))
-    (scan,) = open_scans(tmp_path)
-    assert isinstance(scan, DepthScan)
-    x, y, z = scan.cloud.T
-    u, v = through_lens(x / z, y / z, LENS)
-    assert np.ptp(u) * INTRINSICS["fx"] == pytest.approx(INTRINSICS["width"] - 1, abs=1.5)
-    assert np.ptp(v) * INTRINSICS["fy"] == pytest.approx(INTRINSICS["height"] - 1, abs=1.5)
-
-
 @pytest.mark.parametrize("k", [[0, 0, 0, 3.0], [0, 0, 0, 0, 0, 40.0, 0, 0]])
 def test_a_distortion_that_folds_over_is_refused(tmp_path: Path, k: list[float]) -> None:
     three_frames(tmp_path / "s")
@@ -104,16 +91,3 @@ def test_a_distortion_that_folds_over_is_refused(tmp_path: Path, k: list[float])
     (tmp_path / "c.json").write_text(json.dumps(told))
     with pytest.raises(DynmeshError, match=r"c\.json: distortion: that of camera 'c1' folds over"):
         open_scans(tmp_path / "s", cameras=tmp_path / "c.json")
-
-
-def test_opencv_is_named_where_it_is_missing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    three_frames(tmp_path / "s")
-    open_scans(tmp_path / "s")
-    told = json.loads((tmp_path / "s" / "cameras.json").read_text())
-    told["cameras"][1]["distortion"] = LENS
-    (tmp_path / "s" / "cameras.json").write_text(json.dumps(told))
-    with pytest.raises(ImportError, match=r"dynmesh\[scans\]"):
-        open_scans(tmp_path / "s")

@@ -75,27 +75,6 @@ def test_space_is_looked_at_before_a_job(
     run(*line.format("out.npz").split())
 
 
-def test_hashes_are_the_numbers_of_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder)
-    run("convert", "truth.npz", "walk.####.obj")
-    assert sorted(file.name for file in folder.glob("walk.*")) == [
-        f"walk.000{n}.obj" for n in range(N)
-    ]
-    whole, pattern = dynmesh.read("walk.####.obj"), dynmesh.read("walk.%04d.obj")
-    np.testing.assert_array_equal(whole.vertices, pattern.vertices)
-    (folder / "walk.0002.obj").unlink()
-    told = run("info", "walk.####.obj", code=1).stderr
-    assert "walk.####.obj: walk.0002.obj is missing" in told
-    shutil.copy("body.obj", "take#2 ##.obj")  # a name as it is
-    assert len(dynmesh.read("take#2 ##.obj")) == 1
-    options = ("--scan", "--points", "900", "--cameras", "2")
-    run("degrade", "truth.npz", "scans", *options)
-    run("track", "scans/frame_#####.ply", "a.npz", "--template", "body.obj")
-    run("degrade", "truth.npz", "depth", "--depth", "64x48", "--cameras", "1")
-    run("track", "depth/depth_#####_0.png", "b.npz", "--template", "body.obj")
-    assert len(dynmesh.read("b.npz")) == N
-
-
 @pytest.mark.parametrize(
     ("pattern", "name"),
     [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],

@@ -110,14 +110,6 @@ def test_the_layer_only_has_opinions_on_what_changed(shot: Path) -> None:
     assert list(layer.subLayerPaths) == ["./../scene.usda"]
 
 
-def test_the_stage_says_the_same_of_itself(shot: Path) -> None:
-    over, scene = (stage_of(shot / name) for name in ("done/over.usda", "scene.usda"))
-    for name in ("upAxis", "metersPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):
-        assert over.GetMetadata(name) == scene.GetMetadata(name)
-        assert over.HasAuthoredMetadata(name)
-    assert over.GetDefaultPrim().GetPath() == "/World"
-
-
 @pytest.mark.parametrize("mesh", MOVING)
 def test_the_points_are_those_of_the_mesh_completed_alone(
     shot: Path, tmp_path: Path, mesh: str

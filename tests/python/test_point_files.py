@@ -14,8 +14,6 @@ from scan_files import a_rig, some_points
 from dynmesh._errors import DynmeshError
 from dynmesh.scans import PointFolder, PointScan, open_scans, read_points
 
-FINITE = st.floats(-1e6, 1e6)
-
 
 def write_as(file: Path, scan: PointScan) -> None:
     """Writes points by other means than dynmesh."""
@@ -65,17 +63,6 @@ def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:
     np.testing.assert_array_equal(
         read_points(tmp_path / "a.xyz").scan.points, [[0, 0, 1], [1, 2, 3]]
     )
-
-
-@given(st.lists(st.tuples(FINITE, FINITE, FINITE), max_size=20), st.sampled_from(" \t,"))
-@settings(max_examples=40 * LONGER)
-def test_any_numbers_in_text_are_read(
-    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, ...]], between: str
-) -> None:
-    file = tmp_path_factory.getbasetemp() / "numbers.xyz"
-    file.write_text("\n".join(between.join(map(repr, row)) for row in rows))
-    found = read_points(file).scan.points
-    np.testing.assert_array_equal(found, np.array(rows).reshape(-1, 3))
 
 
 def read_or_refused(file: Path) -> tuple[PointScan | None, str]:

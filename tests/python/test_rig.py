@@ -16,7 +16,6 @@ from test_track import bumpy
 import dynmesh
 from dynmesh import track_file
 from dynmesh.scans import Rig, read_cameras, write_cameras
-from dynmesh.verbs.rig import rig as look_at_rig
 
 
 @pytest.fixture(scope="module")
@@ -208,13 +207,3 @@ def test_the_page_shows_cameras_and_what_was_found(
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
     bare = run(*words, "--page", tmp_path / "bare.html").stderr
     assert "nothing is judged" in bare
-
-
-def test_units_of_scans_and_template_may_differ(folder: Path, tmp_path: Path) -> None:
-    truth = dynmesh.read(folder / "truth.npz")
-    body = tmp_path / "body.npz"
-    for unit, quality in ((0.001, "good"), (0.01, "doubtful")):
-        larger = replace(truth[:1], vertices=1000 * truth.vertices[:1], metres_per_unit=unit)
-        dynmesh.write(body, larger)
-        report = look_at_rig(folder / "depth", template=body, scan_unit="m")
-        assert report.quality == quality

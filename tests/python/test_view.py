@@ -93,20 +93,6 @@ def test_holes_are_seen(moving: Sequence, tmp_path: Path, browser: Any) -> None:
     assert page.complaints == []
 
 
-@pytest.mark.parametrize(("n_frames", "faces"), [(1, [[0, 1, 2], [1, 1, 2]]), (3, [])])
-def test_the_smallest_sequences_are_shown(
-    n_frames: int, faces: list[list[int]], tmp_path: Path, browser: Any
-) -> None:
-    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
-    triangles = np.array(faces, np.int32).reshape(-1, 3)
-    page = page_of(Sequence(np.stack([corner] * n_frames), triangles), tmp_path, browser)
-    assert in_colour(page.picture()).any()
-    assert page.enabled("play") == (n_frames > 1)
-    page.press("Home")
-    assert page.text("counter") == f"frame 0 / {n_frames - 1}"
-    assert page.complaints == []
-
-
 def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: Any) -> None:
     name = "<img src=x onerror=alert(1)>'\"&amp; ✓.npz"
     mesh = sheet(40)

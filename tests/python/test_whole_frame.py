@@ -1,7 +1,6 @@
 """Whole frames, put together from frames none of which is whole."""
 
 from contextlib import nullcontext
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -77,25 +76,6 @@ def test_the_frame_that_knows_one_vertex_more_is_completed(recording: Recording)
     known[:, :2] = False
     known[1, 0] = True
     assert dynmesh.whole_frame(recording.faces, recording.frames, known).frame == 1
-
-
-def test_frames_may_come_in_any_form(recording: Recording, tmp_path: Path) -> None:
-    faces, frames, known = recording.faces, recording.frames, recording.known
-    expected = dynmesh.whole_frame(faces, frames, known)
-    sequence = dynmesh.Sequence(frames, faces, known)
-    dynmesh.write(tmp_path / "in.npz", sequence)
-
-    forms: list[tuple[Any, Any]] = [
-        (recording.holes, None),
-        (sequence, None),
-        (list(frames), list(known)),
-    ]
-    with dynmesh.open(tmp_path / "in.npz") as reader:
-        forms.append((reader, None))
-        for given, masks in forms:
-            whole = dynmesh.whole_frame(faces, given, masks)
-            np.testing.assert_array_equal(whole.positions, expected.positions)
-            assert whole.frame == expected.frame
 
 
 def test_outliers_are_those_of_the_method_and_do_no_harm() -> None:
