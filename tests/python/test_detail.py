@@ -125,32 +125,6 @@ def test_cloth_keeps_its_edges_as_the_transcription_does(
     assert (expected.first_order.share[1:] < 0.5).all()
 
 
-def completed_with_shares(
-    mesh: Mesh, frames: list[Array], masks: list[NDArray[np.bool_]]
-) -> tuple[Array, Array]:
-    """The completed frames and the mean shares of the first-order step."""
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail")
-    completed, shares = [], []
-    for points, known in zip(frames, masks, strict=True):
-        completed.append(completer.push(points, known))
-        shares.append(completer.report.first_order_share)
-    return np.array(completed), np.array(shares)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_nothing_is_learned_from_rounding_errors(
-    dtype: type[np.floating[Any]], rng: np.random.Generator
-) -> None:
-    mesh = meshes.sheet(20)
-    vertices = (mesh.vertices + 1000).astype(dtype)
-    steps = [0.0] * 10 + [1.7] * 10  # stands, and then moves without turning
-    frames = [vertices + dtype(x) for x in np.cumsum(steps)]
-    masks = [rng.random(400) < 0.5 for _ in frames]
-    completed, shares = completed_with_shares(Mesh(mesh.faces, vertices), frames, masks)
-    np.testing.assert_allclose(completed, frames, rtol=0, atol=1e-3)
-    assert shares.max() == 0
-
-
 @pytest.mark.parametrize("noise", [None, 0.02])
 def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generator) -> None:
     mesh = meshes.sheet(12)
