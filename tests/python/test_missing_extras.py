@@ -1,5 +1,6 @@
 """A command reports a missing library before it does anything else."""
 
+import re
 import sys
 from pathlib import Path
 from typing import Any, NoReturn
@@ -49,6 +50,9 @@ def refuse_work(*_: Any, **__: Any) -> NoReturn:
         ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
         ("alembic3d", "alembic", "complete in.npz out.abc"),
         ("h5py", "hdf5", "complete in.npz out.h5"),
+        ("h5py", "hdf5", "info in.h5"),
+        ("pxr", "usd", "info in.usda"),
+        ("alembic3d", "alembic", "info in.abc"),
     ],
 )
 def test_missing_libraries_are_reported_first(
@@ -61,7 +65,8 @@ def test_missing_libraries_are_reported_first(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mesh = sheet(3)
-    dynmesh.write("in.npz", dynmesh.Sequence(np.stack([mesh.vertices] * 2), mesh.faces))
+    for name in {"in.npz", *re.findall(r"\bin\.\w+", command)}:
+        dynmesh.write(name, dynmesh.Sequence(np.stack([mesh.vertices] * 2), mesh.faces))
     Path("in.csv").write_text("precious")
     Path("jobs.csv").write_text("input,output\nin.npz,out.npz\n")
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
