@@ -114,55 +114,40 @@ def masked(*values: int) -> Any:
     return array
 
 
+def sample(points: Any, *corners: int) -> Any:
+    faces = (integers(*corners), integers(3)) if corners else ()
+    return Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(points), *faces)
+
+
+FACEVARYING = Geometry.GeometryScope.kFacevaryingScope
+
+
 @pytest.mark.parametrize(
-    ("add", "message"),
+    ("add", "told"),
     [
-        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: must be .* of type uchar"),
-        (
-            lambda s: known(s, "Uchar", Geometry.GeometryScope.kFacevaryingScope, masked(1, 1, 0)),
-            "known: must have one value per vertex",
-        ),
-        (
-            lambda s: known(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)),
-            "known: has 2 samples for 3 frames",
-        ),
-        (
-            lambda s: known(s, "Uchar", VERTEX, masked(1, 1)),
-            "frame 0: known has 2 values, but the mesh has 3 vertices in its first frame",
-        ),
+        (lambda s: known(s, "Int32", VERTEX, integers(1, 1, 0)), "known: .*uchar"),
+        (lambda s: known(s, "Uchar", FACEVARYING, masked(1, 1, 0)), "known: .*per vertex"),
+        (lambda s: known(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)), "known: .*2 .*3"),
+        (lambda s: known(s, "Uchar", VERTEX, masked(1, 1)), "frame 0: known .*2 .*3"),
         (
             lambda s: known(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
-            "frame 2: known: must be 0 or 1, but vertex",
+            "frame 2: known: .*0 or 1",
         ),
-        (
-            lambda s: s.set(Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(REST[:2]))),
-            "frame 3: positions has 2 values, but the mesh has 3 vertices in its first frame",
-        ),
-        (
-            lambda s: s.set(
-                Geometry.OPolyMeshSchemaSample(
-                    imath.V3fArrayFromBuffer(REST), integers(0, 1, 2), integers(3)
-                )
-            ),
-            "frame 3: the faces differ from those of the first frame, but must not change",
-        ),
+        (lambda s: s.set(sample(REST[:2])), "frame 3: positions .*2 .*3"),
+        (lambda s: s.set(sample(REST, 0, 1, 2)), "frame 3: .*faces"),
     ],
 )
 def test_unsuitable_meshes_are_refused(
-    tmp_path: Path,
-    add: Callable[[Any], None],
-    message: str,
-    capfd: pytest.CaptureFixture[str],
+    tmp_path: Path, add: Callable[[Any], None], told: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))
-    sampling = archive.addTimeSampling(Core.TimeSampling(0.5, 0.0))
-    add(add_mesh(archive, "Body", [1, 2, 3], sampling))
+    add(add_mesh(archive, "Body", [1, 2, 3]))
     del archive
-    with pytest.raises(ValueError, match=message) as caught:
+    with pytest.raises(dynmesh.DynmeshError, match=told) as refused:
         dynmesh.read(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+    assert refused.value.file == path
+    assert "\n" not in str(refused.value)
     assert capfd.readouterr() == ("", "")
 
 

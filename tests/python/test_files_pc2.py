@@ -87,26 +87,23 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    ("data", "told"),
     [
-        (b"v 0 0 0\n" * 50, "is not a PC2 file, as it does not begin with POINTCACHE2"),
-        (pc2(FRAMES)[:20], "ends in its header, after 20 of 32 bytes"),
-        (pc2(FRAMES, version=2), "version 2, but only version 1 is supported"),
-        (pc2(FRAMES)[: 32 + 588 * 7 + 5], "declares 5912 bytes, but the file has 4153"),
-        (
-            pc2(FRAMES) + b"\0",
-            "declares 5912 bytes, but the file has 5913",
-        ),
-        (pc2(FRAMES, n=0), "declares 32 bytes, but the file has 5912"),
-        (pc2(FRAMES[:0]), "has no frames"),
-        (pc2(FRAMES, n=-1), r"array of shape \(-1, 49, 3\)"),
-        (pc2(FRAMES, k=-1), r"array of shape \(10, -1, 3\)"),
-        (pc2(FRAMES, n=2**31 - 1, k=2**31 - 1), "declares 55340232\\d+ bytes"),
+        (b"v 0 0 0\n" * 50, "POINTCACHE2"),
+        (pc2(FRAMES)[:20], "20 of 32 bytes"),
+        (pc2(FRAMES, version=2), "version 2"),
+        (pc2(FRAMES)[: 32 + 588 * 7 + 5], "5912 bytes, but .* 4153"),
+        (pc2(FRAMES) + b"\0", "5912 bytes, but .* 5913"),
+        (pc2(FRAMES, n=0), "32 bytes, but .* 5912"),
+        (pc2(FRAMES[:0]), "no frames"),
+        (pc2(FRAMES, n=-1), r"\(-1, 49, 3\)"),
+        (pc2(FRAMES, k=-1), r"\(10, -1, 3\)"),
+        (pc2(FRAMES, n=2**31 - 1, k=2**31 - 1), "55340232\\d+ bytes"),
     ],
 )
-def test_damaged_caches_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+def test_damaged_caches_are_refused(tmp_path: Path, data: bytes, told: str) -> None:
     path = tmp_path / "a.pc2"
     path.write_bytes(data)
-    with pytest.raises(ValueError, match=message) as caught:
+    with pytest.raises(dynmesh.DynmeshError, match=told) as refused:
         dynmesh.read(path, faces=np.array([[0, 1, 2]]))
-    assert str(caught.value).startswith(f"{path}: ")
+    assert refused.value.file == path

@@ -25,87 +25,51 @@ def triangle(face: bytes) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("data", "message"),
+    ("data", "told"),
     [
-        (b"solid cube\n", "not a PLY file: line 1 is not 'ply'"),
-        (
-            ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"),
-            "line 12: has more words than a record of 'face', from '1'",
-        ),
-        (triangle(b"3 0 1 2\n" * 2), "14: continues after"),
-        (
-            triangle(b"3 0 1 two\n"),
-            "13: 'two' is not a value of type int",
-        ),
-        (
-            triangle(b"3 0 1\n"),
-            "13: has too few words for a record of 'face'",
-        ),
-        (
-            ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")),
-            "line 9: '1e39' is not a value of type float",
-        ),
-        (
-            triangle(b"3 0 1 3\n"),
-            "face 0 refers to vertex 3",
-        ),
+        (b"solid cube\n", "line 1"),
+        (ply(f"vertex 2: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n"), "line 12: .* 'face'"),
+        (triangle(b"3 0 1 2\n" * 2), "line 14"),
+        (triangle(b"3 0 1 two\n"), "line 13: 'two'"),
+        (triangle(b"3 0 1\n"), "line 13: .* 'face'"),
+        (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: '1e39'"),
+        (triangle(b"3 0 1 3\n"), "face 0 refers to vertex 3"),
         (triangle(b"3 0 1 -1\n"), "refers to vertex -1"),
         (triangle(b"2 0 1\n"), "face 0: has 2 corners"),
-        (
-            ply(f"vertex -3: {XYZ}", POINTS),
-            "line 3: the number of records must be an integer, not '-3'",
-        ),
+        (ply(f"vertex -3: {XYZ}", POINTS), "line 3: .*'-3'"),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
-        (
-            ply(f"vertex 999999999999999: {XYZ}; face 1: {FACE}", b""),
-            "ends before record 0 of 'vertex', of 999999999999999",
-        ),
-        (
-            ply(f"vertex 999999999999999: {XYZ}", b"", format="binary_big_endian"),
-            "record 0 of 'vertex', of 999999999999999, needs 1 numbers of type float at byte 1",
-        ),
-        (ply("vertex 3: float x, float y, int z", POINTS), "need a property 'z'"),
+        (ply(f"vertex {10**15}: {XYZ}; face 1: {FACE}", b""), f"record 0 of 'vertex', of {10**15}"),
+        (ply(f"vertex {10**15}: {XYZ}", b"", format="binary_big_endian"), f"of {10**15}, needs"),
+        (ply("vertex 3: float x, float y, int z", POINTS), "'z'"),
         (ply("vertex 3", POINTS).replace(b"property \n", b""), "'vertex' has no properties"),
-        (ply("vertex 1: quad x", b"1\n"), "line 4: unknown type 'quad'"),
-        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .* integer type, not 'float'"),
-        (ply("vertex 1: list int x", b"1\n"), "line 4: a property needs a type, or 'list'"),
-        (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: there is a second property 'x'"),
-        (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: there is a second element 'a'"),
-        (ply("a 1: int x", b"1\n", format="binary"), "line 2: the format must be one of ascii"),
-        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3: .* is not valid here"),
-        (b"ply\nelement a 1\nend_header\n", "line 2: .* is not valid here"),
+        (ply("vertex 1: quad x", b"1\n"), "line 4: .*'quad'"),
+        (ply("vertex 1: list float int x", b"1 1\n"), "line 4: .*'float'"),
+        (ply("vertex 1: list int x", b"1\n"), "line 4: .*'list'"),
+        (ply("vertex 1: float x, int x", b"1 1\n"), "line 5: .*'x'"),
+        (ply("a 1: int x; a 1: int x", b"1\n1\n"), "line 5: .*'a'"),
+        (ply("a 1: int x", b"1\n", format="binary"), "line 2: .*ascii"),
+        (ply("a 1: int x", b"1\n", head="format ascii 1.0"), "line 3"),
+        (b"ply\nelement a 1\nend_header\n", "line 2"),
         (b"ply\ncomment\nend_header\n", "names no format"),
-        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3: .* is not valid"),
-        (
-            ply(f"vertex 3: {XYZ}; face 1: list uchar float vertex_indices", POINTS + b"3 0 1 2\n"),
-            "the corners of its faces must be a list of integers",
-        ),
-        (
-            ply(f"vertex 3: {XYZ}; face 1: list uchar int corners", POINTS + b"3 0 1 2\n"),
-            "its faces need a list 'vertex_indices'",
-        ),
-        (
-            ply(f"vertex 1: {XYZ}, uchar known", b"0 0 0 2\n"),
-            "known: .* vertex 0 has 2",
-        ),
-        (ply(f"vertex 1: {XYZ}, float known", b"0 0 0 1\n"), "'known' must be integers"),
-        (
-            ply(f"vertex 1: {XYZ}, float generation, int age", b"0 0 0 1 1\n"),
-            "'generation' must be integers that fit in int32",
-        ),
+        (b"ply\nformat ascii 1.0\nproperty int x\nend_header\n", "line 3"),
+        (triangle(b"3 0 1 2\n").replace(b"uchar int", b"uchar float"), "corners .*integers"),
+        (triangle(b"3 0 1 2\n").replace(b"vertex_indices", b"corners"), "'vertex_indices'"),
+        (ply(f"vertex 1: {XYZ}, uchar known", b"0 0 0 2\n"), "known: .* vertex 0 has 2"),
+        (ply(f"vertex 1: {XYZ}, float known", b"0 0 0 1\n"), "'known'"),
+        (ply(f"vertex 1: {XYZ}, float generation, int age", b"0 0 0 1 1\n"), "'generation'"),
         (
             ply("a 2: list short char b", b"\1\0\7\xff\xff", format="binary_little_endian"),
-            "record 1 of 'a', of 2, has a list of length -1",
+            "record 1 of 'a', of 2, .* -1",
         ),
     ],
 )
-def test_damaged_ply_is_refused(tmp_path: Path, data: bytes, message: str) -> None:
+def test_damaged_ply_is_refused(tmp_path: Path, data: bytes, told: str) -> None:
     path = tmp_path / "a.ply"
     path.write_bytes(data)
-    with pytest.raises(ValueError, match=message) as caught:
+    with pytest.raises(dynmesh.DynmeshError, match=told) as refused:
         dynmesh.read(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+    assert refused.value.file == path
+    assert "\n" not in str(refused.value)
 
 
 TYPES = {

@@ -129,52 +129,35 @@ def known(value: str, *, kind: str = "bool[]", interpolation: str = "vertex") ->
     return f'{kind} primvars:known = {value} (interpolation = "{interpolation}")'
 
 
+TURNED = "int[] faceVertexIndices.timeSamples = {1: [0, 1, 2], 4: [2, 1, 0]}"
+FEWER = f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"
+
+
 @pytest.mark.parametrize(
-    ("body", "message"),
+    ("body", "told"),
     [
-        (mesh(), "the mesh has no points"),
-        (mesh(points_at(t1=1), faces=""), "the mesh has no faces"),
-        (
-            mesh(points_at(t1=1), faces=FACES.replace("0, ", "")),
-            "sizes announce 3 corners, but corners holds 2",
-        ),
-        (
-            mesh(f"point3f[] points.timeSamples = {{1: {REST}, 2: [(0, 0, 0)]}}"),
-            "time 2: points has 1 values, but the mesh has 3 vertices in its first frame",
-        ),
-        (
-            mesh(
-                points_at(t1=1),
-                "int[] faceVertexIndices.timeSamples = {1: [0, 1, 2], 4: [2, 1, 0]}",
-            ),
-            "time 4: the faces differ from those of the first frame",
-        ),
-        (
-            mesh(points_at(t1=1), known("[1, 1]")),
-            "time 1: primvars:known has 2 values, but the mesh has 3 vertices",
-        ),
-        (
-            mesh(points_at(t1=1), known("[1]", interpolation="constant")),
-            r"primvars:known: must be bool\[\] .*, not bool\[\] with constant interpolation",
-        ),
-        (
-            mesh(points_at(t1=1), known("[1, 1, 0]", kind="float[]")),
-            r"primvars:known: must be .*, not float\[\] with vertex",
-        ),
+        (mesh(), "no points"),
+        (mesh(points_at(t1=1), faces=""), "no faces"),
+        (mesh(points_at(t1=1), faces=FACES.replace("0, ", "")), "3 corners, .* 2"),
+        (mesh(FEWER), "time 2: points .*1 .*3"),
+        (mesh(points_at(t1=1), TURNED), "time 4: .*faces"),
+        (mesh(points_at(t1=1), known("[1, 1]")), "time 1: primvars:known .*2 .*3"),
+        (mesh(points_at(t1=1), known("[1]", interpolation="constant")), r"primvars:known: .*const"),
+        (mesh(points_at(t1=1), known("[1, 1, 0]", kind="float[]")), r"primvars:known: .*float\[\]"),
         (
             mesh(points_at(t1=1), known("[1, 0]"), "int[] primvars:known:indices = [0, 1, 0]"),
-            "primvars:known: must be .* without indices",
+            "primvars:known: .*indices",
         ),
     ],
 )
 def test_unsuitable_meshes_are_refused(
-    tmp_path: Path, body: str, message: str, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, body: str, told: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = layer(tmp_path / "a.usda", body)
-    with pytest.raises(ValueError, match=message) as caught:
+    with pytest.raises(dynmesh.DynmeshError, match=told) as refused:
         dynmesh.read(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+    assert refused.value.file == path
+    assert "\n" not in str(refused.value)
     assert capfd.readouterr() == ("", "")
 
 
