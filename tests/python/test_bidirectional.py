@@ -142,25 +142,3 @@ def test_what_one_way_rejects_or_does_not_know_comes_from_the_other() -> None:
         assert made.standard_error[0] == 0
         assert np.isinf(made.standard_error[3])
         assert made.standard_error[4] > 3  # they are 6 apart
-
-
-def test_errors_of_a_start_that_is_put_together_remain(
-    tmp_path: Path, truth: dynmesh.Sequence
-) -> None:
-    """Those of a vertex that no frame knows, and of others until frames that know them."""
-    sequence = partial(truth, 3)
-    assert sequence.known is not None
-    sequence.known[3] = np.arange(100) % 5 > 0
-    sequence.known[:, 55] = False
-    dynmesh.write(tmp_path / "holed.npz", sequence)
-    output = tmp_path / "out.npz"
-    dynmesh.complete_file(tmp_path / "holed.npz", output, bidirectional=True, provenance=True)
-    made, whole = dynmesh.read(output), dynmesh.whole_frame(sequence.faces, sequence)
-    assert made.standard_error is not None
-    assert made.generation is not None
-    assert made.age is not None
-    np.testing.assert_array_equal(made.vertices[3], whole.positions)
-    np.testing.assert_array_equal(made.generation[3], np.where(whole.known, 0, -2))
-    np.testing.assert_array_equal(made.standard_error[3], whole.standard_error.astype(np.float32))
-    assert (made.standard_error[:, 55] >= 0.999 * whole.standard_error[55]).all()
-    np.testing.assert_array_equal(made.age[:, 55], np.abs(np.arange(N) - 3))

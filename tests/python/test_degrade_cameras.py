@@ -1,7 +1,5 @@
 """Masks as cameras see them."""
 
-import inspect
-
 import meshes
 import numpy as np
 import pytest
@@ -118,14 +116,6 @@ def test_triangles_through_the_plane_of_the_camera_hide_what_exact_rays_say(
     position, target, up = (tuple(vector) for vector in rng.normal(size=(3, 3)))
     camera = Camera(position, target, up, 120.0)
     np.testing.assert_array_equal(seen(mesh, camera), seen_by_rays(mesh, camera))
-
-
-@pytest.mark.parametrize("cells", [1, 7, 2000])
-def test_the_grid_has_no_influence(cells: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = potato(np.random.default_rng(3))
-    expected = seen(mesh, NEAR_X)
-    monkeypatch.setattr(inspect.getmodule(Camera), "_cells_along_a_side", lambda _: cells)
-    np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
 
 
 def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

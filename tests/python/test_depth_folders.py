@@ -43,20 +43,6 @@ def test_gaps_are_refused_or_lost(tmp_path: Path) -> None:
     assert (reader.start, reader.step) == (10, 1)
 
 
-def test_images_of_one_camera_may_be_lost(tmp_path: Path) -> None:
-    rig = a_rig(2)
-    image = np.ones((6, 8), np.float32)
-    with DepthFolder(tmp_path / "s", rig) as folder:
-        for _ in range(3):
-            folder.append(DepthScan([image, image], [], []))
-    (tmp_path / "s" / "depth_00001_c1.png").unlink()
-    found = list(open_scans(tmp_path / "s", gaps="lost"))
-    assert [len(scan.depth) for scan in found if isinstance(scan, DepthScan)] == [2, 1, 2]
-    for path in ("depth_%05d_c0.png", "depth_*_c0.png", "depth_%05d.png"):
-        reader = open_scans(tmp_path / "s" / path, gaps="lost")
-        assert reader.n_frames == 3
-
-
 @pytest.mark.parametrize(
     ("content", "told"),
     [

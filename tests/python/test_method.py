@@ -51,27 +51,6 @@ def test_random_meshes_equal_the_transcription(
         frame = completed
 
 
-@pytest.mark.parametrize("n_anchors", [3, 4])
-@pytest.mark.parametrize("n_donors", [3, 4])
-def test_a_component_follows_its_donors_if_they_and_their_anchors_are_enough(
-    n_anchors: int, n_donors: int
-) -> None:
-    home, far = meshes.sheet(3), meshes.sheet(3, 9.0)
-    vertices = home.vertices[[0, 1, 3, 4]][:n_donors] + np.array([0, 0, 1])
-    above = Mesh(np.array([[0, 1, 2], [1, 3, 2]])[: n_donors - 2], vertices)
-    mesh = meshes.join(home, far, above)
-    edges = reference.directed_edges(mesh.faces)
-    points = mesh.vertices.copy()
-    points[:9, 2] += 1
-    known = np.arange(len(points)) < 18
-    known[n_anchors:9] = False
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="motion")
-    h = reference.mean_edge(edges, mesh.vertices)
-    expected, generation = reference.complete_frame(edges, mesh.vertices, points, known, h)
-    expected = reference.follow(edges, mesh.vertices, mesh.vertices, expected, generation)
-    np.testing.assert_allclose(completer.push(points, known), expected, rtol=0, atol=1e-7)
-
-
 @pytest.mark.parametrize("revisit", [True, False])
 def test_a_recursion_that_diverges_stays_finite(revisit: bool) -> None:
     mesh = meshes.sheet(12)

@@ -16,7 +16,6 @@ from benchmarks.methods import BASELINES, COMPARED, LIA, LSM, MOTION, ONCE
 from benchmarks.paper.claims import verdicts
 from benchmarks.paper.study import study
 from benchmarks.subjects import Subject
-from dynmesh.draw import figures
 
 N = 9
 
@@ -101,29 +100,3 @@ def test_claims_follow_from_the_numbers() -> None:
     assert with_times(float)[real]
     assert not with_times(np.exp)[linear]
     assert not with_times(np.exp)[real]
-
-
-def test_pictures_show_what_they_should(mesh: meshes.Mesh) -> None:
-    view = figures.View.of(mesh.vertices, "z", 60.0, (320, 240))
-
-    def draw(place: float, *colours: str) -> NDArray[np.int64]:
-        places = np.full(len(mesh.vertices), place)
-        return figures.render(mesh.faces, mesh.vertices, view, places, colours).astype(int)
-
-    plain = draw(0, figures.SURFACE_COLOUR)
-    assert plain.shape == (240, 320, 3)
-    inked = np.any(plain < 250, axis=2)
-    assert 0.2 < inked.mean() < 0.9
-    rows, columns = np.flatnonzero(np.any(inked, axis=1)), np.flatnonzero(np.any(inked, axis=0))
-    assert rows[0] > 0 < columns[0]  # framed: nothing touches the border
-    assert rows[-1] < 239
-    assert columns[-1] < 319
-
-    red, blue = (draw(place, "#cc3311", "#0072b2") for place in (0, 1))
-    assert (blue[..., 2] - blue[..., 0])[inked].mean() > 50
-    assert (red[..., 0] - red[..., 2])[inked].mean() > 50
-
-    cut = figures.cropped([plain.astype(np.uint8)] * 2)
-    assert cut[0].shape == cut[1].shape
-    assert cut[0].shape[0] < 240
-    np.testing.assert_array_equal(figures.cropped([np.full((4, 4, 3), 255, np.uint8)])[0], 255)

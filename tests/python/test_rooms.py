@@ -15,7 +15,7 @@ import dynmesh
 from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.diagnosis.planes import planes_of_room
-from dynmesh.scans import PointFolder, PointScan, Rig, ScanCamera, open_scans
+from dynmesh.scans import PointScan, open_scans
 from dynmesh.tracking.room import Room, crop_of
 
 Array = meshes.Array
@@ -153,15 +153,3 @@ def test_a_box_keeps_what_is_inside(rooms: Rooms) -> None:
         inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)
         assert len(left) == inside.sum() > 100
         np.testing.assert_array_equal(left, scan.cloud[inside])
-
-
-def test_an_empty_room_is_refused(rooms: Rooms, tmp_path: Path) -> None:
-    room = degrade.room_around(rooms.truth.vertices[0])
-    (found,) = degrade.scan_points([rooms.truth.vertices[0]], rooms.truth.faces, 4, room=room)
-    away = found.only(heights(found.points, room) < 0.1)
-    with PointFolder(tmp_path / "empty", Rig((ScanCamera("a", np.eye(4)),))) as folder:
-        folder.append(away)
-    template = ("--template", rooms.folder / "body.obj")
-    out = tmp_path / "o.npz"
-    told = run("track", tmp_path / "empty", out, *template, "--remove-planes", code=1)
-    assert "nothing is left of the first scan" in told.stderr
