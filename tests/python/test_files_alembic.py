@@ -96,7 +96,7 @@ def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path) -
 
 def test_a_mesh_without_samples_is_refused(tmp_path: Path) -> None:
     path = archive_of(tmp_path / "a.abc", ("Body", []))
-    with pytest.raises(ValueError, match="the mesh has no positions"):
+    with pytest.raises(ValueError, match=r"a\.abc: "):
         dynmesh.read(path)
 
 
@@ -162,7 +162,7 @@ def test_a_mask_may_be_constant(tmp_path: Path) -> None:
 def test_old_archives_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.abc"
     path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(1000))
-    with pytest.raises(ValueError, match=r"old kind, in HDF5; .* abcconvert -toOgawa"):
+    with pytest.raises(ValueError, match="abcconvert -toOgawa"):
         dynmesh.read(path)
 
 

@@ -71,18 +71,16 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     assert names(tmp_path) == ["walk"]
 
     (folder / "scan.ply").touch()
-    with pytest.raises(
-        ValueError, match=r"walk: contains scan\.ply, which does not match frame_%04d"
-    ):
+    with pytest.raises(ValueError, match=r"walk: .*scan\.ply,.* frame_%04d"):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
-    with pytest.raises(ValueError, match=r"\.ply and \.obj files; name the format"):
+    with pytest.raises(ValueError, match=r"\.ply and \.obj"):
         dynmesh.open(folder)
     assert dynmesh.open(folder, format="ply").n_frames == 2
     (tmp_path / "none").mkdir()
-    with pytest.raises(ValueError, match=r"none: is a folder with no \.ply or \.obj files"):
+    with pytest.raises(ValueError, match=r"none: .*\.ply or \.obj"):
         dynmesh.open(tmp_path / "none")
-    with pytest.raises(ValueError, match=r"none: holds no \.obj file"):
+    with pytest.raises(ValueError, match=r"none: .*\.obj"):
         dynmesh.open(tmp_path / "none", format="obj")
 
 
@@ -106,7 +104,7 @@ def test_gaps_are_refused(tmp_path: Path, numbers: list[str], missing: str | Non
                 assert reader.n_frames == len(numbers)
                 assert reader.header.start == int(numbers[0])
         else:
-            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj is missing: add it"):
+            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj"):
                 dynmesh.open(path)
 
 
@@ -161,7 +159,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     ):
         with pytest.raises(ValueError, match=message):
             dynmesh.write(tmp_path / path, sequence)
-    with pytest.raises(ValueError, match="the sequence has no faces"):
+    with pytest.raises(ValueError, match=r"a%d\.ply: .*faces"):
         dynmesh.write(tmp_path / "a%d.ply", dynmesh.Sequence(sequence.vertices, mesh.faces[:0]))
     (tmp_path / "a").touch()
     with pytest.raises(NotADirectoryError):
@@ -209,7 +207,7 @@ def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message
 
 def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
     (tmp_path / "f0.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
-    with pytest.raises(ValueError, match="holds only positions"):
+    with pytest.raises(ValueError, match=r"\.obj: "):
         dynmesh.open(tmp_path / "f%d.obj")
     (tmp_path / "f0.obj").rename(tmp_path / "f1.obj")
     (tmp_path / "f0.obj").write_text(TRIANGLE)
@@ -240,10 +238,10 @@ def test_masks_come_with_every_frame_or_none(tmp_path: Path, mesh: Mesh) -> None
     dynmesh.write(tmp_path / "f0.ply", plain)
     known = np.ones((1, 49), np.bool_)
     dynmesh.write(tmp_path / "f1.ply", dynmesh.Sequence(plain.vertices, mesh.faces, known))
-    with pytest.raises(ValueError, match=r"f1\.ply: has known masks, unlike f0\.ply"):
+    with pytest.raises(ValueError, match=r"f1\.ply: .*known .*f0\.ply"):
         dynmesh.read(tmp_path / "f%d.ply")
     (tmp_path / "f0.ply").rename(tmp_path / "f2.ply")
-    with pytest.raises(ValueError, match=r"f2\.ply: has no known masks, unlike f1\.ply"):
+    with pytest.raises(ValueError, match=r"f2\.ply: .*known .*f1\.ply"):
         dynmesh.read(tmp_path / "f%d.ply")
 
 

@@ -90,7 +90,7 @@ def test_errors_by_frame_of_missing_vertices_alone(
     whole = dynmesh.evaluate(completed, truth)
     assert whole.frames == N - 1
     assert whole.mean == pytest.approx(apart[1:].mean())
-    with pytest.raises(ValueError, match="completed: says of no vertex"):
+    with pytest.raises(ValueError, match="completed: "):
         dynmesh.evaluate(bare, truth, only="missing")
     for name, sequence in (("bare", bare), ("truth", truth), ("partial", partial)):
         dynmesh.write(tmp_path / f"{name}.npz", sequence)
@@ -125,7 +125,7 @@ def test_pages_and_pictures_are_those_of_the_file(
     run("picture", own, *words)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert drawn.size[0] > 480
-    with pytest.raises(ValueError, match="there is no frame 99"):
+    with pytest.raises(ValueError, match="frame 99"):
         dynmesh.picture(completed, frames=99)
 
 

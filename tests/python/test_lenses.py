@@ -89,5 +89,5 @@ def test_a_distortion_that_folds_over_is_refused(tmp_path: Path, k: list[float])
     told = json.loads((tmp_path / "s" / "cameras.json").read_text())
     told["cameras"][1]["distortion"] = k
     (tmp_path / "c.json").write_text(json.dumps(told))
-    with pytest.raises(DynmeshError, match=r"c\.json: distortion: that of camera 'c1' folds over"):
+    with pytest.raises(DynmeshError, match=r"c\.json: distortion: .*'c1'"):
         open_scans(tmp_path / "s", cameras=tmp_path / "c.json")

@@ -82,7 +82,6 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
     made = tmp_path / "right.json"
     said = run(*words, "--cameras", tmp_path / "wrong.json", "-o", made, code=3).stderr
     assert told in said
-    assert said.count("\n") == 2
     assert f"{made}: " in said
     found = {camera.name: camera for camera in read_cameras(made).cameras}
     for camera in right.cameras:
@@ -90,7 +89,7 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
         np.testing.assert_allclose(meant.camera_to_world, camera.camera_to_world, atol=1e-12)
         assert meant.depth_scale == pytest.approx(camera.depth_scale)
         assert (meant.size, meant.distortion) == (camera.size, camera.distortion)
-    assert "the cameras fit" in run(*words, "--cameras", made).stderr
+    run(*words, "--cameras", made)  # and ends with 0
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -100,9 +99,7 @@ def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Pa
     scans = tmp_path / "depth"
     run("degrade", folder / "body.obj", scans, "--depth=160x120", "--up=z", *options)
     words = ("rig", scans, "--template", folder / "body.obj", "-o", tmp_path / "same.json")
-    said = run(*words).stderr
-    assert "the cameras fit" in said
-    assert said.count("\n") == 2
+    run(*words)
     ours, theirs = (read_cameras(file) for file in (scans / "cameras.json", tmp_path / "same.json"))
     for one, other in zip(ours.cameras, theirs.cameras, strict=True):
         np.testing.assert_array_equal(one.camera_to_world, other.camera_to_world)
@@ -120,7 +117,6 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     words = ("rig", folder / "depth", "--template", folder / "body.obj", "-o", tmp_path / "o.json")
     said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
     assert re.search(r"2: ([2-9]\d|100)% far", said)
-    assert "no usual misreading" in said
     assert "intrinsics of camera '2' are wrong" in said
     assert "o.json is not written" in said
     assert not (tmp_path / "o.json").exists()

@@ -108,8 +108,7 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Rooms) -> None:
     """A box leaves out the floor as well, if it begins above."""
     template, scan = rooms.folder / "body.obj", rooms.folder / "inside"
     words = ("register", template, sorted(scan.glob("*.ply"))[0], rooms.folder / "one.obj")
-    said = run(*words, "--overwrite", code=3).stderr
-    assert "planes can be removed" in said
+    run(*words, "--overwrite", code=3)
     edge = mean_edge_of(rooms.truth.vertices[0], rooms.truth.faces)
     low, high = rooms.truth.vertices[0].min(axis=0), rooms.truth.vertices[0].max(axis=0)
     above_the_floor = (-edge, -edge, 0.2 * edge)
