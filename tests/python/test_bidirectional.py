@@ -30,12 +30,6 @@ def partial(truth: dynmesh.Sequence, whole: int, noise: float = 0) -> dynmesh.Se
     return replace(truth, vertices=vertices, known=known)
 
 
-@pytest.fixture
-def stored(tmp_path: Path, truth: dynmesh.Sequence) -> Path:
-    dynmesh.write(tmp_path / "partial.npz", partial(truth, 3))
-    return tmp_path / "partial.npz"
-
-
 Estimate = tuple[NDArray[Any], NDArray[Any], NDArray[Any]]
 """The points of a frame, and the ages and the standard errors of its vertices."""
 

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 from commands import dynmesh_command as run
 from meshes import turned
 from PIL import Image
@@ -14,35 +13,23 @@ from dynmesh import track_file
 from dynmesh.tracking.fits import Counts, Fits
 
 
-@pytest.fixture(scope="module")
-def ruined_first(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Depth images of a body, of which frame 1 has wrong depths.
-
-    One image is damaged, and one frame is empty.
-    """
-    folder = tmp_path_factory.mktemp("doubts")
-    mesh = bumpy()
+def test_frames_cameras_and_images_are_told(tmp_path: Path) -> None:
+    """Frame 1 has wrong depths, one image is damaged, and one frame is empty."""
+    mesh, scans = bumpy(), tmp_path / "scans"
     frames = [turned(mesh.vertices, 0.02 * i) + 0.01 * i for i in range(6)]
     truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
-    dynmesh.write(folder / "truth.npz", truth)
-    dynmesh.write(folder / "body.obj", truth[:1])
-    scans = folder / "scans"
-    run("degrade", folder / "truth.npz", scans, "--depth", "120x90")
-    for camera in range(4):
-        file = scans / f"depth_00001_{camera}.png"
+    dynmesh.write(tmp_path / "truth.npz", truth)
+    dynmesh.write(tmp_path / "body.obj", truth[:1])
+    run("degrade", tmp_path / "truth.npz", scans, "--depth", "120x90")
+    for file in scans.glob("depth_00001_*.png"):
         with Image.open(file) as image:
             farther = np.array(image, np.float64) * 1.1
         Image.fromarray(farther.astype(np.uint16)).save(file)
     damaged = scans / "depth_00000_2.png"
     damaged.write_bytes(damaged.read_bytes()[:-20])
-    for camera in range(4):
-        (scans / f"depth_00002_{camera}.png").write_bytes(b"")
-    return folder
-
-
-def test_frames_cameras_and_images_are_told(ruined_first: Path, tmp_path: Path) -> None:
-    scans, template = ruined_first / "scans", ruined_first / "body.obj"
-    report = track_file(scans, tmp_path / "out.npz", template=template)
+    for file in scans.glob("depth_00002_*.png"):
+        file.write_bytes(b"")
+    report = track_file(scans, tmp_path / "out.npz", template=tmp_path / "body.obj")
     assert report.quality == "ruined"
     assert [frame for frame, _ in report.worst] == [1]
     assert report.empty == 1

@@ -11,11 +11,6 @@ from meshes import Mesh, turned
 import dynmesh
 
 
-@pytest.fixture
-def completer(mesh: Mesh) -> dynmesh.Completer:
-    return dynmesh.Completer(mesh.faces, mesh.vertices)
-
-
 def test_importing_loads_numpy_alone() -> None:
     code = (
         "import sys, numpy; before = set(sys.modules); import dynmesh;"
@@ -104,7 +99,8 @@ def test_float64_beyond_the_range_of_float32_is_too_large_and_not_missing(mesh: 
     assert completer.report.known == len(points) - 1
 
 
-def test_out_is_written_and_returned(completer: dynmesh.Completer, mesh: Mesh) -> None:
+def test_out_is_written_and_returned(mesh: Mesh) -> None:
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
     out = np.asfortranarray(np.empty_like(mesh.vertices))
     assert completer.push(mesh.vertices, out=out) is completer.skip(out=out) is out
     assert completer.push_sparse([3], mesh.vertices[3:4], out=out) is out  # type: ignore[arg-type]

@@ -34,18 +34,9 @@ def partial(tmp_path: Path) -> dynmesh.Sequence:
     return sequence
 
 
-@pytest.fixture
-def recordings(tmp_path: Path) -> list[Path]:
-    paths = [tmp_path / "take0.npz", tmp_path / "take1.npz"]
-    for seed, path in enumerate(paths):
-        dynmesh.write(path, training_of(8, 10 + seed))
-    return paths
-
-
 def test_both_directions_learn_from_all_files(
     tmp_path: Path,
     partial: dynmesh.Sequence,
-    recordings: list[Path],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     read: list[int] = []
@@ -57,6 +48,9 @@ def test_both_directions_learn_from_all_files(
             yield frame
 
     monkeypatch.setattr(training_module, "tracked", watched)
+    recordings = [tmp_path / "take0.npz", tmp_path / "take1.npz"]
+    for seed, path in enumerate(recordings):
+        dynmesh.write(path, training_of(8, 10 + seed))
     report = dynmesh.complete_file(
         tmp_path / "partial.npz", tmp_path / "out.npz", start=WHOLE, training=recordings
     )
@@ -89,14 +83,10 @@ def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, n
     dynmesh.complete_file(
         tmp_path / "partial.npz", tmp_path / "out.npz", training=str(tmp_path / name)
     )
-    stored = dynmesh.read(tmp_path / name, faces=_faces_for(name))
+    stored = dynmesh.read(tmp_path / name, faces=REST.faces if name.endswith("pc2") else None)
     expected = completed(partial, list(range(9)), training=stored.vertices)
     made = dynmesh.read(tmp_path / "out.npz").vertices
     np.testing.assert_array_equal(made, [expected[i][0] for i in range(9)])
-
-
-def _faces_for(name: str) -> Any:
-    return REST.faces if name.endswith(("pc2", "npy")) else None
 
 
 def beside(path: Path, **files: str) -> Path:

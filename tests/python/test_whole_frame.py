@@ -124,22 +124,12 @@ def test_a_whole_frame_comes_back_as_it_is(recording: Recording) -> None:
     assert whole.seen.all()
 
 
-@pytest.fixture(scope="module")
-def in_two_parts() -> tuple[Mesh, Array, Array]:
-    """A sheet and, apart from it, a smaller one, which turn together; half of each is known."""
-    mesh = join(sheet(7), sheet(4, 12.0))
+def test_a_part_that_only_another_frame_knows_is_taken_from_it() -> None:
+    """A smaller sheet, apart from another one, with which it turns."""
+    mesh, part = join(sheet(7), sheet(4, 12.0)), slice(49, None)
     frames = np.array([turned(mesh.vertices, 0.05 * t) for t in range(10)])
-    return mesh, frames, np.random.default_rng(2).random(frames.shape[:2]) < 0.5
-
-
-def test_a_part_that_only_another_frame_knows_is_taken_from_it(
-    in_two_parts: tuple[Mesh, Array, Array],
-) -> None:
-    mesh, frames, known = in_two_parts
-    part = slice(49, None)
-    known = known.copy()
-    known[:, part] = False
-    known[7, part] = True
+    known = np.random.default_rng(2).random(frames.shape[:2]) < 0.5
+    known[:, part] = np.arange(10)[:, None] == 7
     whole = dynmesh.whole_frame(mesh.faces, frames, known, frame=2)
     assert whole.seen.all()
     np.testing.assert_allclose(whole.positions[part], frames[2][part], atol=0.05)
