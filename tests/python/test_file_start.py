@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from plain_files import XYZ, ply
 from sequences import HISTORY, assert_same
 
 import dynmesh
@@ -217,11 +218,9 @@ def test_a_template_lends_its_faces(
     holed = np.where(partial.known[:, :, None], partial.vertices, np.float32(np.nan))
     np.save(tmp_path / "points.npy", holed)
     for number, points in enumerate(holed):
-        lines = [f"{x:.9g} {y:.9g} {z:.9g}" for x, y, z in points.tolist()]
-        header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n"
-        axes = "".join(f"property float {axis}\n" for axis in "xyz")
-        text = header + axes + "end_header\n" + "\n".join(lines) + "\n"
-        (tmp_path / f"scan_{number}.ply").write_text(text)
+        rows = "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in points.tolist())
+        content = ply(f"vertex {len(points)}: {XYZ}", rows.encode())
+        (tmp_path / f"scan_{number}.ply").write_bytes(content)
     made: list[dynmesh.Sequence] = []
     for name in ("partial.npz", "points.npy", "scan_%d.ply"):
         output = tmp_path / f"{len(made)}.npz"

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import dynmesh_command
+from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 
 import dynmesh
 
@@ -27,24 +28,7 @@ def test_nothing_is_guessed_if_the_file_states_it(tmp_path: Path) -> None:
     assert "; probably" in dynmesh_command("info", tmp_path / "b_%d.ply").stdout
 
 
-PLY = """ply
-format ascii 1.0
-{comment}element vertex 3
-property float x
-property float y
-property float z
-element face 1
-property list uchar int vertex_indices
-end_header
-0 0 0
-1 0 0
-0 1 0
-3 0 1 2
-"""
-OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
-
-
-@pytest.mark.parametrize(("suffix", "text", "mark"), [(".ply", PLY, "comment"), (".obj", OBJ, "#")])
+@pytest.mark.parametrize("suffix", [".ply", ".obj"])
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -61,14 +45,14 @@ OBJ = "{comment}v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     ],
 )
 def test_other_comments_are_ignored(
-    tmp_path: Path,
-    suffix: str,
-    text: str,
-    mark: str,
-    words: list[str],
-    expected: tuple[str | None, float | None],
+    tmp_path: Path, suffix: str, words: list[str], expected: tuple[str | None, float | None]
 ) -> None:
     path = tmp_path / f"a{suffix}"
-    path.write_text(text.format(comment="".join(f"{mark} {line}\n" for line in words)))
+    if suffix == ".ply":
+        head = "\n".join(f"comment {line}" for line in words)
+        mesh = ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + b"3 0 1 2\n", head=head)
+    else:
+        mesh = "".join([*(f"# {line}\n" for line in words), TRIANGLE]).encode()
+    path.write_bytes(mesh)
     sequence = dynmesh.read(path)
     assert (sequence.up_axis, sequence.metres_per_unit) == expected

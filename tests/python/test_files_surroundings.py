@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from plain_files import FACE, ply
 
 import dynmesh
 
@@ -86,21 +87,8 @@ def test_obj_keeps_everything_but_normals(tmp_path: Path) -> None:
     assert len(again.faces) == 6
 
 
-PLY = """ply
-format ascii 1.0
-element vertex 4
-property float nx
-property float x
-property float y
-property float z
-property uchar red
-property double quality
-property list uchar int near
-element face 2
-property list uchar int vertex_indices
-property short label
-end_header
-1 0 0 0 10 0.25 0
+VERTEX = "float nx, float x, float y, float z, uchar red, double quality, list uchar int near"
+ROWS = b"""1 0 0 0 10 0.25 0
 1 1 0 0 11 0.5 1 2
 1 0 1 0 12 0.75 0
 1 1 1 0 13 1e-300 0
@@ -110,7 +98,8 @@ end_header
 
 
 def test_ply_keeps_properties_of_vertices(tmp_path: Path) -> None:
-    (tmp_path / "in_0007.ply").write_text(PLY)
+    content = ply(f"vertex 4: {VERTEX}; face 2: {FACE}, short label", ROWS)
+    (tmp_path / "in_0007.ply").write_bytes(content)
     with dynmesh.open(tmp_path / "in_%04d.ply") as reader:
         (frame,) = reader
         with dynmesh.create(tmp_path / "out_%04d.ply", reader.header) as writer:

@@ -9,6 +9,7 @@ import pytest
 from conftest import LONGER
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from plain_files import ply
 from scan_files import a_rig, some_points
 
 from dynmesh._errors import DynmeshError
@@ -22,11 +23,9 @@ def write_as(file: Path, scan: PointScan) -> None:
     if file.suffix == ".xyz":
         np.savetxt(file, table, fmt="%.17g", header="made by a scanner")
     else:
-        lines = ["ply", "format ascii 1.0", f"element vertex {len(table)}"]
-        kind = "double" if table.dtype == np.float64 else "float"
-        lines += [f"property {kind} {name}" for name in names] + ["end_header"]
-        lines += [" ".join(f"{value:.17g}" for value in row) for row in table]
-        file.write_text("\n".join(lines) + "\n")
+        rows = "".join(" ".join(f"{value:.17g}" for value in row) + "\n" for row in table)
+        properties = ", ".join(f"double {name}" for name in names)
+        file.write_bytes(ply(f"vertex {len(table)}: {properties}", rows.encode()))
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".xyz"])

@@ -128,8 +128,6 @@ pictures_and_whole_frames = [
     _whole_frame("`frame`: 3 of 3", lambda w: _put_together(w, frame=3), ValueError, "frame:", "is 3, not 3"),
     _whole_frame("`frame`: -1", lambda w: _put_together(w, frame=-1), ValueError, "frame:", "-1"),
     _whole_frame("`frame='worst'`", lambda w: _put_together(w, frame="worst"), TypeError, "frame:", "'worst'"),
-    _whole_frame("`noise`: -1", lambda w: _put_together(w, noise=-1), ValueError, "noise:", "-1"),
-    _whole_frame("`threads`: 0", lambda w: _put_together(w, threads=0), ValueError, "threads:", "0"),
     _whole_frame("fewer masks than frames", lambda w: _put_together(w, known=_masks[:2]), ValueError, "known:", "(3, 49)", "(2, 49)"),
     _whole_frame("no vertex known", lambda w: _put_together(w, known=~_masks), ValueError, "no vertex is known"),
     _whole_frame("frame 1 smaller", lambda w: _put_together(w, [w.points, w.points[:5]]), ValueError, "frames:", "cannot be converted"),

@@ -116,7 +116,6 @@ def _bars(world: World) -> Any:
 
 _training = _make("training")
 _uncertainty = _make("uncertainty")
-_threads = _make("threads")
 _first_frame = _make("first_frame")
 
 cases = [
@@ -133,9 +132,7 @@ cases = [
         "`template`: NaN", ValueError, "template: vertex 4", template=lambda w: w.with_value(_NAN)
     ),
     _register("`normals`: one too few", ValueError, "normals:", "8", normals=_SCAN[1:]),
-    _register("`training`: two", ValueError, "training:", "2", training=lambda w: [w.vertices] * 2),
     _register("`align`: a word", TypeError, "align:", "'yes'", align="yes"),
-    _register("`threads`: 0", ValueError, "threads:", "0", threads=0),
     _register("`landmarks`: an array", TypeError, "landmarks:", "ndarray", landmarks=_SCAN),
     _marks("of vertex 49", [3, 49], _SCAN[:2], "landmark 1", "vertex 49"),
     _marks("of vertex -1", [-1], _SCAN[:1], "landmark 0", "vertex -1"),
@@ -145,10 +142,7 @@ cases = [
     _marks("outside the scan", [3, 4], [[0, 0, 0], [900, 0, 0]], "landmark 1", "(900, 0, 0)"),
     _marks("a position twice", [3, 7], np.ones((2, 3)), "vertices 3 and 7", "(1, 1, 1)"),
     Case("register_depth", "a negative depth", _register_depth, ValueError, ("of image 0", "-1")),
-    _threads("0", 0, ValueError, "threads:", "0"),
-    _training("two frames", lambda w: [w.vertices] * 2, ValueError, "training: has 2 frames", "3"),
     _training("a number", 3, TypeError, "training:", "int"),
-    _training("in another unit", lambda w: 1000 * w.sequence.vertices, ValueError, "its size"),
     _uncertainty("a word", "yes", TypeError, "uncertainty:", "'yes'"),
     _first_frame("NaN", lambda w: w.with_value(_NAN), ValueError, "first_frame: vertex 4", "nan"),
     Case("Tracker.push", "a template elsewhere", _far, ValueError, ("is far", "mean edges")),
@@ -156,7 +150,6 @@ cases = [
     _push("`points`: NaN in it", ValueError, "points: row 5", "nan", points=_with(_NAN, 5, 1)),
     _push("`points`: 1e201", ValueError, "points: row 5", "1e+201", points=_with(1e201, 5, 1)),
     _push("`points`: (9, 2)", ValueError, "points:", "(9, 2)", points=_SCAN[:, :2]),
-    _push("`points`: integers", TypeError, "points:", "int64", points=_SCAN.astype(int)),
     _push("`normals`: one too few", ValueError, "normals:", "8", "9", normals=_SCAN[1:]),
     _push("`normals`: no rows", ValueError, "normals:", "0", "9", normals=_SCAN[:0]),
     _push("`normals`: infinite", ValueError, "normals: row 2", "inf", normals=_with(np.inf, 2, 0)),
