@@ -21,7 +21,6 @@ def prepare(world: World) -> None:
     folder, sequence = world.folder, world.sequence
     dynmesh.write(folder / "body.npz", sequence)
     dynmesh.write(folder / "other.npz", sequence)
-    dynmesh.write(folder / "body.pc2", sequence)
     dynmesh.write(folder / "locked.npz", sequence)
     (folder / "locked.npz").chmod(0)
     data = (folder / "body.npz").read_bytes()

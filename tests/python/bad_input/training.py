@@ -18,15 +18,8 @@ def prepare(world: World) -> None:
     folder, sequence = world.folder, world.sequence
     dynmesh.write(folder / "training.npz", sequence)
     dynmesh.write(folder / "big.npz", replace(sequence, vertices=1000 * sequence.vertices))
-    dynmesh.write(folder / "two.npz", sequence[:2])
     dynmesh.write(folder / "y_up.npz", replace(sequence, up_axis="y"))
     dynmesh.write(folder / "z_up.npz", replace(sequence, up_axis="z"))
-    dynmesh.write(folder / "training.pc2", sequence)
-    whole = (folder / "training.pc2").read_bytes()
-    (folder / "cut.pc2").write_bytes(whole[:-100])
-    dynmesh.write(folder / "training.usda", sequence)
-    fewer = replace(sequence, vertices=sequence.vertices[:, :7], faces=np.array([[0, 1, 2]]))
-    dynmesh.write(folder / "other_training.usda", fewer)
 
 
 def _make(training: Any, **settings: Any) -> Callable[[World], Any]:
