@@ -1,8 +1,11 @@
 """Masks as cameras see them."""
 
+from typing import Any
+
 import meshes
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshes import Mesh
@@ -63,27 +66,10 @@ def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
 
 
 def potato(rng: np.random.Generator) -> Mesh:
-    """A closed surface with dents: an octahedron with edges halved twice and random radii."""
-    vertices = [*np.eye(3), *-np.eye(3)]
-    faces = [(x, y, z) for x in (0, 3) for y in (1, 4) for z in (2, 5)]
-    for _ in range(2):
-        middles: dict[tuple[int, int], int] = {}
-
-        def middle(a: int, b: int, middles: dict[tuple[int, int], int] = middles) -> int:
-            edge = (min(a, b), max(a, b))
-            if edge not in middles:
-                middles[edge] = len(vertices)
-                vertices.append(vertices[a] + vertices[b])
-            return middles[edge]
-
-        halved = [(a, b, c, middle(a, b), middle(b, c), middle(c, a)) for a, b, c in faces]
-        faces = [
-            face
-            for a, b, c, ab, bc, ca in halved
-            for face in [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        ]
-    directions = np.array(vertices) / np.linalg.norm(vertices, axis=1, keepdims=True)
-    return Mesh(np.array(faces), directions * rng.uniform(0.5, 1.3, (len(vertices), 1)))
+    """A closed surface with dents: a sphere with random radii."""
+    sphere: Any = trimesh.creation.icosphere(subdivisions=1)
+    radii = rng.uniform(0.5, 1.3, (len(sphere.vertices), 1))
+    return Mesh(np.array(sphere.faces), np.array(sphere.vertices) * radii)
 
 
 def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:

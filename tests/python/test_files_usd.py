@@ -38,46 +38,44 @@ def layer(path: Path, *prims: str, about: str = "") -> Path:
 
 
 @pytest.mark.parametrize(
-    ("about", "samples", "heights", "fps", "start", "times"),
+    ("about", "samples", "fps", "start", "times"),
     [
-        ("timeCodesPerSecond = 25", {"t1": 1, "t2": 2, "t3": 3}, [1, 2, 3], 25, 1, None),
-        ("framesPerSecond = 30", {"t1_25": 1, "t2_25": 2}, [1, 2], 30, 1.25, None),
-        ("", {"t1": 1, "t2": 2}, [1, 2], None, 1, None),
-        ("timeCodesPerSecond = 24", {"t6": 1, "t8": 2, "t10": 3}, [1, 2, 3], 12, 3, None),
-        ("timeCodesPerSecond = 24", {"t1": 1, "t1_5": 2, "t2": 3}, [1, 2, 3], 48, 2, None),
-        ("timeCodesPerSecond = 24", {"t7": 1}, [1], 24, 7, None),
-        # omitted by an exporter, since nothing moved
-        (
-            "timeCodesPerSecond = 24",
-            {"t1": 1, "t2": 2, "t5": 2, "t6": 3},
-            [1, *[2] * 4, 3],
-            24,
-            1,
-            None,
-        ),
+        ("timeCodesPerSecond = 25", "t1 t2 t3", 25, 1, None),
+        ("framesPerSecond = 30", "t1_25 t2_25", 30, 1.25, None),
+        ("", "t1 t2", None, 1, None),
+        ("timeCodesPerSecond = 24", "t6 t8 t10", 12, 3, None),
+        ("timeCodesPerSecond = 24", "t1 t1_5 t2", 48, 2, None),
+        ("timeCodesPerSecond = 24", "t7", 24, 7, None),
         # time codes, where the times do not follow from a rate
-        ("timeCodesPerSecond = 25", {"t1": 1, "t2": 2, "t4": 3}, [1, 2, 3], 25, 1, [1, 2, 4]),
-        ("framesPerSecond = 30", {"t1": 1, "t2": 2, "t3_3": 3}, [1, 2, 3], 30, 1, [1, 2, 3.3]),
-        ("", {"t1": 1, "t2": 2, "t4": 3}, [1, 2, 3], None, 1, [1, 2, 4]),
-        ("", {"t2": 1, "t4": 2, "t6": 3}, [1, 2, 3], None, 2, [2, 4, 6]),
-        ("", {"t0": 1, "t0_5": 2, "t1": 3}, [1, 2, 3], None, 0, [0, 0.5, 1]),
+        ("timeCodesPerSecond = 25", "t1 t2 t4", 25, 1, [1, 2, 4]),
+        ("framesPerSecond = 30", "t1 t2 t3_3", 30, 1, [1, 2, 3.3]),
+        ("", "t1 t2 t4", None, 1, [1, 2, 4]),
+        ("", "t2 t4 t6", None, 2, [2, 4, 6]),
+        ("", "t0 t0_5 t1", None, 0, [0, 0.5, 1]),
     ],
 )
 def test_samples_are_frames(
     tmp_path: Path,
     about: str,
-    samples: dict[str, float],
-    heights: list[float],
+    samples: str,
     fps: float | None,
     start: float,
     times: list[float] | None,
 ) -> None:
-    path = layer(tmp_path / "a.usda", mesh(points_at(**samples)), about=about)
+    heights = {time: float(height) for height, time in enumerate(samples.split())}
+    path = layer(tmp_path / "a.usda", mesh(points_at(**heights)), about=about)
     sequence = dynmesh.read(path)
-    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], heights)
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], range(len(heights)))
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
     assert sequence.start == start
     assert (None if sequence.times is None else sequence.times.tolist()) == times
+
+
+def test_samples_that_are_omitted_since_nothing_moved_are_frames(tmp_path: Path) -> None:
+    body = mesh(points_at(t1=1, t2=2, t5=2, t6=3))
+    sequence = dynmesh.read(layer(tmp_path / "a.usda", body, about="timeCodesPerSecond = 24"))
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 2, 2, 2, 3])
+    assert (sequence.fps, sequence.start, sequence.times) == (24, 1, None)
 
 
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
