@@ -57,16 +57,19 @@ def stored(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
     return tmp_path / "partial.npz"
 
 
-@pytest.mark.parametrize("settings", [{}, {"method": "motion"}, {"reject_outliers": True}])
+@pytest.mark.parametrize(
+    "settings", [{}, {"method": "motion"}, {"reject_outliers": True, "start": WHOLE}]
+)
 def test_frames_are_completed_backwards_and_forwards(
     tmp_path: Path, stored: Path, partial: dynmesh.Sequence, settings: Any
 ) -> None:
-    report = dynmesh.complete_file(
-        stored, tmp_path / "out.npz", start=WHOLE, provenance=True, **settings
-    )
+    """From the first whole frame, if no other one is named."""
+    report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True, **settings)
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, expected_of(partial, WHOLE, **{"method": "detail", **settings}), *HISTORY)
+    settings = {name: value for name, value in settings.items() if name != "start"}
+    assert_same(made, expected_of(partial, WHOLE, **settings), *HISTORY)
     assert made.fps == 25
+    assert any("frame 7" in line for line in report.lines())
     assert (report.frames, report.completed, report.start) == (15, 14, WHOLE)
     assert partial.known is not None
     if not settings.get("reject_outliers"):
@@ -97,18 +100,6 @@ def test_only_a_few_frames_are_in_memory(
     assert_same(made, expected_of(partial, WHOLE, method="detail"), *HISTORY)
     assert max(held[1:-1]) == frames_in_a_block  # the last call streams the frames after the start
     assert sum(held[1:-1]) == WHOLE
-
-
-def test_the_first_whole_frame_is_found(
-    tmp_path: Path, stored: Path, partial: dynmesh.Sequence
-) -> None:
-    report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True)
-    assert report.start == WHOLE
-    expected = expected_of(partial, WHOLE, method="detail")
-    assert_same(dynmesh.read(tmp_path / "out.npz"), expected, *HISTORY)
-    said = run("complete", stored, tmp_path / "shell.npz", "--provenance")
-    assert "frame 7" in said.stderr
-    assert_same(dynmesh.read(tmp_path / "shell.npz"), expected, *HISTORY)
 
 
 @pytest.fixture
