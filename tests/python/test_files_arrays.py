@@ -114,17 +114,23 @@ LAYOUTS: dict[str, tuple[str, Any, dict[str, Any]]] = {
 def test_arrays_of_others_are_read(tmp_path: Path, layout: str) -> None:
     suffix, dtype, options = LAYOUTS[layout]
     before = sequence()
-    arrays = {
+    arrays: dict[str, Any] = {
         "vertices": np.asfortranarray(before.vertices.astype(dtype)),
         "faces": before.faces.astype(">u2"),
         "known": np.asfortranarray(before.known),
     }
-    if suffix != "npy":
-        arrays |= {"fps": np.array([25], np.float32), "more": np.array("ignored", bytes)}
-        arrays["name"] = np.array("Koerper", bytes if suffix == "h5" else str)
-    with dynmesh.open(store(tmp_path / f"a.{suffix}", arrays, **options)) as reader:
+    path, about = tmp_path / f"a.{suffix}", {"fps": np.array([25], np.float32), "name": "Körper"}
+    if suffix == "npz":
+        arrays |= about | {"more": np.array("ignored")}
+    store(path, arrays, **options)
+    if suffix == "h5":
+        with h5py.File(path, "r+") as file:
+            file.attrs.update(about | {"up_axis": np.bytes_("y")})
+            file.create_group("camera")["vertices"] = 1
+    with dynmesh.open(path) as reader:
         described = (reader.fps, reader.header.name)
-        assert described == ((None, None) if suffix == "npy" else (25, "Koerper"))
+        assert described == ((None, None) if suffix == "npy" else (25, "Körper"))
+        assert reader.header.up_axis == ("y" if suffix == "h5" else None)
         assert reader.dtype == np.dtype(dtype).newbyteorder("=")
         first, second = reader.frames(1), reader.frames(0, None, 2)
         next(second)

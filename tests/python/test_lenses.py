@@ -70,7 +70,7 @@ def deviation(scans: Path, slope: tuple[float, float]) -> tuple[float, float, fl
 @pytest.mark.parametrize("k", [LENS, RATIONAL, [0.2, 0.05, 0.01, 0.0]])
 def test_a_distortion_is_undone(tmp_path: Path, k: list[float], slope: tuple[float, float]) -> None:
     rig = tmp_path / "cameras.json"
-    (tmp_path / "0_a.png").write_bytes(tilted(INTRINSICS, k, slope))
+    (tmp_path / "0.png").write_bytes(tilted(INTRINSICS, k, slope))
     camera = a_camera()
     rig.write_text(json.dumps({"cameras": [camera]}))
     assert deviation(tmp_path, slope)[1] > 0.6

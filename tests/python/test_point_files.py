@@ -50,6 +50,8 @@ def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
             folder.append(scan)
     reader = open_scans(tmp_path / "scans")
     assert (reader.n_frames, reader.metres_per_unit) == (3, 0.001)
+    for pattern in ("frame_%05d.ply", "frame_#####.ply"):
+        assert open_scans(tmp_path / "scans" / pattern).n_frames == 3
     for scan, found in zip(scans, reader, strict=True):
         assert isinstance(found, PointScan)
         assert found.points.dtype == dtype

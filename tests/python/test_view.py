@@ -135,3 +135,10 @@ def test_a_large_mesh_needs_a_complete_frame_0(mesh: Mesh) -> None:
     vertices[7, 1] = np.nan
     with pytest.raises(ValueError, match="the first frame lacks vertex 7"):
         thin(mesh.faces, vertices, 40)
+
+
+def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
+    vertices = np.concatenate([np.zeros((500, 3)), mesh.vertices])
+    kept, triangles = thin(mesh.faces + 500, vertices, 100)
+    assert kept.tolist() == list(range(500, 549))
+    np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)

@@ -126,6 +126,7 @@ shell = [
     misused(f"{_DEGRADE} --known 0.5 --seed -1", "--seed", "-1"),
     refused("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),
+    refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
     refused("evaluate single.npz single.npz", "single.npz:", "no frame after the first"),
     misused("synth lake new.npz", "'lake'", "ocean"),
     refused("view body.npz -o new.txt", "new.txt:"),

@@ -64,6 +64,7 @@ def prepare(world: World) -> None:
     line = folder / "line"
     line.mkdir()
     write_ply(line / "s_0000.ply", PointScan(points * [9.0, 0, 0] + [90, 0, 0], None, None))
+    write_ply(folder / "partly.ply", PointScan(np.array([[_NAN, 2, 3]]), None, None))
     (folder / "blank").mkdir()
     write_ply(folder / "blank" / "s_0000.ply", PointScan(points[:0], None, None))
     (folder / "in_mm").mkdir()
@@ -211,6 +212,7 @@ cases = [
     _cloud("grouped.xyz", "digits in groups", "line 1:", "'1_0'"),
     _cloud("infinite.xyz", "an infinite coordinate", "line 3:", "(1, inf, 3)"),
     _cloud("partly.xyz", "one coordinate is NaN", "line 1:", "(nan, 2, 3)"),
+    _cloud("partly.ply", "one coordinate is NaN", "point 0:", "(nan, 2, 3)"),
     _cloud("colours.xyz", "colours instead of normals", "line 2:", "(255, 128, 0)", "length 1"),
     _cloud("body.obj", "another format", "'.obj'", ".xyz"),
     _cameras("skew", "a pose that is no rotation", "camera 0: camera_to_world:", "0.21"),

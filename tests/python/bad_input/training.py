@@ -57,6 +57,7 @@ _track = of("Tracker.restore")
 _completer = of("Completer")
 _complete = of("complete")
 _completed = of("complete_file")
+_convert = of("convert_file")
 _three = "training: frame 1: vertex 4"
 
 cases = [
@@ -86,6 +87,7 @@ cases = [
     _completed("a training file as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
     _completed("a template as output", lambda _: dynmesh.complete_file("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("a training file without the mesh of that path", lambda _: _file("two.usda", "scene.usda"), ValueError, "two.usda:", "'/mesh'", "/one, /two"),
+    _convert("a file with another up axis", lambda _: dynmesh.convert_file("z_up.npz", "new.npz", up="y"), ValueError, "z_up.npz: up:", "z, not y"),
     refused("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "49 in body.npz"),
     misused("complete body.npz new.npz --training training.npz --method motion", "--training:", "detail"),
 ]  # fmt: skip
