@@ -38,13 +38,6 @@ def folder(tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence) -
     return tmp_path
 
 
-def broken(partial: dynmesh.Sequence) -> dynmesh.Sequence:
-    vertices = partial.vertices.copy()
-    assert partial.known is not None
-    vertices[5][partial.known[5]] = np.nan
-    return replace(partial, vertices=vertices)
-
-
 def test_completion_and_evaluation(folder: Path) -> None:
     path, made = folder / "partial.npz", folder / "made.npz"
     said = run("complete", path, made, "--start", "1004").stderr
@@ -65,7 +58,8 @@ def test_completion_and_evaluation(folder: Path) -> None:
 
 def test_findings(partial: dynmesh.Sequence, folder: Path) -> None:
     path = folder / "broken.npz"
-    dynmesh.write(path, broken(partial))
+    vertices = np.where(np.arange(N)[:, None, None] == 5, np.nan, partial.vertices)
+    dynmesh.write(path, replace(partial, vertices=vertices))
     found = {one["code"]: one for one in json.loads(run("info", path, "--json").stdout)["findings"]}
     assert found["known_not_finite"]["where"]["frames"] == [1006]
     assert "in frame 1006:" in found["known_not_finite"]["message"]
