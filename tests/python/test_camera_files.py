@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,6 +45,17 @@ JSON = st.recursive(
     ),
     max_leaves=12,
 )
+
+
+@given(JSON)
+@settings(max_examples=60 * LONGER)
+def test_any_json_is_refused_as_cameras(
+    tmp_path_factory: pytest.TempPathFactory, found: Any
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "cameras.json"
+    file.write_text(json.dumps(found))
+    with pytest.raises(DynmeshError, match=r"cameras\.json: "):
+        read_cameras(file)
 
 
 @given(st.data())

@@ -68,6 +68,8 @@ def test_damaged_images_are_lost(tmp_path: Path, content: bytes | None, told: st
     (folder / "depth_00002_c1.png").unlink()
     reader = open_scans(folder, gaps="lost")
     assert seen(reader) == [[("c1", 1)], [], [("c0", 3)]]
+    for pattern in ("depth_%05d_c0.png", "depth_*_c0.png", "depth_%05d.png"):
+        assert open_scans(folder / pattern, gaps="lost").n_frames == 3
     assert "'c1'" in reader.lost[-1]
     assert "frame 2" in reader.lost[-1]
 

@@ -203,6 +203,7 @@ cases = [
     _points("`cameras`: none", _scan(cameras=[]), ValueError, "cameras:", "at least one"),
     _points("`cameras`: a name", _scan(cameras=["left"]), TypeError, "cameras:", "'left'"),
     _points("`noise`: NaN", _scan(noise=_NAN), ValueError, "noise:", "nan"),
+    _points("`missing`: 1", _scan(missing=1), ValueError, "missing:", "not 1"),
     _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(_NAN)])(w), ValueError, "frame 0:", "vertex 4"),
     _points("a frame has another shape", lambda w: _scan(frames=[w.vertices, w.points[:9]])(w), ValueError, "frame 1:", "(9, 3)"),
     _depth("`width`: 0", _image(width=0), ValueError, "width:", "not 0"),

@@ -75,6 +75,7 @@ cases = [
     _track("`state`: of another training sequence", lambda w: _tracker(w, w.sequence.vertices).restore(_tracker(w, w.sequence.vertices[::-1]).state()), ValueError, "another training sequence"),
     _track("`state`: of one without `uncertainty`", lambda w: _tracker(w, None).restore(_tracker(w, None, uncertainty=False).state()), ValueError, "uncertainty is False, not True"),
     _completed("`training`: frames, not a file", lambda w: _file(w.sequence.vertices), TypeError, "training:", "path", "ndarray"),
+    _completed("`training`: a number", lambda _: _file(3), TypeError, "training:", "3"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("a training file with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "49 in body.npz"),
     _completed("a training file with fewer triangles", lambda _: _file("fewer_faces.npz"), ValueError, "fewer_faces.npz:", "71", "72"),
