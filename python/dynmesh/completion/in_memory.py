@@ -8,12 +8,13 @@ from typing import Any, Unpack, overload
 import numpy as np
 
 from .._errors import InputError, KindError, locating
+from .._keywords import with_known_keywords
 from ..attributes import ATTRIBUTES, as_mask
 from ..completer import Completer
 from ..files.memory import Collected, SequenceReader
 from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
-from ..settings import Settings, check_settings
+from ..settings import Settings
 from .start import Start, check_start, start_in
 from .ways import Options, complete_frames
 
@@ -37,6 +38,7 @@ def complete(
     drop_above: float | None = None,
     **settings: Unpack[Settings],
 ) -> Sequence: ...
+@with_known_keywords
 def complete(
     faces: Faces | Sequence,
     frames: Iterable[Positions] | None = None,
@@ -75,7 +77,6 @@ def complete(
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
     """
-    check_settings(settings)
     options = Options(bidirectional=bidirectional, drop_above=drop_above)
     if isinstance(faces, Sequence):
         for name, given in (("frames", frames), ("known", known)):

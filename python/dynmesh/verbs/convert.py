@@ -8,6 +8,7 @@ from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
 from .._errors import InputError, KindError
+from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report
 from ..files import PathLike, Source
@@ -38,6 +39,7 @@ class ConversionReport(Report):
         return [f"{self.frames} frames of {self.vertices} vertices", *super().lines()]
 
 
+@with_known_keywords
 def convert_file(
     path: PathLike,
     output: PathLike,
@@ -144,6 +146,7 @@ def _convert_clouds(
     return ConversionReport(output=output, frames=len(made), vertices=n_points // len(made))
 
 
+@with_known_keywords
 def convert(
     sequence: Sequence,
     *,

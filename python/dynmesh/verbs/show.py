@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
+from .._keywords import with_known_keywords
 from ..draw.page import Page, page, require_page
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Colour
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
+@with_known_keywords
 def view(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,
@@ -101,6 +103,7 @@ def view(
     return replace(made, output=output)
 
 
+@with_known_keywords
 def picture(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,

@@ -6,6 +6,7 @@ from typing import Literal
 
 from .. import files, synth
 from .._command import Output, What
+from .._keywords import with_known_keywords
 from .._report import Report
 from ..files import PathLike
 
@@ -29,6 +30,7 @@ class SynthReport(Report):
         return [f"{self.frames} frames of {self.vertices} vertices", *super().lines()]
 
 
+@with_known_keywords
 def synth_file(
     name: Literal["ocean", "walker"],
     output: PathLike,
