@@ -26,6 +26,19 @@ _MOST_NAMED = 3
 _OTHER_SIZE = 1.5
 """A mesh that became so many times as large, or as small, is probably in another unit."""
 
+_MUCH, _FEW = 0.3, 0.05
+"""If more of a template has no points, or lies on another part, and fewer points are far, a scan
+shows it partially."""
+
+_CAUSES = {
+    "size": "the template must be {:.2g} times as large to fit, as if it were in another unit or "
+    "of a subject of another size",
+    "part": "the scan shows a part of the template only, and the place of the rest is a guess",
+    "pose": "the scan shows another mesh, or a pose that was not found",
+    "choice": "another pose fits the scan as well",
+    "place": "a part of the template is probably wrong or was not measured",
+}
+
 
 @dataclass(frozen=True, eq=False)
 class Registration:
@@ -76,23 +89,14 @@ class Registration:
 
     @property
     def reason(self) -> str:
-        """Why the quality is not good, in a sentence; empty if it is."""
+        """Why the quality is not good, its probable cause first; empty if it is."""
         if self.quality == "good":
             return ""
-        scaled = float(np.cbrt(np.linalg.det(self.transform[:3, :3])))
-        size = ""
-        if not 1 / _OTHER_SIZE < self.growth / scaled < _OTHER_SIZE:
-            size = (
-                f"; the result is {self.growth:.2g} times as large as the template: if their units "
-                "differ so, multiply the template by that"
-            )
-        elif self.ambiguous and self.quality == "doubtful":
-            return "another pose fits the scan as well; landmarks can tell them apart"
         shares = {
             "of the points are farther than a mean edge from the mesh": self.far,
             "of the points are near the mesh but face the other way": self.disagreeing,
             "of the vertices that should be seen have no point": self.empty,
-            "of the template is one piece without a point, so that its place is a guess": self.hole,
+            "of the template is one piece without a point": self.hole,
             "of the template lies where another part of it lies": self.overlap,
             "of the edges are more than 1.5 times as long as in the template, or as short": (
                 self.stretched
@@ -103,13 +107,25 @@ class Registration:
             for what, share in sorted(shares.items(), key=lambda item: -item[1])[:_MOST_NAMED]
             if share >= _LEAST_SHARE
         ]
-        if self.quality == "ruined":
-            return f"the template does not fit the scan: {', '.join(told)}{size}"
         unnamed = "landmarks came to lie elsewhere, or edges far from all points are stretched"
-        return (
-            "a part of the template is probably wrong or was not measured: "
-            f"{', '.join(told) or unnamed}{size}"
-        )
+        cause = _CAUSES[self.cause].format(self._grown)
+        return f"{cause}: {', '.join(told) or unnamed}"
+
+    @property
+    def cause(self) -> Literal["size", "part", "pose", "choice", "place"]:
+        """What is probably wrong: see `reason`, which begins with it."""
+        if not 1 / _OTHER_SIZE < self._grown < _OTHER_SIZE:
+            return "size"
+        if max(self.hole, self.empty, self.overlap) > _MUCH and self.far < _FEW:
+            return "part"
+        if self.quality == "ruined":
+            return "pose"
+        return "choice" if self.ambiguous else "place"
+
+    @property
+    def _grown(self) -> float:
+        """How many times as large the template had to become, beside `scale`."""
+        return self.growth / float(np.cbrt(np.linalg.det(self.transform[:3, :3])))
 
 
 def register(

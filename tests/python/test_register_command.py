@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from test_tracking import bumpy_torus, error
 import dynmesh
 from dynmesh._errors import DynmeshError
 from dynmesh.scans import PointScan, write_ply
-from dynmesh.tracking.landmarks import read_landmarks
+from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
 
 
@@ -221,20 +222,52 @@ def test_a_wrong_scan_ends_with_code_3(
     assert (tmp_path / "made.obj").exists()
 
 
+@pytest.mark.parametrize(
+    ("pairs", "named"),
+    [
+        ([(5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130)], " of vertex 400 "),
+        (
+            [(5, 5), (60, 60), (120, 330), (260, 260), (330, 120), (400, 400)],
+            "s of vertices 120 and",
+        ),
+    ],
+)
 def test_landmarks_that_contradict_the_scan(
-    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+    pairs: list[tuple[int, int]], named: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
 ) -> None:
     truth = written(tmp_path, torus, rng)
-    marks = [
-        {"vertex": vertex, "position": truth[other].tolist()}
-        for vertex, other in ((5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130))
-    ]
+    marks = [{"vertex": vertex, "position": truth[other].tolist()} for vertex, other in pairs]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
     words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
     said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
-    named = re.search(r"look at the landmarks: vertex (\d+) ", said)
-    assert named is not None
-    assert named[1] == "400"
+    assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
+
+
+def test_a_mirrored_set_of_landmarks(torus: Mesh) -> None:
+    vertices = np.arange(0, 400, 37)
+    mirrored = torus.vertices * [-1, 1, 1]
+    assert exchanged(torus.vertices, (vertices, torus.vertices[vertices])) == ""
+    assert "left and right" in exchanged(torus.vertices, (vertices, mirrored[vertices]))
+
+
+@pytest.mark.parametrize(
+    ("cause", "changed"),
+    [
+        ("size", {"growth": 2.0, "quality": "ruined"}),
+        ("part", {"hole": 0.45, "empty": 0.5}),
+        ("pose", {"far": 0.3, "empty": 0.5, "quality": "ruined"}),
+        ("choice", {"ambiguous": True}),
+        ("place", {"hole": 0.05}),
+    ],
+)
+def test_the_cause_of_a_doubt(
+    cause: str, changed: dict[str, Any], torus: Mesh, rng: np.random.Generator
+) -> None:
+    found = dynmesh.register(torus.faces, torus.vertices, *scan(torus, torus.vertices, rng))
+    assert found.reason == ""
+    wrong = replace(found, **({"quality": "doubtful"} | changed))
+    assert wrong.cause == cause
+    assert wrong.reason
 
 
 def test_lines_of_a_table_are_registered(

@@ -32,6 +32,8 @@ def metres_of(value: object, argument: str = "unit") -> float:
 def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
     """Returns pairs of units that differ by about a ratio of sizes, the nearest and usual first.
 
+    Among pairs that are equally near within a tenth, as poses change sizes, usual ones are first.
+
     Args:
         ratio: how many times as large, in numbers, something in the second unit is as the same in
             the first.
@@ -41,4 +43,4 @@ def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
     pairs = permutations(usual, 2)
     off = {pair: abs(math.log(ratio * UNITS[pair[1]] / UNITS[pair[0]])) for pair in pairs}
     near = [pair for pair in off if off[pair] < math.log(tolerance)]
-    return sorted(near, key=lambda pair: (round(off[pair], 2), *sorted(map(usual.index, pair))))
+    return sorted(near, key=lambda pair: (int(10 * off[pair]), *sorted(map(usual.index, pair))))

@@ -71,9 +71,8 @@ def placed(
     registered = registered_with(faces, template, scan, landmarks=landmarks)
     if registered.quality == "ruined":
         raise InputError(
-            f"{told}, {found.after:.3g} after the best rigid motion, and in no other pose: "
-            f"{registered.reason}; it must be the mesh of what was scanned, or landmarks may be "
-            "needed"
+            f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
+            "landmarks may be needed"
         )
     return Placed(registered.vertices, found.before, registration=registered)
 

@@ -21,7 +21,7 @@ from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
 from ..scans import PointScan, Scan
 from ..sequence import Positions
-from ..tracking.landmarks import read_landmarks
+from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.single_scan import open_single
@@ -173,7 +173,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_advised(found, measured, marks, room=remove_planes),
+        reason=_advised(found, first, measured, marks, room=remove_planes),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -201,25 +201,35 @@ def _register(
     return registered_with(mesh.faces, first, left, landmarks=landmarks, **options)
 
 
-def _advised(found: Registration, scan: Scan, landmarks: Landmarks | None, *, room: bool) -> str:
+def _advised(
+    found: Registration,
+    template: Positions,
+    scan: Scan,
+    landmarks: Landmarks | None,
+    *,
+    room: bool,
+) -> str:
     """The quality and its reason, and what to do about it."""
     if found.quality == "good":
         return ""
-    advice = []
-    if found.quality == "ruined":
-        advice.append("template and scan must be in one unit, unless theirs are stated")
-    if landmarks is None:
+    causes, advice = [], []
+    if landmarks is not None:
+        causes.append(exchanged(template, landmarks) or _misplaced(found, landmarks))
+    elif found.cause in ("pose", "choice", "place"):
         advice.append("landmarks say where head, hands and feet, for example, belong")
-    else:
-        distances = np.linalg.norm(found.vertices[landmarks[0]] - landmarks[1], axis=1)
-        worst = int(distances.argmax())
-        if distances[worst] > _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
-            advice.append(
-                f"look at the landmarks: vertex {landmarks[0][worst]} came to lie "
-                f"{distances[worst]:.3g} from its position"
-            )
     if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
         advice.append("cameras say what the sensors could not see")
-    if found.far > _MANY_FAR and not room:
+    if found.far > _MANY_FAR and not room and found.cause != "size":
         advice.append("planes can be removed, such as floor and walls, and other things cropped")
-    return "; ".join([f"{found.quality}: {found.reason}", *advice])
+    told = ": ".join(filter(None, [found.quality, *causes, found.reason]))
+    return "; ".join([told, *advice])
+
+
+def _misplaced(found: Registration, landmarks: Landmarks) -> str:
+    """Names the landmark that is farthest from its vertex; empty if none is far."""
+    vertices, positions = landmarks
+    distances = np.linalg.norm(found.vertices[vertices] - positions, axis=1)
+    worst = int(distances.argmax())
+    if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
+        return ""
+    return f"the landmark of vertex {vertices[worst]} is {distances[worst]:.3g} from where it lies"
