@@ -1,13 +1,14 @@
 """Locations of data and programs, and common fixtures."""
 
 import os
+import re
 import shutil
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 # Tests run in one process for each processor. Further threads of NumPy would compete with them, and
 # wait for one another at full load. Programs that the tests start inherit this.
@@ -47,6 +48,53 @@ settings.register_profile(
 settings.load_profile("dynmesh")
 
 
+SKIPS = (
+    r"the recorded sequences are not here",  # they may not be redistributed
+    r"Blender is not here",  # script/interchange takes 1 GB for it
+    r"the extension is not here",
+    r"rustc is not here",
+    r"instructions are counted",  # by valgrind, and with one compiler and kind of processor
+)
+"""The starts of the reasons for which tests may be skipped; for any other, a skipped test fails."""
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Turns files that are skipped for a reason that is not listed into failures."""
+    return _without_unlisted((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Turns tests that are skipped for a reason that is not listed into failures."""
+    return _without_unlisted((yield))
+
+
+Report = TypeVar("Report", pytest.CollectReport, pytest.TestReport)
+
+
+def _without_unlisted(report: Report) -> Report:
+    if report.skipped and not hasattr(report, "wasxfail"):
+        assert isinstance(report.longrepr, tuple)
+        reason = report.longrepr[2].removeprefix("Skipped: ")
+        if not any(re.match(listed, reason) for listed in SKIPS):
+            report.outcome = "failed"
+            report.longrepr = f"{reason} (skipped, but conftest.py does not list this reason)"
+    return report
+
+
+SLOW = {"chromium", "data", "shared_library"}
+"""Fixtures whose tests run only in `script/test --all`."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
+    """Marks the tests that use these fixtures as slow."""
+    for item in items:
+        if SLOW.intersection(item.fixturenames):
+            item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """The folder of recorded sequences, which are not part of the project."""
@@ -61,9 +109,7 @@ def programs() -> Path:
     """The folder of the compiled programs, built with the preset `develop`."""
     folder = Path(os.environ.get("DYNMESH_PROGRAMS", REPOSITORY / "build" / "develop"))
     if not (folder / "dynmesh-complete").exists():
-        pytest.skip(
-            "dynmesh-complete is not built: cmake --preset develop; cmake --build --preset develop"
-        )
+        pytest.skip("dynmesh-complete is not built: script/test -k version builds it")
     return folder
 
 

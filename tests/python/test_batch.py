@@ -178,7 +178,6 @@ def children_of(pid: int) -> dict[int, bytes]:
     return {int(child): Path(f"/proc/{child}/cmdline").read_bytes() for child in started}
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells of children")
 @pytest.mark.usefixtures("hearing_interrupts")
 def test_workers_may_die_and_end_with_the_command(tmp_path: Path) -> None:
     write_partial(tmp_path / "in.npz", n_frames=60, grid=50)

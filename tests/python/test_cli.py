@@ -162,7 +162,6 @@ def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> 
     assert dynmesh.read(tmp_path / "a.npy").generation is not None
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals of other processes")
 @pytest.mark.usefixtures("hearing_interrupts")
 @pytest.mark.parametrize("module", ["numpy", "cyclopts"])
 def test_an_interruption_while_modules_load_gives_no_traceback(module: str, tmp_path: Path) -> None:

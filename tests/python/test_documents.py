@@ -103,11 +103,13 @@ def run_shell(snippet: str, cwd: Path) -> str:
     return printed
 
 
+@pytest.mark.slow
 def test_python(tmp_path: Path) -> None:
     (snippet,) = blocks("python")
     assert "FrameReport(known=" in run(sys.executable, "-c", snippet, cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_shell(tmp_path: Path) -> None:
     (snippet,) = blocks("bash")
     shown = run_shell(snippet, tmp_path)
@@ -139,6 +141,7 @@ def build(folder: Path, programs: Path) -> Path:
     return folder / "build"
 
 
+@pytest.mark.slow
 def test_the_budget_of_the_guide(tmp_path: Path, programs: Path) -> None:
     guide = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
     (project,) = blocks("cmake", guide)
@@ -373,6 +376,7 @@ def outputs(snippets: list[str], cwd: Path) -> list[str]:
     return run(sys.executable, "-c", whole, cwd=cwd).split(f"{end}\n")[:-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 @pytest.mark.usefixtures("coarse_figures")
 @pytest.mark.filterwarnings("ignore:'benchmarks:RuntimeWarning")  # another test imported it
@@ -398,6 +402,7 @@ def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
     assert shown == {str(p.relative_to(tmp_path)) for p in tmp_path.glob(f"{folder}/*")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["motion", "properties"])
 def test_the_programs_of_the_method_hold(name: str, tmp_path: Path) -> None:
     """They end with assertions."""
@@ -424,6 +429,7 @@ def test_every_dependency_has_a_row_with_its_extras() -> None:
     assert expected.items() <= given.items()
 
 
+@pytest.mark.slow
 def test_the_site_is_whole(tmp_path: Path) -> None:
     """Builds strictly: a broken link or anchor is an error."""
     run(sys.executable, "-m", "mkdocs", "build", "--strict", "-d", tmp_path, cwd=REPOSITORY)

@@ -10,6 +10,8 @@ import pytest
 from conftest import REPOSITORY
 from test_documents import PROGRAMS, blocks, build, run
 
+pytestmark = pytest.mark.slow
+
 DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
 GUIDE = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import pytest
 from conftest import REPOSITORY
 
 ENDURANCE = REPOSITORY / "tests" / "endurance"
@@ -15,6 +16,7 @@ def run(script: str, *arguments: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_a_short_soak() -> None:
     shown = run("soak.py", "--frames", "1000")
     assert "1000 frames in" in shown

@@ -12,6 +12,8 @@ from meshes import Mesh
 
 from dynmesh import Sequence, complete, write
 
+pytestmark = pytest.mark.slow
+
 EXAMPLE = REPOSITORY / "examples" / "python" / "live.py"
 
 

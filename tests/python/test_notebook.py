@@ -16,6 +16,8 @@ nbclient: Any = pytest.importorskip("nbclient", reason="the development group ha
 pytest.importorskip("ipykernel", reason="the development group has it")
 pytest.importorskip("k3d", reason="players need k3d: pip install 'dynmesh[view]'")
 
+pytestmark = pytest.mark.slow
+
 NOTEBOOK = REPOSITORY / "examples" / "notebook" / "compare_methods.ipynb"
 
 

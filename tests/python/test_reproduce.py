@@ -17,6 +17,8 @@ from benchmarks.paper.claims import verdicts
 from benchmarks.paper.study import study
 from benchmarks.subjects import Subject
 
+pytestmark = pytest.mark.slow
+
 N = 9
 
 
