@@ -1,10 +1,10 @@
 /// Counts all allocations of the process, to verify that a frame makes none.
 #include <doctest/doctest.h>
-#include <dynmesh/dynmesh.h>
 
 #include <Eigen/Core>
 #include <dynmesh/completer.hpp>
 
+#include "c_completer.hpp"
 #include "counted_memory.hpp"
 #include "meshes.hpp"
 #include "shared_work.hpp"
@@ -106,30 +106,18 @@ TEST_CASE("method detail allocates memory only if its factor is larger than all 
 
 TEST_CASE("a frame of method motion allocates no memory through the C interface") {
   const auto mesh = sheet<float>(20);
-  constexpr std::int64_t k = 400;
+  const std::size_t k = mesh.size();
   std::vector<float> frame(3 * k);
-  const dynmesh_points points = {mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};
-  const dynmesh_output out = {frame.data(), k, 3, 1, DYNMESH_FLOAT32};
+  const Points<float> out(frame.data(), k);
   const auto known = random_mask(k, 0.3, 5);
-  const dynmesh_mask mask = {known.data(), k, 1};
   const Index index = 4;
-  const dynmesh_points point = {mesh.vertices.data(), 1, 3, 1, DYNMESH_FLOAT32};
-  dynmesh_frame_report report{};
-  dynmesh_completer* completer = nullptr;
-  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
-  dynmesh_settings settings;
-  REQUIRE(dynmesh_default_settings(&settings, sizeof settings) == DYNMESH_OK);
-  settings.method = DYNMESH_METHOD_MOTION;
-  REQUIRE(dynmesh_create(mesh.indices.data(), n_faces, &points, &settings, &completer) ==
-          DYNMESH_OK);
+  CCompleter<float> completer(mesh.faces(), mesh.points(), {.method = Method::motion});
   const std::size_t before = allocations();
-  dynmesh_status status = dynmesh_push(completer, &points, &mask, &out, &report);
-  status += dynmesh_push(completer, &points, nullptr, &out, &report);
-  status += dynmesh_push_sparse(completer, &index, 1, &point, &out, &report);
-  status += dynmesh_skip(completer, &out, nullptr);
+  completer.push(mesh.points(), {known.data(), k}, out);
+  completer.push(mesh.points(), out);
+  completer.push_sparse({&index, 1}, {mesh.vertices.data(), 1}, out);
+  completer.skip(out);
   CHECK(allocations() == before);
-  CHECK(status == DYNMESH_OK);
-  dynmesh_destroy(completer);
 }
 
 }  // namespace

@@ -2,11 +2,17 @@
 /// shown.
 #pragma once
 
+#include <dynmesh/dynmesh.h>
+
+#include <array>
 #include <cstdint>
 #include <dynmesh/completer.hpp>
 #include <initializer_list>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "meshes.hpp"
@@ -39,6 +45,25 @@ void fault(const char* call, const char* given, const std::string& what);
 /// Prints a case as a line of the table. It is a fault if the answer is empty or lacks a name.
 void show(const char* interface, const char* call, const char* given, const std::string& answer,
           Names names);
+
+/// Calls a function of C with a null pointer in the place of each argument that has a name.
+template <class Judge, class... Arguments>
+void try_nulls(const Judge& judge, const char* call, dynmesh_status (*function)(Arguments...),
+               const std::array<const char*, sizeof...(Arguments)>& names,
+               std::type_identity_t<Arguments>... given) {
+  const auto try_null = [&]<std::size_t i>() {
+    if constexpr (std::is_pointer_v<std::tuple_element_t<i, std::tuple<Arguments...>>>) {
+      if (names[i] == nullptr) return;
+      std::tuple<Arguments...> arguments(given...);
+      std::get<i>(arguments) = nullptr;
+      const std::string argument = names[i];
+      judge(call, ("`" + argument + "`: a null pointer").c_str(), {argument + ":", "null pointer"},
+            std::apply(function, arguments));
+    }
+  };
+  [&]<std::size_t... i>(std::index_sequence<i...>) { (try_null.template operator()<i>(), ...); }
+  (std::index_sequence_for<Arguments...>{});
+}
 
 void try_cpp(World& world);
 void try_c(World& world);

@@ -34,10 +34,6 @@ void try_c(World& world) {
     if (state_of() != before) fault(call, given, "changed the completer");
     if (world.written != untouched) fault(call, given, "wrote to its output");
   };
-  const auto null = [&](const char* call, const std::string& argument, dynmesh_status status) {
-    tried(call, ("`" + argument + "`: a null pointer").c_str(), {argument + ":", "null pointer"},
-          status);
-  };
   // A refused call sets the handle to a null pointer.
   dynmesh_completer* other = nullptr;
   const auto make_of = [&](const std::int32_t* of, std::int64_t n, const dynmesh_points* first,
@@ -68,13 +64,14 @@ void try_c(World& world) {
   nothing.data = nullptr;
   dynmesh_settings larger = settings;
   larger.size += 8;
-  null("dynmesh_default_settings", "settings", dynmesh_default_settings(nullptr, sizeof settings));
+  try_nulls(tried, "dynmesh_default_settings", dynmesh_default_settings, {"settings", nullptr},
+            &larger, sizeof larger);
+  try_nulls(tried, "dynmesh_create", dynmesh_create,
+            {"faces", nullptr, "first_frame", nullptr, "completer"}, faces, n_faces, &frame,
+            &settings, &other);
   tried("dynmesh_default_settings", "`size`: 0", {"size:", "0", "48"},
         dynmesh_default_settings(&larger, 0));
-  null("dynmesh_create", "completer", dynmesh_create(faces, n_faces, &frame, &settings, nullptr));
-  null("dynmesh_create", "faces", make_of(nullptr, n_faces, &frame, &settings));
   tried("dynmesh_create", "`n_faces`: -1", {"faces:", "-1"}, make_of(faces, -1, &frame, &settings));
-  null("dynmesh_create", "first_frame", make(nullptr, &settings));
   tried("dynmesh_create", "`first_frame`: type 16", {"first_frame:", "not 16"},
         make(&typeless, &settings));
   tried("dynmesh_create", "`first_frame`: count -1", {"first_frame:", "-1"},
@@ -102,7 +99,10 @@ void try_c(World& world) {
     return status;
   };
   if (dynmesh_training_create(k, DYNMESH_FLOAT64, &training) != DYNMESH_OK) ++faults();
-  null("dynmesh_training_create", "training", dynmesh_training_create(k, DYNMESH_FLOAT64, nullptr));
+  try_nulls(tried, "dynmesh_training_create", dynmesh_training_create,
+            {nullptr, nullptr, "training"}, k, DYNMESH_FLOAT64, nullptr);
+  try_nulls(tried, "dynmesh_training_add", dynmesh_training_add, {"training", "frame"}, training,
+            &frame);
   tried("dynmesh_training_create", "`n_vertices`: -1", {"n_vertices:", "not -1"},
         training_of(-1, DYNMESH_FLOAT64));
   tried("dynmesh_training_create", "`n_vertices`: 2^31", {"n_vertices:", "not 2147483648"},
@@ -111,8 +111,6 @@ void try_c(World& world) {
   const auto add = [&](const dynmesh_points& of) { return dynmesh_training_add(training, &of); };
   dynmesh_points float32 = frame;
   float32.type = DYNMESH_FLOAT32;
-  null("dynmesh_training_add", "training", dynmesh_training_add(nullptr, &frame));
-  null("dynmesh_training_add", "frame", dynmesh_training_add(training, nullptr));
   tried("dynmesh_training_add", "`frame`: data a null pointer", {"frame 0:", "null pointer"},
         add(nothing));
   tried("dynmesh_training_add", "`frame`: of float32", {"frame:", "64", "training", "not 32"},
@@ -132,10 +130,9 @@ void try_c(World& world) {
   for (int n = 0; n < 3; ++n) {
     if (add(frame) != DYNMESH_OK) ++faults();
   }
-  null("dynmesh_create_trained", "completer",
-       dynmesh_create_trained(faces, n_faces, &frame, &detail, training, nullptr));
-  null("dynmesh_create_trained", "training", make_trained(&detail, &frame, nullptr));
-  null("dynmesh_create_trained", "first_frame", make_trained(&detail, nullptr, training));
+  try_nulls(tried, "dynmesh_create_trained", dynmesh_create_trained,
+            {nullptr, nullptr, "first_frame", nullptr, "training", "completer"}, faces, n_faces,
+            &frame, &detail, training, &other);
   tried("dynmesh_create_trained", "`first_frame`: of float32",
         {"first_frame:", "64", "training", "not 32"}, make_trained(&detail, &float32, training));
   tried("dynmesh_create_trained", "`n_faces`: -1", {"faces:", "-1"},
@@ -155,13 +152,42 @@ void try_c(World& world) {
   const dynmesh_output out = {world.written.data(), k, 3, 1, DYNMESH_FLOAT64};
   const dynmesh_output nowhere = {nullptr, k, 3, 1, DYNMESH_FLOAT64};
   const dynmesh_points planar = {world.given.data(), k, 0, k, DYNMESH_FLOAT64};
-  null("dynmesh_push", "completer", dynmesh_push(nullptr, &points, &known, &out, nullptr));
-  null("dynmesh_push", "points", dynmesh_push(c, nullptr, &known, &out, nullptr));
+  const std::array<std::int32_t, 2> twice = {4, 4};
+  dynmesh_points two = points;
+  two.count = 2;
+  std::vector<std::byte> room(before.size());
+  const auto size = static_cast<std::int64_t>(before.size());
+  std::int64_t unwritten = 7;
+  std::int64_t face = 0;
+  float bar = 0;
+  const char* reason = nullptr;
+  dynmesh_frame_report report{};
+  dynmesh_topology_report topology{};
+  const dynmesh_template* mesh = nullptr;
+  try_nulls(tried, "dynmesh_push", dynmesh_push, {"completer", "points", nullptr, "out", nullptr},
+            c, &points, &known, &out, nullptr);
+  try_nulls(tried, "dynmesh_push_sparse", dynmesh_push_sparse,
+            {"completer", "indices", nullptr, "points", "out", nullptr}, c, twice.data(), 2, &two,
+            &out, nullptr);
+  try_nulls(tried, "dynmesh_skip", dynmesh_skip, {"completer", "out", nullptr}, c, &out, nullptr);
+  try_nulls(tried, "dynmesh_reset", dynmesh_reset, {"completer", "frame"}, c, &points);
+  try_nulls(tried, "dynmesh_state_size", dynmesh_state_size, {"completer", "size"}, c, &unwritten);
+  try_nulls(tried, "dynmesh_state", dynmesh_state, {"completer", "state", nullptr}, c, room.data(),
+            size);
+  try_nulls(tried, "dynmesh_restore", dynmesh_restore, {"completer", "state", nullptr}, c,
+            before.data(), size);
+  try_nulls(tried, "dynmesh_standard_error", dynmesh_standard_error,
+            {"completer", "values", nullptr, nullptr}, c, &bar, k, DYNMESH_FLOAT32);
+  try_nulls(tried, "dynmesh_report", dynmesh_report, {"completer", "report"}, c, &report);
+  try_nulls(tried, "dynmesh_topology", dynmesh_topology, {"completer", "report"}, c, &topology);
+  try_nulls(tried, "dynmesh_refused_face", dynmesh_refused_face,
+            {"completer", nullptr, "face", "reason"}, c, 0, &face, &reason);
+  try_nulls(tried, "dynmesh_read_template", dynmesh_read_template, {"path", nullptr}, "none.obj",
+            &mesh);
   tried("dynmesh_push", "`points`: of float32", {"points:", "64", "32"},
         dynmesh_push(c, &single, &known, &out, nullptr));
   tried("dynmesh_push", "`known`: data a null pointer", {"known:", "null pointer"},
         dynmesh_push(c, &points, &null_mask, &out, nullptr));
-  null("dynmesh_push", "out", dynmesh_push(c, &points, &known, nullptr, nullptr));
   tried("dynmesh_push", "`out`: data a null pointer", {"out:", "null pointer"},
         dynmesh_push(c, &points, &known, &nowhere, nullptr));
   tried("dynmesh_push", "`points`: planar, row_stride 0", {"points: row_stride", "0", "49"},
@@ -191,59 +217,19 @@ void try_c(World& world) {
         write({askew_out, k, 3, 1, 64}));
   tried("dynmesh_push", "`known`: count -2", {"known:", "-2"},
         dynmesh_push(c, &points, &negative_mask, &out, nullptr));
-  const std::array<std::int32_t, 2> twice = {4, 4};
-  dynmesh_points two = points;
-  two.count = 2;
-  null("dynmesh_push_sparse", "indices", dynmesh_push_sparse(c, nullptr, 2, &two, &out, nullptr));
   tried("dynmesh_push_sparse", "`n_indices`: -1", {"indices:", "-1"},
         dynmesh_push_sparse(c, twice.data(), -1, &two, &out, nullptr));
-  null("dynmesh_push_sparse", "completer",
-       dynmesh_push_sparse(nullptr, twice.data(), 2, &two, &out, nullptr));
-  null("dynmesh_push_sparse", "points",
-       dynmesh_push_sparse(c, twice.data(), 2, nullptr, &out, nullptr));
-  null("dynmesh_push_sparse", "out",
-       dynmesh_push_sparse(c, twice.data(), 2, &two, nullptr, nullptr));
-  null("dynmesh_skip", "completer", dynmesh_skip(nullptr, &out, nullptr));
-  null("dynmesh_skip", "out", dynmesh_skip(c, nullptr, nullptr));
-  null("dynmesh_reset", "completer", dynmesh_reset(nullptr, &points));
-  null("dynmesh_reset", "frame", dynmesh_reset(c, nullptr));
   tried("dynmesh_reset", "`frame`: planar, row_stride 0", {"frame: row_stride", "0", "49"},
         dynmesh_reset(c, &planar));
-  std::vector<std::byte> room(before.size());
-  const auto size = static_cast<std::int64_t>(before.size());
   const std::string whole = std::to_string(size);
   const std::string cut = std::to_string(size - 1);
-  std::int64_t unwritten = 7;
-  null("dynmesh_state_size", "completer", dynmesh_state_size(nullptr, &unwritten));
-  null("dynmesh_state", "completer", dynmesh_state(nullptr, room.data(), size));
-  null("dynmesh_state", "state", dynmesh_state(c, nullptr, size));
-  null("dynmesh_restore", "completer", dynmesh_restore(nullptr, before.data(), size));
-  null("dynmesh_state_size", "size", dynmesh_state_size(c, nullptr));
   tried("dynmesh_state", "`size`: too small", {"state:", cut, whole},
         dynmesh_state(c, room.data(), size - 1));
-  null("dynmesh_restore", "state", dynmesh_restore(c, nullptr, size));
   tried("dynmesh_restore", "`size`: -1", {"state:", "-1"}, dynmesh_restore(c, before.data(), -1));
-  float bar = 0;
-  null("dynmesh_standard_error", "values", dynmesh_standard_error(c, nullptr, 49, DYNMESH_FLOAT32));
   tried("dynmesh_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
         dynmesh_standard_error(c, &bar, 49, DYNMESH_FLOAT32));
-  null("dynmesh_standard_error", "completer",
-       dynmesh_standard_error(nullptr, &bar, 49, DYNMESH_FLOAT32));
-  null("dynmesh_report", "report", dynmesh_report(c, nullptr));
-  dynmesh_frame_report report{};
-  dynmesh_topology_report topology{};
-  null("dynmesh_report", "completer", dynmesh_report(nullptr, &report));
-  null("dynmesh_topology", "completer", dynmesh_topology(nullptr, &topology));
-  null("dynmesh_topology", "report", dynmesh_topology(c, nullptr));
-  std::int64_t face = 0;
-  const char* reason = nullptr;
   tried("dynmesh_refused_face", "`number`: 0 of none", {"number:", "0"},
         dynmesh_refused_face(c, 0, &face, &reason));
-  null("dynmesh_refused_face", "face", dynmesh_refused_face(c, 0, nullptr, &reason));
-  null("dynmesh_refused_face", "reason", dynmesh_refused_face(c, 0, &face, nullptr));
-  null("dynmesh_refused_face", "completer", dynmesh_refused_face(nullptr, 0, &face, &reason));
-  const dynmesh_template* mesh = nullptr;
-  null("dynmesh_read_template", "path", dynmesh_read_template(nullptr, &mesh));
   tried("dynmesh_read_template", "a file that is not there", {"none.obj:"},
         dynmesh_read_template("none.obj", &mesh), DYNMESH_UNREADABLE_FILE);
   tried("dynmesh_read_template", "`mesh`: a null pointer", {"null pointer"},

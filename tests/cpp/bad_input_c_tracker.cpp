@@ -34,11 +34,6 @@ void try_c_tracker(World& world) {
     if (state_of() != before) fault(call, given, "changed the tracker");
     if (world.written != untouched) fault(call, given, "wrote to its output");
   };
-  const auto null = [&](const char* call, const std::string& argument, dynmesh_status status) {
-    tried(call, ("`" + argument + "`: a null pointer").c_str(), {argument + ":", "null pointer"},
-          status);
-  };
-
   const char* create = "dynmesh_tracker_create";
   const auto made = [&](const dynmesh_points* first, std::int32_t threads) {
     dynmesh_tracker* other = t;
@@ -46,12 +41,14 @@ void try_c_tracker(World& world) {
     if (other != nullptr) fault(create, "bad input", "left the handle as it was");
     return status;
   };
-  null(create, "first_frame", made(nullptr, 1));
+  dynmesh_tracker* another = nullptr;
+  try_nulls(tried, create, dynmesh_tracker_create,
+            {nullptr, nullptr, "first_frame", nullptr, "tracker"}, faces, n_faces, &frame, 1,
+            &another);
   dynmesh_points typeless = frame;
   typeless.type = 16;
   tried(create, "`type = 16`", {"first_frame:", "16"}, made(&typeless, 1));
   tried(create, "`threads = 0`", {"threads", "0"}, made(&frame, 0));
-  null(create, "tracker", dynmesh_tracker_create(faces, n_faces, &frame, 1, nullptr));
 
   const char* push = "dynmesh_tracker_push";
   const dynmesh_output out = {world.written.data(), k, 3, 1, DYNMESH_FLOAT64};
@@ -59,9 +56,9 @@ void try_c_tracker(World& world) {
                           const dynmesh_output* to) {
     return dynmesh_tracker_push(t, points, normals, nullptr, to, nullptr);
   };
-  null(push, "tracker", dynmesh_tracker_push(nullptr, &frame, nullptr, nullptr, &out, nullptr));
-  null(push, "points", pushed(nullptr, nullptr, &out));
-  null(push, "out", pushed(&frame, nullptr, nullptr));
+  try_nulls(tried, push, dynmesh_tracker_push,
+            {"tracker", "points", nullptr, nullptr, "out", nullptr}, t, &frame, nullptr, nullptr,
+            &out, nullptr);
   dynmesh_points fewer = frame;
   fewer.count = k - 1;
   tried(push, "`normals`: one row too few", {"normals:", "48", "49"}, pushed(&frame, &fewer, &out));
@@ -79,7 +76,8 @@ void try_c_tracker(World& world) {
   const auto seen = [&](const dynmesh_depth_image& view, std::int64_t n = 1) {
     return dynmesh_tracker_push_depth(t, &view, n, &out, nullptr);
   };
-  null(push_depth, "images", dynmesh_tracker_push_depth(t, nullptr, 1, &out, nullptr));
+  try_nulls(tried, push_depth, dynmesh_tracker_push_depth,
+            {nullptr, "images", nullptr, nullptr, nullptr}, t, &image, 1, &out, nullptr);
   tried(push_depth, "`n_images = -1`", {"images", "-1"}, seen(image, -1));
   dynmesh_depth_image bad = image;
   bad.width = -5;
@@ -90,10 +88,10 @@ void try_c_tracker(World& world) {
   const auto aligned = [&](const dynmesh_points* first, const dynmesh_points* scan) {
     return dynmesh_find_alignment(faces, n_faces, first, scan, &alignment);
   };
-  null(find, "first_frame", aligned(nullptr, &frame));
-  null(find, "scan", aligned(&frame, nullptr));
+  try_nulls(tried, find, dynmesh_find_alignment,
+            {nullptr, nullptr, "first_frame", "scan", "alignment"}, faces, n_faces, &frame, &frame,
+            &alignment);
   tried(find, "`scan`: of the other type", {"scan:", "type"}, aligned(&frame, &single));
-  null(find, "alignment", dynmesh_find_alignment(faces, n_faces, &frame, &frame, nullptr));
   if (alignment.mean_edge != 0) fault(find, "bad input", "wrote to its output");
 
   const char* registration = "dynmesh_register";
@@ -107,8 +105,9 @@ void try_c_tracker(World& world) {
   const auto registered = [&](const dynmesh_registration_request& given) {
     return dynmesh_register(&given, &out, nullptr, nullptr, nullptr);
   };
-  null(registration, "request", dynmesh_register(nullptr, &out, nullptr, nullptr, nullptr));
-  null(registration, "vertices", dynmesh_register(&request, nullptr, nullptr, nullptr, nullptr));
+  try_nulls(tried, registration, dynmesh_register,
+            {"request", "vertices", nullptr, nullptr, nullptr}, &request, &out, nullptr, nullptr,
+            nullptr);
   dynmesh_registration_request wrong = request;
   wrong.positions = nullptr;
   tried(registration, "`positions`: a null pointer", {"template:", "null pointer"},
@@ -121,9 +120,8 @@ void try_c_tracker(World& world) {
   tried(registration, "`points`: of the other type", {"points:", "type"}, registered(wrong));
   wrong = request;
   wrong.landmarks = &frame;
-  null(registration, "landmark_vertices", registered(wrong));
-  wrong = request;
-  wrong.threads = 0;
+  tried(registration, "no `landmark_vertices`", {"landmark_vertices:", "null pointer"},
+        registered(wrong));
 
   std::vector<std::byte> room(before.size());
   tried("dynmesh_tracker_state", "`size`: too small", {"state:", std::to_string(size - 1)},
@@ -132,16 +130,18 @@ void try_c_tracker(World& world) {
   flipped[100] ^= std::byte{1};
   tried("dynmesh_tracker_restore", "`state`: a flipped bit", {"state:", "damaged"},
         dynmesh_tracker_restore(t, flipped.data(), size));
-  null("dynmesh_tracker_restore", "state", dynmesh_tracker_restore(t, nullptr, size));
-  null("dynmesh_tracker_skip", "out", dynmesh_tracker_skip(t, nullptr, nullptr));
+  try_nulls(tried, "dynmesh_tracker_restore", dynmesh_tracker_restore, {nullptr, "state", nullptr},
+            t, before.data(), size);
+  try_nulls(tried, "dynmesh_tracker_skip", dynmesh_tracker_skip, {nullptr, "out", nullptr}, t, &out,
+            nullptr);
   double bar = 0;
   tried("dynmesh_tracker_standard_error", "without uncertainty", {"standard_error:", "uncertainty"},
         dynmesh_tracker_standard_error(t, &bar, k, DYNMESH_FLOAT64));
   const char* of_sensors = "dynmesh_tracker_agreement_of_sensors";
   dynmesh_agreement agreement{};
   std::int64_t n_sensors = 0;
-  null(of_sensors, "n_sensors", dynmesh_tracker_agreement_of_sensors(t, &agreement, 1, nullptr));
-  null(of_sensors, "values", dynmesh_tracker_agreement_of_sensors(t, nullptr, 1, &n_sensors));
+  try_nulls(tried, of_sensors, dynmesh_tracker_agreement_of_sensors,
+            {nullptr, "values", nullptr, "n_sensors"}, t, &agreement, 1, &n_sensors);
   tried(of_sensors, "`count = -1`", {"count:", "-1"},
         dynmesh_tracker_agreement_of_sensors(t, &agreement, -1, &n_sensors));
   if (dynmesh_tracker_observed(nullptr) != nullptr) {

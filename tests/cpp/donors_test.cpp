@@ -1,6 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <chrono>
 #include <limits>
 #include <random>
 
@@ -51,26 +50,6 @@ TEST_CASE("coincident isolated vertices do not slow down the search") {
   const auto donors = find_donors<float>(frame, component);
   CHECK(donors[0] == 1);
   CHECK(donors[5] == 0);
-}
-
-TEST_CASE("components far apart are searched about as fast as components that overlap") {
-  using Clock = std::chrono::steady_clock;
-  std::vector<Index> component(40'000);
-  for (std::size_t v = 0; v < component.size(); ++v) component[v] = v % 2 == 0 ? 0 : 1;
-  const auto time_of = [&](float distance) {
-    std::mt19937 random(1);
-    std::uniform_real_distribution<float> coordinate(0, 1);
-    std::vector<Vector3<float>> frame(component.size());
-    for (std::size_t v = 0; v < frame.size(); ++v) {
-      const float x = coordinate(random) + distance * static_cast<float>(component[v]);
-      frame[v] = {x, coordinate(random), 0};
-    }
-    const auto start = Clock::now();
-    CHECK(find_donors<float>(frame, component)[0] % 2 == 1);
-    return Clock::now() - start;
-  };
-  // The ratio is about 1. If all pairs are compared, it is about 40.
-  CHECK(time_of(3) < 8 * time_of(0));
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 /// Method detail that learns from the frames that it completes.
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <deque>
 #include <limits>
 #include <utility>
@@ -28,12 +26,6 @@ struct Heights {
     memory[1].to_rest.y = -height;
     return library.offer(memory);
   }
-  /// The heights of the shapes, the oldest first.
-  [[nodiscard]] std::vector<double> members() const {
-    std::vector<double> heights;
-    for (const Index slot : library.members()) heights.push_back(in_slot(slot));
-    return heights;
-  }
   [[nodiscard]] double in_slot(Index slot) const {
     return static_cast<double>(
         library.rows()[1][static_cast<std::size_t>(most_learned_shapes + slot)]);
@@ -42,42 +34,6 @@ struct Heights {
   Workers workers = Workers(1);
   ShapeLibrary library = ShapeLibrary(parts(), workers, 1);
 };
-
-TEST_CASE("of many shapes, the older one of the closest two leaves the library") {
-  Heights heights;
-  std::vector<double> expected;
-  for (int n = 1; n <= 400; ++n) {
-    const double height = (n * n) % 97 + 0.25 * (n % 5);
-    CHECK(heights.offer(height) == (n % 2 == 0));
-    if (n % 2 == 0) expected.push_back(height);
-    if (expected.size() > 28) {
-      std::size_t older = 0;
-      double least = 1e9;
-      for (std::size_t i = 0; i < expected.size(); ++i) {
-        for (std::size_t j = i + 1; j < expected.size(); ++j) {
-          const double distance = std::abs(expected[i] - expected[j]);
-          if (distance < least) older = i;
-          least = std::min(least, distance);
-        }
-      }
-      expected.erase(expected.begin() + static_cast<std::ptrdiff_t>(older));
-    }
-    REQUIRE(heights.members() == expected);
-    const auto slots = heights.library.members();
-    for (std::size_t i = 0; i < slots.size(); ++i) {
-      for (std::size_t j = 0; j < slots.size(); ++j) {
-        REQUIRE(heights.library.product(0, slots[i], slots[j]) == expected[i] * expected[j]);
-      }
-    }
-  }
-}
-
-TEST_CASE("a motion that repeats does not push out a rare shape") {
-  Heights heights;
-  for (int n = 1; n <= 10; ++n) heights.offer(n == 2 ? 1000 : n);
-  for (int n = 1; n <= 2000; ++n) heights.offer(n % 100);
-  CHECK(std::ranges::count(heights.members(), 1000) == 1);
-}
 
 TEST_CASE("a shape keeps its slot for eight frames after it has left the library") {
   Heights heights;

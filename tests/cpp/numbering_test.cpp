@@ -14,11 +14,11 @@
 namespace dynmesh::testing {
 namespace {
 
-constexpr std::size_t side = 174;  // large enough that the numbering matters
+constexpr std::size_t numbered_side = 174;  // large enough that the numbering matters
 
 /// A random permutation of the vertices of a sheet.
 std::vector<Index> shuffled_numbers() {
-  std::vector<Index> number(side * side);
+  std::vector<Index> number(numbered_side * numbered_side);
   std::iota(number.begin(), number.end(), 0);
   std::shuffle(number.begin(), number.end(), std::mt19937(4));
   return number;
@@ -47,7 +47,7 @@ struct Renumbered {
 Points<const float> view(const std::vector<float>& rows) { return {rows.data(), rows.size() / 3}; }
 
 TEST_CASE("only large meshes with scattered neighbours are reordered") {
-  const auto mesh = sheet<float>(side);
+  const auto mesh = sheet<float>(numbered_side);
   CHECK(choose_numbering(build_topology(mesh.faces(), mesh.size()).cells).is_natural());
   const Renumbered shuffled(mesh, shuffled_numbers());
   const Topology topology = build_topology(faces_of(shuffled.indices), mesh.size());
@@ -68,7 +68,7 @@ TEST_CASE("only large meshes with scattered neighbours are reordered") {
 
 TEST_CASE("results do not depend on the order of vertices and the number of threads") {
   const SharedWork shared(512);
-  const auto mesh = sheet<float>(side);
+  const auto mesh = sheet<float>(numbered_side);
   const std::size_t k = mesh.size();
   const Renumbered shuffled(mesh, shuffled_numbers());
   Completer<float> natural(mesh.faces(), view(mesh.vertices));

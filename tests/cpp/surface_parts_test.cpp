@@ -1,6 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -34,22 +33,6 @@ TEST_CASE("what no seed reaches has the global part alone") {
   const SurfaceParts parts = parts_of(mesh, one_seed);
   CHECK(parts.n_parts == 3);
   CHECK(n_local(parts, mesh.size()) == 144);
-}
-
-TEST_CASE("degenerate meshes are divided as well") {
-  Mesh<double> mesh;
-  SUBCASE("one vertex") { mesh = {{1, 2, 3}, {0, 0, 0}}; }
-  SUBCASE("all vertices coincide") {
-    mesh = sheet<double>(4);
-    std::ranges::fill(mesh.vertices, 1.0);
-  }
-  SUBCASE("no edges") {
-    mesh = sheet<double>(4);
-    mesh.indices = {0, 0, 0};
-  }
-  const SurfaceParts parts = parts_of(mesh);
-  CHECK(parts.n_parts == 1);
-  CHECK(n_local(parts, mesh.size()) == 0);
 }
 
 }  // namespace

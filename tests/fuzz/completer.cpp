@@ -1,15 +1,15 @@
 /// Completers with arbitrary meshes, settings and calls, valid and invalid, compared with a second
-/// completer that gets only the valid calls, with packed arrays and in one thread.
+/// completer that gets only the valid calls, by way of the C interface and in one thread.
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 
+#include "../cpp/c_completer.hpp"
 #include "../cpp/seal.hpp"
 #include "input.hpp"
 #include "made_up.hpp"
-#include "motion/motion.hpp"
 
 namespace dynmesh::fuzz {
 namespace {
@@ -28,7 +28,7 @@ class Trial {
     settings_ = settings_of(input_);
     faces_ = k_ == 0 ? std::vector<Index>{} : faces_of(input_, k_);
     const auto first = positions(k_);
-    first_ = previous_ = first;
+    previous_ = first;
     try {
       if (settings_.method == Method::detail && input_.below(4) == 0) train();
       subject_ = make(first, settings_);
@@ -37,7 +37,10 @@ class Trial {
     }
     Settings alone = settings_;
     alone.threads = 1;
-    twin_ = make(first, alone);
+    twin_ = std::make_unique<testing::CCompleter<Real>>(Faces{faces_.data(), faces_.size() / 3},
+                                                        view(first), alone,
+                                                        training_ ? &*training_ : nullptr);
+    require(twin_->n_vertices() == k_, "it has the vertices of frame 0");
     start_ = first;
     for (std::size_t call = 0; call < most_calls && !input_.empty(); ++call) step();
   }
@@ -154,9 +157,8 @@ class Trial {
       const Real* p = &packed[3 * v];
       finite[v] = std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]) ? 1 : 0;
     }
-    finish(packed, finite, rows.packed(), [&](auto completed) {
-      twin_->push(view(packed), {finite.data(), k_}, completed);
-    });
+    finish(packed, finite, rows.packed(),
+           [&](auto completed) { twin_->push(view(packed), completed); });
   }
 
   void push_sparse() {
@@ -181,9 +183,8 @@ class Trial {
       known[v] = 1;
       std::copy_n(&observed[3 * i], 3, &packed[3 * v]);
     }
-    finish(packed, known, out.packed(), [&](auto completed) {
-      twin_->push(view(packed), {known.data(), k_}, completed);
-    });
+    finish(packed, known, out.packed(),
+           [&](auto completed) { twin_->push_sparse(indices, view(observed), completed); });
   }
 
   void skip() {
@@ -197,7 +198,7 @@ class Trial {
     const auto packed = positions(k_);
     if (!accepted([&] { subject_->reset(view(packed)); })) return;
     twin_->reset(view(packed));
-    first_ = previous_ = packed;
+    previous_ = packed;
     for (const Index age : subject_->age()) require(age == 0, "all is known after a reset");
   }
 
@@ -207,7 +208,7 @@ class Trial {
     // A training sequence must have the size of frame 0.
     auto other = make(training_ ? start_ : std::vector<Real>(3 * k_, Real{1}), settings_);
     other->restore(state);
-    require(other->state() == state, "a state restores to itself");
+    require(other->state() == state && twin_->state() == state, "a state restores to itself");
     require(std::ranges::equal(other->generation(), subject_->generation()), "generations move");
     subject_ = std::move(other);
   }
@@ -242,7 +243,6 @@ class Trial {
     require(training_ || subject_->state() == state, "what is accepted is kept");
     state = subject_->state();
     twin_->restore(state);
-    first_.clear();
   }
 
   void overlapping() {
@@ -255,7 +255,8 @@ class Trial {
                      Points<Real>(memory.data() + shift, k_));
     });
     require(!ok, "output over input is refused");
-    require(!accepted([&] { subject_->skip(Points<Real>(memory.data(), k_, 0)); }) || k_ == 1,
+    if (k_ == 1) return;
+    require(!accepted([&] { subject_->skip(Points<Real>(memory.data(), k_, 0)); }),
             "rows in one place are refused");
   }
 
@@ -282,14 +283,6 @@ class Trial {
     return {packed.data(), packed.size() / 3};
   }
 
-  static std::vector<Vector3<Real>> rows_of(const std::vector<Real>& packed) {
-    std::vector<Vector3<Real>> rows(packed.size() / 3);
-    for (std::size_t v = 0; v < rows.size(); ++v) {
-      rows[v] = {packed[3 * v], packed[3 * v + 1], packed[3 * v + 2]};
-    }
-    return rows;
-  }
-
   /// Checks a frame: the input was `packed` with the mask `known`, and the result is `completed`.
   template <class Push>
   void finish(const std::vector<Real>& packed, const Known& known,
@@ -313,44 +306,17 @@ class Trial {
     }
     require(report.known + report.rejected == given, "anchors are counted");
 
-    std::vector<Real> of_twin(3 * k_);
-    push_twin(Points<Real>(of_twin.data(), k_));
-    require(same_bytes<Real>(of_twin, completed), "the twin comes to the same");
+    Rows<Real> of_twin(input_, k_);
+    push_twin(of_twin.view());
+    require(same_bytes<Real>(of_twin.packed(), completed), "the twin comes to the same");
     require(std::ranges::equal(twin_->generation(), subject_->generation()), "and by the same way");
-    if (tame_ && !first_.empty() && settings_.method == Method::motion && settings_.revisit) {
-      compare_with_plain(packed, known, completed);
+    require(std::ranges::equal(twin_->age(), subject_->age()), "after the same time");
+    require(testing::are_same(twin_->report(), report), "and reports the same");
+    if (settings_.uncertainty) {
+      require(same_bytes<Real>(twin_->standard_error(), subject_->standard_error()),
+              "with the same standard errors");
     }
     previous_ = completed;
-  }
-
-  /// Checks the averages of method motion, up to the rounding of their terms.
-  void compare_with_plain(const std::vector<Real>& packed, const Known& known,
-                          const std::vector<Real>& completed) {
-    const Topology topology = build_topology({faces_.data(), faces_.size() / 3}, k_);
-    Motion<Real> plain(topology.cells, true, settings_.extra_iterations);
-    const std::vector<Vector3<Real>> first = rows_of(first_);
-    const std::vector<Vector3<Real>> previous = rows_of(previous_);
-    std::vector<Vector3<Real>> points = rows_of(packed);
-    Real largest = 1;
-    for (std::size_t v = 0; v < k_; ++v) {
-      for (std::size_t c = 3 * v; c < 3 * v + 3; ++c) {
-        largest = std::max(largest, std::abs(previous_[c]));
-        if (known[v] != 0) largest = std::max(largest, std::abs(packed[c]));
-      }
-    }
-    plain.reset(first);
-    Generations generations(k_);
-    plain.estimate(previous, points, known, generations);
-    const Real tolerance = 4096 * std::numeric_limits<Real>::epsilon() * largest;
-    for (std::size_t v = 0; v < k_; ++v) {
-      require(generations.of_vertices()[v] == subject_->generation()[v],
-              "generations are the same");
-      if (generations.of_vertices()[v] <= 0) continue;
-      const Real error = std::max({std::abs(points[v].x - completed[3 * v]),
-                                   std::abs(points[v].y - completed[3 * v + 1]),
-                                   std::abs(points[v].z - completed[3 * v + 2])});
-      require(error <= tolerance, "the fast way comes to what the plain one does");
-    }
   }
 
   Input& input_;
@@ -359,10 +325,9 @@ class Trial {
   Settings settings_;
   std::vector<Index> faces_;
   std::unique_ptr<Completer<Real>> subject_;
-  std::unique_ptr<Completer<Real>> twin_;
+  std::unique_ptr<testing::CCompleter<Real>> twin_;
   std::optional<Training<Real>> training_;
   std::vector<Real> start_;     // the first frame 0
-  std::vector<Real> first_;     // frame 0; empty if it came from a modified state
   std::vector<Real> previous_;  // the last completed frame
 };
 

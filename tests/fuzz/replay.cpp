@@ -8,7 +8,7 @@
 
 extern "C" {
 using Harness = int(const std::uint8_t*, std::size_t);
-Harness fuzz_template, fuzz_completer, fuzz_c_interface;
+Harness fuzz_template, fuzz_completer;
 }
 
 namespace {
@@ -47,8 +47,7 @@ Bytes changed(Bytes bytes, std::mt19937& random) {
 int main(int argc, char** argv) {
   using dynmesh::fuzz::require;
   const std::pair<const char*, Harness*> harnesses[] = {{"template", fuzz_template},
-                                                        {"completer", fuzz_completer},
-                                                        {"c_interface", fuzz_c_interface}};
+                                                        {"completer", fuzz_completer}};
   require(argc > 2, "usage: replay CHANGES FOLDER...");
   const unsigned long changes = std::strtoul(argv[1], nullptr, 10);
   std::size_t runs = 0;
