@@ -12,79 +12,48 @@ import argparse
 import random
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
 from jobs import COMMANDS, How, Job, make_sources
-from rich.console import Console
-from rich.table import Table
-
-OUTCOMES = ("nothing", "a part", "older", "whole")
-
-
-class Tally:
-    """Counts what ended commands left, and notes failed checks."""
-
-    def __init__(self) -> None:
-        """Starts all counts at zero."""
-        self.left: Counter[tuple[str, str]] = Counter()
-        self.wrong: list[str] = []
-
-    def end(self, job: Job, how: How, at: int | None = None, after: float | None = None) -> None:
-        """Ends a run, checks what it leaves, and lets the next one finish."""
-        try:
-            job.begin()
-            if job.end(how, at, after):
-                self.left[job.kind, job.check(how)] += 1
-            job.finish()
-        except ValueError as error:
-            self.wrong.append(
-                f"{how} {f'at change {at}' if at else f'after {after:.3f} s'}: {error}"
-            )
 
 
 def main() -> None:
-    """Ends commands and prints a report."""
+    """Ends commands and prints what was wrong."""
     parser = argparse.ArgumentParser(prog="script/kill-test", description=__doc__.split("\n")[0])
     parser.add_argument("kills", nargs="?", type=int, default=100, help="number of kills")
     parser.add_argument("--moments", type=int, metavar="N", help="end at every N-th change")
     parser.add_argument("--seed", type=int, default=0, help="seed of the moments")
     arguments = parser.parse_args()
-    tally, generator = Tally(), random.Random(arguments.seed)
-    with tempfile.TemporaryDirectory() as name:
-        jobs = list(_jobs(Path(name)))
+    ended, wrong, generator = 0, 0, random.Random(arguments.seed)
+
+    def moments(jobs: list[Job]) -> Iterator[tuple[Job, How, int | None, float | None]]:
         for number in range(0 if arguments.moments else arguments.kills):
             job = jobs[number % len(jobs)]
-            tally.end(job, "killed", after=generator.uniform(0, 1.05 * job.seconds))
+            yield job, "killed", None, generator.uniform(0, 1.05 * job.seconds)
         for job in jobs if arguments.moments else ():
             for at in range(job.changes, 0, -arguments.moments):
                 for how in get_args(How):
-                    tally.end(job, how, at=at)
-    _print(tally)
-    sys.exit(1 if tally.wrong else 0)
+                    yield job, how, at, None
 
-
-def _jobs(folder: Path) -> Iterator[Job]:
-    """All commands."""
-    sources = make_sources(folder / "sources", frames=5)
-    older = make_sources(folder / "older", frames=7)
-    for number, kind in enumerate(COMMANDS):
-        yield Job(kind, sources, older, folder / f"{number}")
-
-
-def _print(tally: Tally) -> None:
-    table = Table(title="Commands that were ended", title_justify="left")
-    table.add_column("command")
-    for outcome in OUTCOMES:
-        table.add_column(f"left {outcome}", justify="right")
-    for kind in COMMANDS:
-        table.add_row(kind, *(str(tally.left[kind, outcome]) for outcome in OUTCOMES))
-    Console(width=100).print(table)
-    for wrong in tally.wrong[:20]:
-        print(wrong, file=sys.stderr)
-    print(f"{tally.left.total()} ended, {len(tally.wrong)} corruptions")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        sources = make_sources(folder / "sources", frames=5)
+        older = make_sources(folder / "older", frames=7)
+        jobs = [Job(kind, sources, older, folder / f"{n}") for n, kind in enumerate(COMMANDS)]
+        for job, how, at, after in moments(jobs):
+            try:
+                job.begin()
+                if job.end(how, at, after):
+                    job.check(how)
+                    ended += 1
+                job.finish()
+            except ValueError as error:
+                wrong += 1
+                print(f"{how} at change {at} or after {after} s: {error}", file=sys.stderr)
+    print(f"{ended} ended, {wrong} corruptions")
+    sys.exit(1 if wrong else 0)
 
 
 if __name__ == "__main__":

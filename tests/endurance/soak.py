@@ -1,208 +1,154 @@
-"""Runs completers and trackers for a long time, with all that can go wrong in a live capture.
+"""Runs completers and trackers for a long time, as a live capture does.
 
     script/soak MINUTES             frames one after another
     script/soak --frames 1000000    this many frames of a small mesh
 
-Prints events and memory, also when it is interrupted. The exit code is 1 if any check
-fails.
+The exit code is 1 if memory grows, frames become slower, a position is not finite, or a tracker
+loses the surface. What single calls must keep is checked by tests/python/test_stateful.py.
 """
 
 import argparse
+import os
 import sys
 import time
-from collections import Counter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measures import Memory
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from scan_stations import ScanStation
-from stations import Station
-from watched import Watched
 
 import dynmesh
-from dynmesh import _core
+from dynmesh import degrade
+from dynmesh.degrade.shared import mean_edge_of
 
 MOST_GROWTH = 0.02  # of the memory, plus
 MOST_GROWTH_MB = 2.0
 MOST_SLOWDOWN = 1.5  # of the median, from the first third of a run to the last
-MOST_LOST = 0.25  # of the sound scans; about 0.04 are usual, and 0.08 to 0.16 of small meshes
+MOST_LOST = 0.25  # of the frames; 0.04 are usual, and 0.08 to 0.16 of small meshes
 SHORTEST_JUDGED = 1.0  # minutes; a shorter run cannot show a slowdown
+
+Array = np.ndarray[Any, Any]
+
+
+class Completing:
+    """A completer with an endless stream of frames, which are played there and back."""
+
+    lost = 0
+
+    def __init__(self, mesh: dynmesh.Sequence, seed: int, **settings: Any) -> None:
+        """Makes the completer from the first frame."""
+        self.frames, self.rng = mesh.vertices, np.random.default_rng(seed)
+        self.subject = dynmesh.Completer(mesh.faces, self.frames[0], **settings)
+
+    def frame(self, number: int) -> Array:
+        """Completes a frame of any share of known vertices, or in an outage none."""
+        points = self.frames[abs(number % (2 * len(self.frames) - 2) - len(self.frames) + 1)]
+        if number % 500 == 250:
+            self.subject.restore(self.subject.state())
+        if number % 500 == 499:
+            self.subject.reset(points)
+        if number % 100 < 10:
+            return self.subject.skip()
+        return self.subject.push(points, self.rng.random(len(points)) < self.rng.random())
+
+
+class Tracking:
+    """A tracker with an endless stream of scans, some with outliers, and of some the half."""
+
+    def __init__(self, mesh: dynmesh.Sequence, seed: int, **settings: Any) -> None:
+        """Makes the tracker from the first frame, and the scans by three cameras."""
+        first, self.rng = mesh.vertices[0], np.random.default_rng(seed)
+        cameras = degrade.orbit(first, 3)(0)
+        self.scans = list(
+            degrade.scan_points(mesh.vertices, mesh.faces, cameras, points=3 * len(first))
+        )
+        self.edge = mean_edge_of(first, mesh.faces)
+        self.subject = dynmesh.Tracker(mesh.faces, first, **settings)
+        self.lost = 0
+
+    def frame(self, number: int) -> Array:
+        """Tracks the next scan."""
+        scan = self.scans[abs(number % (2 * len(self.scans) - 2) - len(self.scans) + 1)]
+        points, normals = scan.points, scan.normals
+        if number % 10 == 3:
+            moved = self.rng.random(len(points)) < 0.2
+            points = np.where(moved[:, None], self.rng.permuted(points, axis=0), points)
+        if number % 10 == 6 and normals is not None:
+            side = points @ self.rng.normal(size=3)
+            points, normals = (rows[side > np.median(side)] for rows in (points, normals))
+        tracked = self.subject.push(points, normals, viewpoints=scan.viewpoints)
+        distances = np.linalg.norm(scan.points[::10, None] - tracked, axis=2).min(axis=1)
+        self.lost += int(np.median(distances) > self.edge)
+        return tracked
+
+
+def stations(seed: int, *, small: bool) -> dict[str, Completing | Tracking]:
+    """Completers of both methods, and trackers, with several settings."""
+    large = dynmesh.synth.ocean(60, grid=8, seed=3) if small else dynmesh.synth.walker(60)
+    sea = dynmesh.synth.ocean(60, grid=8 if small else 25, seed=3)
+    return {
+        "motion": Completing(large, seed, method="motion", threads=2),
+        "detail": Completing(large, seed + 1, threads=2),
+        "detail, noise": Completing(sea, seed + 2, noise=1e-3, reject_outliers=True),
+        "detail, learning": Completing(sea, seed + 3, learn=True, uncertainty=True),
+        "tracker": Tracking(sea, seed + 4, uncertainty=True),
+    }
+
+
+def resident() -> float:
+    """The memory of this process in MB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def main() -> None:
-    """Runs the completers and prints a report."""
-    arguments = _arguments()
-    small = arguments.frames is not None
-    _share_work(small=small)
-    stations = _stations(arguments.seed, small=small)
-    memory = Memory()
-    began = time.monotonic()
-    try:
-        _run(stations, memory, arguments)
-    except KeyboardInterrupt:
-        print("interrupted; so far:", file=sys.stderr)
-    seconds = time.monotonic() - began
-    _print(Console(width=100), stations, memory)
-    n_frames = sum(station.events.total() for station in stations)
-    print(f"{n_frames} frames in {seconds:.0f} s")
-    violations = [violation for station in stations for violation in station.violations]
-    violations += (
-        _not_steady(stations, memory, arguments.minutes) + _not_shared(stations) + _lost(stations)
-    )
-    for violation in violations[:20]:
-        print(violation, file=sys.stderr)
-    print(f"{len(violations)} violations")
-    sys.exit(1 if violations else 0)
-
-
-def _arguments() -> argparse.Namespace:
+    """Runs all and prints what failed."""
     parser = argparse.ArgumentParser(prog="script/soak", description=__doc__.split("\n")[0])
     parser.add_argument("minutes", nargs="?", type=float, help="duration of the run")
     parser.add_argument("--frames", type=int, help="instead: number of frames of a small mesh")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the events")
+    parser.add_argument("--seed", type=int, default=0, help="seed of what is lost")
     arguments = parser.parse_args()
     if (arguments.minutes is None) == (arguments.frames is None):
         parser.error("give either MINUTES or --frames")
-    return arguments
-
-
-def _share_work(*, small: bool) -> None:
-    """Makes the completers and trackers with two threads share work between them.
-
-    For motion, the usual settings are kept. For detail, only large meshes are usually shared, which
-    take long, so its pieces are smaller here. The pieces of the small mesh are so short that every
-    call waits for the other thread, which would otherwise start too late.
-    """
-    if small:
-        _core._set_task_sharing(chunk=2, short_chunk=2, fewest_pieces=2, patience=1000)
-    else:
-        _core._set_task_sharing(chunk=1024, short_chunk=16, fewest_pieces=24, patience=0)
-
-
-def _stations(seed: int, *, small: bool) -> list[Watched[Any]]:
-    """Creates completers of both methods, and trackers, of both precisions and several settings."""
-
-    def ocean(grid: int) -> dynmesh.Sequence:
-        return dynmesh.synth.ocean(60, grid=min(grid, 8) if small else grid, seed=3)
-
-    large = ocean(8) if small else dynmesh.synth.walker(60)
-    shared = 1 if small else 2  # a tracker waits for the other thread hundreds of times per frame
-    motion = {"method": "motion"}
-    noisy = {"noise": 1e-3, "reject_outliers": True}
-    kinds: list[tuple[str, dynmesh.Sequence, type[np.floating[Any]], dict[str, Any]]] = [
-        ("motion", large, np.float32, motion),
-        ("motion, 2 threads", ocean(160), np.float32, motion | {"threads": 2}),
-        ("motion, float64, 5 extra", ocean(50), np.float64, motion | {"extra_iterations": 5}),
-        (
-            "motion, once only",
-            ocean(50),
-            np.float32,
-            motion | {"revisit": False, "disconnected": "hold"},
-        ),
-        ("detail", ocean(50), np.float32, {"method": "detail"}),
-        (
-            "detail, noise, 2 threads",
-            ocean(25),
-            np.float64,
-            {"method": "detail", "threads": 2, **noisy},
-        ),
-        ("tracker, float64", ocean(14), np.float64, {}),
-        ("tracker, errors", ocean(14), np.float32, {"threads": shared, "uncertainty": True}),
-    ]
-    made: list[Watched[Any]] = []
-    for name, mesh, dtype, settings in kinds:
-        station = ScanStation if name.startswith("tracker") else Station
-        frames, faces = mesh.vertices.astype(dtype, copy=False), mesh.faces.astype(np.int32)
-        made.append(station(name, frames, faces, seed + len(made), **settings))
-    return made
-
-
-def _run(stations: list[Watched[Any]], memory: Memory, arguments: argparse.Namespace) -> None:
-    """Gives every station a frame, again and again."""
-    whole = arguments.frames
-    seconds = 60 * (arguments.minutes or 0.0)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    began = looked = time.monotonic()
-    done = 0
-    with Progress(
-        *columns, TimeRemainingColumn(), console=Console(stderr=True), auto_refresh=False
-    ) as bar:
-        task = bar.add_task("frames" if whole else "seconds", total=whole or seconds)
-        while True:
-            now = time.monotonic()
-            progress = done / whole if whole else (now - began) / seconds
-            if progress >= 1:
-                return
-            if now - looked > 0.5:
-                looked = now
-                memory.sample()
-                bar.update(task, completed=done if whole else int(now - began), refresh=True)
-            for station in stations:
-                station.step(progress)
-            done += len(stations)
-
-
-def _print(console: Console, stations: list[Watched[Any]], memory: Memory) -> None:
-    for title, counts in (
-        ("What happened", [station.events for station in stations]),
-        ("Refused as expected", [station.refusals for station in stations]),
-    ):
-        table = Table("", "times", title=title, title_justify="left")
-        for what, count in sum(counts, Counter[str]()).most_common():
-            table.add_row(what, str(count))
-        table.add_row("all", str(sum(c.total() for c in counts)))
-        console.print(table)
-    for station in stations:
-        if station.threads > 1:
-            print(
-                f"{station.name}: other threads did {station.pieces_done_by_others} pieces of work"
-            )
-    print(f"memory: {memory.peak:.1f} MB at most, {memory.growth:+.2f} MB after the first third")
-
-
-def _slowdown(station: Watched[Any]) -> float:
-    """Of the median."""
-    first, _, last = (third.median for third in station.processor_times)
-    return last / first
-
-
-def _not_shared(stations: list[Watched[Any]]) -> list[str]:
-    """Returns the stations whose additional threads did no work."""
-    return [
-        f"{station.name}: no other thread did a piece of the work"
-        for station in stations
-        if station.threads > 1 and station.events and not station.pieces_done_by_others
-    ]
-
-
-def _lost(stations: list[Watched[Any]]) -> list[str]:
-    """Returns the trackers that often did not find the surface."""
-    return [
-        f"{station.name}: did not find the surface in {station.lost} of {station.sound} sound scans"
-        for station in stations
-        if isinstance(station, ScanStation) and station.lost > MOST_LOST * station.sound
-    ]
-
-
-def _not_steady(stations: list[Watched[Any]], memory: Memory, minutes: float | None) -> list[str]:
-    """What became larger or slower.
-
-    Times are not judged in a run of a number of frames, whose duration says nothing but how busy
-    the machine is.
-    """
-    found = []
-    if memory.growth > MOST_GROWTH * memory.peak + MOST_GROWTH_MB:
-        found.append(f"memory grew by {memory.growth:.1f} MB after the first third")
-    if minutes is not None and minutes >= SHORTEST_JUDGED:
-        found += [
-            f"{station.name}: the last third was slower by a factor of {_slowdown(station):.2f}"
-            for station in stations
-            if _slowdown(station) > MOST_SLOWDOWN
-        ]
-    return found
+    all_ = stations(arguments.seed, small=arguments.frames is not None)
+    times: dict[str, list[float]] = {name: [] for name in all_}
+    memory: list[float] = []
+    wrong: list[str] = []
+    began, number, progress = time.monotonic(), 0, 0.0
+    while progress < 1:
+        for name, station in all_.items():
+            before = time.thread_time()
+            made = station.frame(number)
+            times[name].append(time.thread_time() - before)
+            if not np.isfinite(made).all():
+                wrong.append(f"{name}, frame {number}: a position is not finite")
+        memory.append(resident())
+        number += 1
+        progress = (
+            number * len(all_) / arguments.frames
+            if arguments.frames
+            else ((time.monotonic() - began) / (60 * arguments.minutes))
+        )
+    # The first third is left out, as memory for the largest frames is allocated there.
+    growth = float(
+        np.median(memory[-number // 10 :]) - np.median(memory[number // 3 :][: number // 10])
+    )
+    print(f"memory: {max(memory):.1f} MB at most, {growth:+.2f} MB after the first third")
+    if growth > MOST_GROWTH * max(memory) + MOST_GROWTH_MB:
+        wrong.append(f"memory grew by {growth:.1f} MB after the first third")
+    for name, station in all_.items():
+        first, last = (
+            np.median(part) for part in (times[name][: number // 3], times[name][-number // 3 :])
+        )
+        print(f"{name}: {1e3 * last:.3f} ms a frame, {last / first:.2f} of the first third")
+        if (arguments.minutes or 0) >= SHORTEST_JUDGED and last > MOST_SLOWDOWN * first:
+            wrong.append(f"{name}: the last third was slower by a factor of {last / first:.2f}")
+        if station.lost > MOST_LOST * number:
+            wrong.append(f"{name}: lost the surface in {station.lost} of {number} frames")
+    print(f"{number * len(all_)} frames in {time.monotonic() - began:.0f} s")
+    for one in wrong[:20]:
+        print(one, file=sys.stderr)
+    print(f"{len(wrong)} violations")
+    sys.exit(1 if wrong else 0)
 
 
 if __name__ == "__main__":
