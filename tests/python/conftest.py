@@ -19,7 +19,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from meshes import Mesh, sheet
 
-from dynmesh import _core
+import dynmesh
 from dynmesh.draw import figures
 
 REPOSITORY = Path(__file__).parents[2]
@@ -91,7 +91,8 @@ SLOW = {"chromium", "data", "shared_library"}
 def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
     """Marks the tests that use these fixtures as slow."""
     for item in items:
-        if SLOW.intersection(item.fixturenames):
+        parameters = item.callspec.params if hasattr(item, "callspec") else {}
+        if SLOW.intersection(item.fixturenames) - set(parameters):
             item.add_marker(pytest.mark.slow)
 
 
@@ -102,6 +103,23 @@ def data() -> Path:
     if not folder.is_dir():
         pytest.skip("the recorded sequences are not here; DYNMESH_DATA names their folder")
     return folder
+
+
+@pytest.fixture
+def sequence_named(request: pytest.FixtureRequest) -> Callable[[str], dynmesh.Sequence]:
+    """Returns a built-in sequence, or a recorded one."""
+
+    def found(name: str) -> dynmesh.Sequence:
+        if hasattr(dynmesh.synth, name):
+            return getattr(dynmesh.synth, name)()  # type: ignore[no-any-return]
+        return dynmesh.read(request.getfixturevalue("data") / f"{name}.npz")
+
+    return found
+
+
+def recorded(name: str, *more: Any) -> Any:
+    """A parameter that names a recorded sequence, beside which a built-in one stands."""
+    return pytest.param(name, *more, marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")
@@ -163,19 +181,6 @@ def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 PATIENCE = 10**8
 """How often a call looks whether another thread takes part, about a minute on an idle machine."""
-
-
-@pytest.fixture
-def shared_pieces() -> Iterator[Callable[[], int]]:
-    """Returns the number of pieces of work that other threads have done since the test began.
-
-    Completers in the test work in pieces of 64 vertices, and share them if there are two or more.
-    Every call waits until another thread takes part.
-    """
-    usual = _core._set_task_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=PATIENCE)
-    before = _core._pieces_done_by_others()
-    yield lambda: _core._pieces_done_by_others() - before
-    _core._set_task_sharing(*usual)
 
 
 @pytest.fixture(scope="session")

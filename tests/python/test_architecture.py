@@ -143,11 +143,6 @@ def test_no_folder_of_cpp_includes_a_higher_one_or_one_beside_it() -> None:
     TopologicalSorter(includes).prepare()
 
 
-def test_public_headers_need_the_standard_library_only() -> None:
-    for header in (CPP / "include" / "dynmesh").iterdir():
-        assert not re.findall(r'^#include "', header.read_text(), flags=re.MULTILINE), header.name
-
-
 def test_only_the_mesh_layer_includes_openmesh() -> None:
     including = {
         path.parent.name for path in CPP.rglob("*.?pp") if "<OpenMesh/" in path.read_text()

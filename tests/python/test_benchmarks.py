@@ -1,4 +1,4 @@
-"""The benchmarks run and their tables are whole; the measurements are not tested."""
+"""What script/reproduce and script/bench make, on a small sequence; no measurement is tested."""
 
 import csv
 import re
@@ -15,6 +15,7 @@ from conftest import REPOSITORY
 import dynmesh
 from benchmarks import __main__ as benchmarks
 from benchmarks import instructions, speed
+from benchmarks.methods import BASELINES, COMPARED, ONCE, Arap, Harmonic
 from benchmarks.subjects import from_file, losses
 
 pytestmark = pytest.mark.slow
@@ -118,3 +119,92 @@ def test_a_frame_takes_no_more_instructions_than_recorded(
     if code == 2:  # no valgrind, or another compiler or processor
         pytest.skip(f"instructions are counted elsewhere: {told.strip()}")
     assert code == 0, told + "script/bench --instructions record accepts it"
+
+
+@pytest.mark.usefixtures("coarse_figures")
+def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: Path) -> None:
+    sequence, out = dynmesh.read(folder / "sheet.npz"), tmp_path / "out"
+    faces, vertices = sequence.faces, sequence.vertices
+    printed = run("paper", folder, "sheet", "--quick", "--out", out)
+    assert {path.stem for path in out.glob("*.png")} == {
+        "figure7",
+        "figure9",
+        "figure13_two_readings",
+        "figure14_detail_and_libigl",
+        *(f"figure{which}_sheet" for which in ("8", "10", "11", "12_camera", "12_patches", "15")),
+    }
+
+    (head, *rows), (_, *claims) = (
+        list(csv.reader((out / f"{name}.csv").read_text().splitlines()))
+        for name in ("sheet", "claims-recorded")
+    )
+    assert head == ["method", "10 % known", "30 %", "50 %", "70 %", "camera", "patches"]
+    assert [row[0] for row in rows] == [m.label for m in (*COMPARED, *BASELINES, ONCE)]
+    assert {verdict for _, verdict in claims} == {"holds", "does not hold"}
+    # Independent of the code: the error of two methods by the functions of the package.
+    masks = list(dynmesh.degrade.random_known(len(vertices), 81, 0.3, seed=0))
+    completed = {
+        "motion (dynmesh)": dynmesh.complete(faces, vertices, masks, method="motion"),
+        "LIA, least squares": (
+            dynmesh.baselines.laplacian_interpolation(faces, points, known)
+            for points, known in zip(vertices, masks, strict=True)
+        ),
+    }
+    diagonal = np.linalg.norm(np.ptp(vertices[0].astype(float), axis=0))
+    for label, made in completed.items():
+        nmsve = dynmesh.metrics.nmsve(faces, vertices, np.stack(list(made)))[1:]
+        (cell,) = (row[2] for row in rows if row[0] == label)
+        assert cell.split(";")[0] == f"{1e4 * nmsve.mean() / diagonal:.3g}"
+        assert label in str(printed)
+
+
+def baselines(mesh: meshes.Mesh) -> dict[str, Any]:
+    pytest.importorskip("igl", reason="libigl is not installed")
+    faces, first = mesh.faces, mesh.vertices
+    return {
+        "harmonic": Harmonic(faces, first, order=1),
+        "biharmonic": Harmonic(faces, first, order=2),
+        "arap": Arap(faces, first, rest="first"),
+        "arap from previous": Arap(faces, first, rest="previous"),
+    }
+
+
+def test_known_vertices_stay_as_given_and_the_rest_is_not_read(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(8)
+    for name, baseline in baselines(mesh).items():
+        close = 0.2 if "arap" in name else 1e-9  # libigl stops ARAP after ten iterations
+        for n in (1, 2):
+            known = rng.random(len(mesh.vertices)) < 0.4
+            moved = mesh.vertices + np.array([n, 0, 0])
+            points = np.where(known[:, None], moved, np.nan)
+            completed = baseline.complete(points, known)
+            np.testing.assert_array_equal(completed[known], points[known], err_msg=name)
+            np.testing.assert_allclose(completed, moved, atol=close, err_msg=name)
+
+
+def test_each_libigl_method_meets_its_definition(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(9)
+    known = rng.random(81) < 0.2
+    turned = np.stack([meshes.turned(mesh.vertices, 0.1 * n) for n in range(4)])
+    errors = {}
+    for name, baseline in baselines(mesh).items():
+        for frame in turned[1:]:
+            completed = baseline.complete(frame, known)
+        errors[name] = np.abs(completed - turned[-1]).max()
+    assert max(errors["arap"], errors["arap from previous"]) < 0.1  # rotations are rigid
+    assert min(errors["harmonic"], errors["biharmonic"]) > 0.3
+
+    # Linear motion of a flat sheet is harmonic if the border is known; k = 1 and k = 2 differ.
+    flat = meshes.Mesh(mesh.faces, mesh.vertices * [1, 1, 0])
+    x, y = flat.vertices[:, 0], flat.vertices[:, 1]
+    border = (x == x.min()) | (x == x.max()) | (y == y.min()) | (y == y.max())
+    sheared = flat.vertices + np.stack([0.1 * y, 0 * x, 0.2 * x], axis=1)
+    bowed = flat.vertices + np.stack([0 * x, 0 * x, (x - x.mean()) ** 2], axis=1)
+    two_rings = border | (x == np.unique(x)[1]) | (x == np.unique(x)[-2])
+    two_rings |= (y == np.unique(y)[1]) | (y == np.unique(y)[-2])
+    harmonic, biharmonic, *_ = baselines(flat).values()
+    np.testing.assert_allclose(harmonic.complete(sheared, border), sheared, atol=1e-9)
+    np.testing.assert_allclose(biharmonic.complete(sheared, two_rings), sheared, atol=1e-9)
+    harmonic, biharmonic, *_ = baselines(flat).values()
+    assert np.abs(harmonic.complete(bowed, two_rings) - bowed).max() > 0.01
+    np.testing.assert_allclose(biharmonic.complete(bowed, two_rings), bowed, atol=1e-9)

@@ -1,11 +1,9 @@
 """The command line, used as by a user."""
 
 import os
-import re
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,6 @@ from commands import dynmesh_command as run
 from commands import dynmesh_process
 
 import dynmesh
-from dynmesh.polygons import Polygons, split_polygons
 
 N_FRAMES = 12
 
@@ -95,57 +92,6 @@ def test_degrade_equals_the_library(folder: Path, tmp_path: Path) -> None:
         list(degrade.dropout(N_FRAMES, 2500, 0.3, seed=4)),
     )
     np.testing.assert_array_equal(both, expected)
-
-
-def test_info_describes_a_file(folder: Path, tmp_path: Path) -> None:
-    shown = run("info", folder / "partial.npz").stdout
-    for line in ("2500, float32", "4802", "30.0 %", "196", "30"):
-        assert line in shown
-    polygons = Polygons(np.array([4, 3]), np.array([0, 1, 2, 3, 0, 1, 4]))
-    faces, _ = split_polygons(polygons)
-    points = np.random.default_rng(0).random((2, 5, 3))
-    sequence = dynmesh.Sequence(points, faces, polygons=polygons, up_axis="z", name="/[b]/body")
-    dynmesh.write(tmp_path / "a.npz", sequence)
-    shown = run("info", tmp_path / "a.npz").stdout
-    assert re.search(r"^faces +2 polygons, cut into 3 triangles *$", shown, re.MULTILINE)
-    assert re.search(r"^up axis +z *$", shown, re.MULTILINE)
-    assert re.search(r"^name +/\[b\]/body *$", shown, re.MULTILINE)
-
-
-def test_a_guessed_up_axis_is_reported(folder: Path, tmp_path: Path) -> None:
-    said = dynmesh.read(folder / "truth.npz")
-    upright = np.roll(said.vertices, 1, axis=2)  # z, the flat axis, becomes x
-    flat, wall = tmp_path / "flat.npz", tmp_path / "wall.npz"
-    dynmesh.write(flat, replace(said, up_axis=None))
-    dynmesh.write(wall, replace(said, up_axis=None, vertices=upright))
-    page = ("-o", tmp_path / "a.html", "--overwrite")
-    assert "assuming that z is up" in run("view", flat, *page).stderr
-    assert "assuming that y is up" in run("view", wall, *page).stderr
-    assert "assuming" not in run("view", folder / "truth.npz", *page).stderr
-    assert "assuming" not in run("view", flat, *page, "--up", "z").stderr
-    lost = (tmp_path / "b.npz", "--overwrite", "--camera", "1")
-    assert "assuming that z is up" in run("degrade", wall, *lost).stderr
-    assert "assuming" not in run("degrade", wall, *lost, "--up", "x").stderr
-    assert "assuming" not in run("degrade", folder / "truth.npz", *lost).stderr
-    reference = ("--reference", folder / "truth.npz")  # says which axis is up
-    assert "assuming" not in run("view", flat, *page, *reference).stderr
-
-
-def test_faces_and_prim_apply_to_the_file_that_supports_them(folder: Path, tmp_path: Path) -> None:
-    pytest.importorskip("pxr", reason="usd-core is not installed")
-    truth, completed = folder / "truth.npz", folder / "completed.npz"
-    expected = run("evaluate", completed, truth).stdout
-    run("convert", truth, tmp_path / "truth.pc2")
-    (tmp_path / "truth.obj").rename(tmp_path / "body.obj")
-    run("convert", truth, tmp_path / "truth.usda")
-    bare, scene, body = tmp_path / "truth.pc2", tmp_path / "truth.usda", tmp_path / "body.obj"
-    assert run("evaluate", completed, bare, "--template", body).stdout == expected
-    assert run("evaluate", completed, scene, "--prim", "/mesh").stdout == expected
-    run("evaluate", scene, bare, "--template", body, "--prim", "/mesh")
-    image = ("-o", tmp_path / "a.png", "--size", "50", "--frame", "9", "--overwrite")
-    run("picture", completed, "--reference", bare, "--faces", body, *image)
-    page = ("-o", tmp_path / "a.html", "--max-frames", "3")
-    run("view", completed, "--reference", scene, "--prim", "/mesh", *page)
 
 
 def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> None:

@@ -1,8 +1,6 @@
 """Method detail recovers after an unrealistic frame."""
 
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,13 +8,6 @@ from meshes import EVENTS, Array, Mesh, sheet
 from numpy.typing import DTypeLike
 
 import dynmesh
-
-
-@cache
-def bone(folder: Path) -> tuple[Array, Array]:
-    """Faces and seven frames of a recorded sequence."""
-    sequence = dynmesh.read(folder / "ea_bone.npz")
-    return np.asarray(sequence.faces), sequence.vertices[:70:10].astype(np.float64)
 
 
 def waves(mesh: Mesh) -> tuple[Array, Array]:
@@ -47,14 +38,6 @@ SHAPES: dict[str, Callable[[], tuple[Array, Array]]] = {
 }
 
 
-@pytest.fixture(params=[*SHAPES, "bone"])
-def subject(request: pytest.FixtureRequest) -> tuple[Array, Array]:
-    """Faces and seven frames."""
-    if request.param == "bone":
-        return bone(request.getfixturevalue("data"))
-    return SHAPES[request.param]()
-
-
 def errors(completer: dynmesh.Completer, frames: Array) -> Array:
     """Errors of five frames with a third of the vertices known, after one complete frame."""
     rng = np.random.default_rng(1)
@@ -69,12 +52,13 @@ def errors(completer: dynmesh.Completer, frames: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("noise", [None, 0.01], ids=["exact", "noise"])
 def test_one_complete_frame_restores_accuracy(
-    subject: tuple[Array, Array], dtype: DTypeLike, noise: float | None
+    shape: str, dtype: DTypeLike, noise: float | None
 ) -> None:
-    faces, exact = subject
+    faces, exact = SHAPES[shape]()
     frames = exact.astype(dtype)
     edges = frames[0][faces[:, 0]] - frames[0][faces[:, 1]]
     h = float(np.linalg.norm(edges, axis=1).mean())

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
@@ -261,61 +260,6 @@ def test_what_the_readme_claims_is_what_the_tables_show() -> None:
     spans = re.findall(r"takes (\S+) to (\S+) ms, (\S+) to (\S+) times", told)
     most = f"{detail.min():.0f}", f"{detail.max():.0f}"
     assert spans == [(*most, f"{ratios.min():.2f}", f"{ratios.max():.2f}")]
-
-
-def assert_told(values: Iterable[float], after: str) -> None:
-    """Checks the range that the page of results states after these words, to its digits."""
-    _, _, told = " ".join((DOCS / "results.md").read_text().split()).partition(after)
-    stated = re.findall(r"(\S+) to (\S+) times", told)[0]
-    least, *_, most = sorted(values)
-    found = (least, most)
-    digits = [len(one.partition(".")[2]) for one in stated]
-    shown = tuple(f"{one:.{n}f}" for one, n in zip(found, digits, strict=True))
-    assert shown == stated, after
-
-
-def test_the_summary_of_the_results_is_what_the_tables_show() -> None:
-    four = {}
-    for name in ("walker", "crane", "ocean", "ocean_sim_50x50"):
-        _, *measured = cells(DOCS / "tables" / f"{name}.csv")
-        four[name] = {
-            row[0]: np.array([[float(x) for x in cell[:-3].split(";")] for cell in row[1:]])
-            for row in measured
-            if "-" not in row
-        }
-    detail, motion, lia, biharmonic = (
-        np.array([table[name] for table in four.values()])  # sequence, loss, error or time
-        for name in ("detail (dynmesh)", "motion (dynmesh)", "LIA on motion", RIVALS[0])
-    )
-    for table in four.values():
-        errors = {name: measured[:, 0] for name, measured in table.items()}
-        smallest = errors.pop("detail (dynmesh)")
-        assert all((smallest < others).all() for others in errors.values())
-    relative = detail[..., 0] / motion[..., 0]
-    assert_told(relative[:2].flat, "On walker and crane")
-    assert_told(relative[2:].flat, "on the seas")
-    error, time = np.moveaxis(biharmonic / detail, -1, 0)
-    assert_told(error.flat, "The biharmonic has")
-    assert_told(time.flat, "the error of detail and takes")
-    error, time = np.moveaxis((lia / motion)[:, :4], -1, 0)
-    assert_told(error.flat, "LIA on motion has")
-    assert_told(time.flat, "the error of motion and takes")
-    hidden = motion[..., 0] / lia[..., 0]
-    assert_told(hidden[:, 4], "The error of motion is")
-    assert_told(hidden[:, 5], "for the camera,")
-    _, *trained = cells(DOCS / "tables" / "training.csv")
-    assert_told((float(cell) for row in trained for cell in row[1:]), "of the subject reduce")
-
-
-def test_where_another_method_is_more_accurate() -> None:
-    flag = []
-    for (sequence, known), row in errors_of_methods().items():
-        others = [error for name, error in row.items() if name != "detail"]
-        if not sequence.startswith("flag"):
-            assert row["detail"] < min(others)
-        elif known != "camera":
-            flag.append(row[RIVALS[2]] / row["detail"])
-    assert_told(flag, "On the flag, ARAP from the previous frame has")
 
 
 def test_every_table_is_shown_and_whole() -> None:

@@ -12,9 +12,6 @@ from commands import dynmesh_command as run
 from meshes import Array
 
 import dynmesh
-from dynmesh.draw.quantities import QUANTITIES
-from dynmesh.draw.sources import Moment, Sources
-from dynmesh.files import frame_of
 
 N_FRAMES = 6
 
@@ -182,25 +179,6 @@ def test_a_completion_of_a_tracked_sequence_says_what_its_own_errors_are_of(
     assert not target.with_name("target.standard_error_of.npy").exists()
 
 
-def test_files_say_only_what_errors_can_be_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
-    dynmesh.write(tmp_path / "in.npz", completed)
-    with np.load(tmp_path / "in.npz") as arrays:
-        np.savez(tmp_path / "wrong.npz", **{**arrays, "standard_error_of": "volume"})
-        without = {name: arrays[name] for name in arrays if name != "standard_error_of"}
-        np.savez(tmp_path / "old.npz", **without)
-    with pytest.raises(ValueError, match=r"wrong\.npz: standard_error_of: .* not 'volume'"):
-        dynmesh.read(tmp_path / "wrong.npz")
-    assert dynmesh.read(tmp_path / "old.npz").standard_error_of == "position"
-    for name, sequence in (("a", completed), ("b", surface_errors(completed))):
-        dynmesh.write(tmp_path / f"{name}_%04d.ply", sequence)
-    (tmp_path / "mixed").mkdir()
-    for number, name in enumerate("aabaaa"):
-        file = tmp_path / f"{name}_{number:04d}.ply"
-        file.rename(tmp_path / "mixed" / f"frame_{number:04d}.ply")
-    with pytest.raises(ValueError, match=r"errors of the surface, but .* of the position"):
-        dynmesh.read(tmp_path / "mixed")
-
-
 def test_evaluate_measures_errors_of_the_surface_from_it(tmp_path: Path) -> None:
     """Vertices of a plane that slid within it are on the surface, and one above it is not."""
     mesh = meshes.sheet(8)
@@ -231,23 +209,3 @@ def test_evaluate_measures_errors_of_the_surface_from_it(tmp_path: Path) -> None
     squares = (off[1:] ** 2).mean() / (bars[1:].astype(float) ** 2).mean()
     assert found["rms_ratio"] == pytest.approx(np.sqrt(squares), rel=1e-5)
     assert "distances from the true surface" in run(*words).stdout
-
-
-def test_the_legend_says_what_errors_are_of(tmp_path: Path, completed: dynmesh.Sequence) -> None:
-    for sequence, kind, title, factor in (
-        (completed, "position", "standard error in mm", np.sqrt(3)),
-        (surface_errors(completed), "surface", "standard error from the surface in mm", 1.0),
-    ):
-        shown = replace(sequence, metres_per_unit=0.001)
-        dynmesh.write(tmp_path / f"{kind}.npz", shown)
-        with dynmesh.open(tmp_path / f"{kind}.npz") as reader:
-            sources = Sources(reader)
-            quantity = QUANTITIES["standard_error"]
-            frame = frame_of(completed, 2)
-            values = quantity.values(sources, Moment(2, frame, None, None))
-            assert frame.standard_error is not None
-            finite = np.isfinite(frame.standard_error)
-            np.testing.assert_allclose(
-                values[finite], factor * frame.standard_error[finite], rtol=1e-6
-            )
-            assert quantity.scale(sources, values).title == title

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -274,23 +273,3 @@ def test_hdf5_data_in_other_files_are_refused(tmp_path: Path) -> None:
         file["times"] = h5py.ExternalLink("no.h5", "/times")  # what is lost is not ignored
     with pytest.raises(ValueError, match=r"other\.h5: "):
         dynmesh.read(tmp_path / "other.h5")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda _: b"", "magic string"),
-        (lambda whole: whole[:50], "EOF"),
-        (lambda whole: whole + b"\0", "declares 608 bytes, but the file has 609"),
-        (lambda whole: whole.replace(b"(10, 4, 3)", b"(-1, 4, 3)"), r"shape \(-1, 4, 3\)"),
-        (lambda whole: whole.replace(b"<f4", b"<i4"), "float32 or float64, not int32"),
-    ],
-)
-def test_damaged_npy_is_refused(
-    tmp_path: Path, change: Callable[[bytes], bytes], message: str
-) -> None:
-    path = store(tmp_path / "a.npy", {"vertices": np.zeros((10, 4, 3), np.float32)})
-    path.write_bytes(change(path.read_bytes()))
-    with pytest.raises(dynmesh.DynmeshError, match=message) as caught:
-        dynmesh.read(path, faces=GOOD["faces"])
-    assert caught.value.file == path

@@ -89,12 +89,8 @@ FRAMES = np.arange(10 * K * 3, dtype=np.float32).reshape(10, K, 3)
 @pytest.mark.parametrize(
     ("data", "told"),
     [
-        (b"v 0 0 0\n" * 50, "POINTCACHE2"),
-        (pc2(FRAMES)[:20], "20 of 32 bytes"),
         (pc2(FRAMES, version=2), "version 2"),
-        (pc2(FRAMES)[: 32 + 588 * 7 + 5], "5912 bytes, but .* 4153"),
         (pc2(FRAMES) + b"\0", "5912 bytes, but .* 5913"),
-        (pc2(FRAMES, n=0), "32 bytes, but .* 5912"),
         (pc2(FRAMES[:0]), "no frames"),
         (pc2(FRAMES, n=-1), r"\(-1, 49, 3\)"),
         (pc2(FRAMES, k=-1), r"\(10, -1, 3\)"),

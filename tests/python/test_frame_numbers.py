@@ -56,33 +56,6 @@ def test_completion_and_evaluation(folder: Path) -> None:
     assert whole["summary"]["maximum"] == max(float(row["maximum"]) for row in rows) > 0
 
 
-def test_findings(partial: dynmesh.Sequence, folder: Path) -> None:
-    path = folder / "broken.npz"
-    vertices = np.where(np.arange(N)[:, None, None] == 5, np.nan, partial.vertices)
-    dynmesh.write(path, replace(partial, vertices=vertices))
-    found = {one["code"]: one for one in json.loads(run("info", path, "--json").stdout)["findings"]}
-    assert found["known_not_finite"]["where"]["frames"] == [1006]
-    assert "in frame 1006:" in found["known_not_finite"]["message"]
-    assert found["first_frame_incomplete"]["message"].startswith("Frame 1001 lacks ")
-    assert "from frame 1004," in found["first_frame_incomplete"]["advice"]
-    finding = dynmesh.info(path).findings[0]
-    assert finding.where.frames.tolist() == [5]  # for arrays
-    assert "known after frame 1001" in run("info", path).stdout
-
-
-def test_pictures_and_pages(truth: dynmesh.Sequence, folder: Path) -> None:
-    pytest.importorskip("k3d")
-    one = dynmesh.picture(truth, frames=1003, size=64)
-    other = dynmesh.picture(truth[2:3], size=64)
-    assert one.tobytes() == other.tobytes()
-    renamed = dynmesh.picture(replace(truth, start=0), frames=2, size=64)
-    assert one.tobytes() != renamed.tobytes()  # of the caption alone
-    out = ("-o", folder / "a.png")
-    refused = run("picture", folder / "truth.npz", "--frame", "3", *out, code=1).stderr
-    assert "truth.npz: --frame: there is no frame 3, only 1001 to 1008" in refused
-    assert '"numbers": [1001, 1004, 1007], ' in dynmesh.view(truth, max_frames=3).html
-
-
 @pytest.mark.parametrize(
     ("text", "times", "expected"),
     [

@@ -124,24 +124,6 @@ def test_measures_are_placed_by_decades_or_evenly_from_zero(
     np.testing.assert_allclose([tick.position for tick in scale.ticks], marked, atol=1e-6)
 
 
-def test_an_exact_completion_has_a_scale(mesh: Mesh) -> None:
-    reader = SequenceReader(Sequence(np.stack([mesh.vertices] * 3), mesh.faces))
-    heatmap = Heatmap(reader, reference=reader)
-    frames = list(heatmap.frames(range(3)))
-    scale = heatmap.scale("error")
-    assert scale is not None
-    assert not scale.position(frames[2].values["error"]).any()
-
-
-def test_many_counts_share_steps_that_double() -> None:
-    scale = CountScale("steps", 20, zero="here", minus_one="nowhere")
-    labels = ["0, here", "1", "2", "3 to 4", "5 to 8", "9 to 16", "17 to 20", "nowhere"]
-    assert [tick.label for tick in scale.ticks] == labels
-    assert len(scale.colours) == len(labels)
-    more = CountScale("steps", 20, zero="here", more=True)
-    assert [tick.label for tick in more.ticks][-2:] == ["9 to 16", "17 or more"]
-
-
 @pytest.mark.parametrize("largest", [*range(70), 2**20])
 def test_every_count_has_the_step_that_names_it(largest: int) -> None:
     scale = CountScale("steps", largest, zero="here")
@@ -150,18 +132,6 @@ def test_every_count_has_the_step_that_names_it(largest: int) -> None:
         label = min(scale.ticks, key=lambda tick: abs(tick.position - position)).label
         first, _, last = label.split(",")[0].partition(" to ")
         assert int(first) <= count <= int(last or first)
-
-
-@pytest.mark.parametrize("colour", ["error", "generation"])
-def test_larger_values_are_brighter(sequence: Sequence, mesh: Mesh, colour: Colour) -> None:
-    still = SequenceReader(Sequence(np.stack([mesh.vertices] * 5), mesh.faces))
-    truth = still if colour == "error" else None
-    positive = replace(sequence, generation=abs(sequence.generation))  # type: ignore[arg-type]
-    scale = Heatmap(SequenceReader(positive), reference=truth, colour=colour).scale(colour)
-    assert scale is not None
-    coloured = scale.colours[colour == "generation" :]  # the observed are grey
-    brightness = [sum(bytes.fromhex(one.removeprefix("#"))[:2]) for one in coloured]
-    assert brightness == sorted(brightness)
 
 
 def test_triangles_with_a_missing_vertex_are_left_out() -> None:

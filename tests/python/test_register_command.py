@@ -147,18 +147,6 @@ def test_scans_of_other_formats(
     assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
 
 
-def test_landmarks_of_a_file(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
-    truth = written(tmp_path, torus, rng)
-    marks = [
-        {"vertex": vertex, "position": truth[vertex].tolist()} for vertex in (5, 120, 260, 400)
-    ]
-    (tmp_path / "marks.json").write_text(json.dumps(marks))
-    scanned, made = tmp_path / "scans" / "first.ply", tmp_path / "made.obj"
-    words = ("register", tmp_path / "body.obj", scanned, made)
-    run(*words, "--landmarks", tmp_path / "marks.json")
-    assert error(torus, truth, positions(made)) < 0.3
-
-
 PICKED = """<!DOCTYPE PickedPoints>
 <PickedPoints>
  <DocumentData><DataFileName name="body.obj"/></DocumentData>
@@ -268,27 +256,3 @@ def test_the_cause_of_a_doubt(
     wrong = replace(found, **({"quality": "doubtful"} | changed))
     assert wrong.cause == cause
     assert wrong.reason
-
-
-def test_lines_of_a_table_are_registered(
-    torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    """A scan, one of something else, and one that does not exist."""
-    truth = written(tmp_path, torus, rng)
-    wrong = rng.normal(size=(1000, 3))
-    write_ply(tmp_path / "scans" / "wrong.ply", PointScan(2 * wrong, None, None))
-    table = tmp_path / "jobs.csv"
-    table.write_text(
-        "scan,output,template,threads,scale\n"
-        "scans/first.ply,new/one.obj,body.obj,2,yes\n"
-        "scans/wrong.ply,two.obj,body.obj,,\n"
-        "no.ply,none.obj,body.obj,,\n"
-    )
-    said = run("batch", table, "--json", code=1).stdout
-    one, two, none = json.loads(said)["results"]
-    assert [job["status"] for job in (one, two, none)] == ["done", "doubtful", "failed"]
-    assert [job["frames"] for job in (one, two, none)] == [1, 1, 0]
-    assert "ruined: " in two["reason"]
-    assert error(torus, truth, positions(tmp_path / "new" / "one.obj")) < 0.5
-    table.write_text("".join(table.read_text().splitlines(keepends=True)[:3]))
-    assert "0 done, 2 already complete, 0 failed" in run("batch", table).stderr

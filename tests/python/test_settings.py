@@ -1,6 +1,9 @@
-"""The settings of a completer: they are those of the compiled core, and every one works."""
+"""The settings of a completer, which are those of the compiled core, and other keywords."""
 
 import inspect
+import pickle
+import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -87,16 +90,42 @@ def test_a_setting_belongs_to_its_methods(mesh: Mesh, name: str, method: str) ->
         assert refused.value.argument == name
 
 
-def test_a_setting_that_there_is_not_is_refused_at_once(mesh: Mesh) -> None:
-    wrong: Any = {"speed": 1}
-    with pytest.raises(KindError) as refused:
-        dynmesh.complete(mesh.faces, [mesh.vertices], **wrong)
-    assert refused.value.argument == "speed"
-
-
 def test_what_belongs_to_another_method_is_refused_before_any_file(tmp_path: Path) -> None:
     for name, value in (("bidirectional", True), ("drop_above", 1.0), ("training", "t.npz")):
         options: Any = {"method": "motion", name: value}
         with pytest.raises(SettingError) as refused:
             dynmesh.complete_file(tmp_path / "none.npz", tmp_path / "out.npz", **options)
         assert refused.value.argument == name
+
+
+def test_files_are_opened_with_the_same_options_everywhere() -> None:
+    taken = inspect.signature(dynmesh.open).parameters
+    options = {name: one.annotation for name, one in taken.items() if one.kind == one.KEYWORD_ONLY}
+    assert options.pop("format") == str | None
+    assert options == dynmesh.files.Source.__annotations__
+
+
+@pytest.mark.parametrize(
+    ("function", "keyword", "meant"),
+    [
+        (dynmesh.complete_file, "mask", "source={'known': ...}"),
+        (dynmesh.complete_file, "missing", "source={'missing': ...}"),
+        (dynmesh.complete_file, "bidirektional", "bidirectional"),
+        (dynmesh.complete, "mask", "known"),
+        (dynmesh.complete, "iterations", "extra_iterations"),
+        (dynmesh.evaluate, "input", "partial"),
+        (dynmesh.view, "output", "out"),
+        (dynmesh.Completer, "treads", "threads"),
+        (dynmesh.Tracker, "uncertanty", "uncertainty"),
+    ],
+)
+def test_a_keyword_that_does_not_exist_names_the_one_that_is_meant(
+    function: Callable[..., Any], keyword: str, meant: str
+) -> None:
+    with pytest.raises(KindError, match=f"did you mean {re.escape(meant)}") as caught:
+        function("a", "b", **{keyword: 1})
+    assert caught.value.argument == keyword
+    with pytest.raises(KindError, match=str(next(iter(inspect.signature(function).parameters)))):
+        function("a", "b", quite_another=1)
+    if inspect.isfunction(function):
+        assert pickle.loads(pickle.dumps(function)) is function

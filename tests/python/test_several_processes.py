@@ -1,5 +1,7 @@
-"""Outputs that several processes write, and inputs that another process writes meanwhile."""
+"""Outputs of several processes and of ended ones, and a short run of script/soak."""
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -7,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
+from conftest import REPOSITORY
 from jobs import COMMANDS, command, make_sources
 from meshes import Mesh
 
@@ -120,3 +123,24 @@ def test_an_output_that_appears_meanwhile_is_kept(
     assert not list(tmp_path.glob(".*"))
     dynmesh_command(*command.split(), "--overwrite")
     assert contents(tmp_path).get(made) != b"of another process"
+
+
+ENDURANCE = REPOSITORY / "tests" / "endurance"
+
+
+def run(script: str, *arguments: str) -> str:
+    command = [sys.executable, str(ENDURANCE / script), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_a_short_soak() -> None:
+    shown = run("soak.py", "--frames", "1000")
+    assert "1000 frames in" in shown
+    assert shown.endswith("\n0 violations\n")
+
+
+def test_ended_commands_lose_nothing() -> None:
+    assert run("kills.py", "--moments", "17").endswith(" ended, 0 corruptions\n")

@@ -131,21 +131,6 @@ def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:
     assert error(dynmesh.read(tmp_path / "lost.npz"), jumping)[2:].min() > 5
 
 
-def test_a_template_in_millimetres_and_scans_in_metres(
-    folder: Path, truth: dynmesh.Sequence, tmp_path: Path
-) -> None:
-    """The sizes are also those of metres and kilometres, of which no subject is that large."""
-    dynmesh.write(tmp_path / "body.obj", replace(truth[:1], vertices=1000 * truth.vertices[:1]))
-    words = ("track", folder / "points", tmp_path / "out.npz", "--template", tmp_path / "body.obj")
-    told = run(*words, code=1).stderr
-    assert "as if the template were in mm and the scan in m\n" in told
-    run(*words, "--template-unit", "mm", "--scan-unit", "m")
-    made = dynmesh.read(tmp_path / "out.npz")
-    assert made.metres_per_unit == 0.001
-    size = np.linalg.norm(np.ptp(made.vertices[0], axis=0))
-    assert 1000 < size < 10_000
-
-
 def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(
     folder: Path, truth: dynmesh.Sequence, tmp_path: Path
 ) -> None:
@@ -207,14 +192,6 @@ def test_units_are_converted(folder: Path, truth: dynmesh.Sequence, tmp_path: Pa
     assert tracked.metres_per_unit == 0.001
     smaller = replace(tracked, vertices=tracked.vertices / 1000)
     assert error(smaller, truth).max() < 0.5
-
-
-def test_a_unit_that_is_said_is_in_the_output(folder: Path, tmp_path: Path) -> None:
-    output = tmp_path / "out.npz"
-    template, body = tmp_path / "body.obj", folder / "body.obj"
-    run("convert", body, template, "--unit", "cm")
-    run("track", folder / "points", output, "--template", template, "--scan-unit", "cm")
-    assert dynmesh.read(output).metres_per_unit == 0.01
 
 
 def test_a_template_elsewhere_is_moved_into_the_scan(

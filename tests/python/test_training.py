@@ -1,12 +1,12 @@
 """Method detail with training: complete frames of the subject, seen before."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
+from conftest import recorded
 from meshes import Array, Mesh
 from training_reference import Trained
 
@@ -156,23 +156,29 @@ def test_poses_beyond_the_training_do_no_harm_where_nothing_is_seen() -> None:
     assert errors[1] <= errors[0]
 
 
-@pytest.mark.parametrize("useless", ["noise", "another order", "another subject", "other moves"])
+@pytest.mark.parametrize(
+    ("name", "useless"),
+    [
+        *(("ocean", useless) for useless in ("noise", "order", "subject", "moves")),
+        *(recorded("flag_sim_50x50", useless) for useless in ("noise", "order", "subject")),
+        # It has modes that few anchors determine, and which must not count as evidence.
+        recorded("ea_bone", "moves"),
+    ],
+)
 def test_a_useless_training_does_no_harm(
-    data: Path, useless: str, rng: np.random.Generator
+    sequence_named: Any, name: str, useless: str, rng: np.random.Generator
 ) -> None:
-    # The bone has modes that few anchors determine, and which must not count as evidence.
-    name = "ea_bone" if useless == "other moves" else "flag_sim_50x50"
-    sequence = dynmesh.read(data / f"{name}.npz")
-    frames = sequence.vertices[75:100]
-    training = sequence.vertices[25:75]
-    if useless == "other moves":
+    """It is noise, or of the same vertices in another order, another subject, or other moves."""
+    sequence = sequence_named(name)
+    frames, training = sequence.vertices[75:100], sequence.vertices[25:75]
+    if useless == "moves":
         training = training[0] + (training - training[0])[:, rng.permutation(training.shape[1])]
     elif useless == "noise":
         training = frames[0] + 0.02 * rng.normal(size=training.shape).astype(np.float32)
-    elif useless == "another order":
+    elif useless == "order":
         training = training[:, rng.permutation(training.shape[1])]
     else:
-        training = dynmesh.read(data / "ocean_sim_50x50.npz").vertices[:50]
+        training = sequence_named("walker").vertices[:50, : training.shape[1]]
     masks = list(masks_of("30 %", frames, sequence.faces))[1:]
     errors = errors_of(sequence, frames, masks, {}, {"training": training})
     assert errors[1] <= 1.02 * errors[0]

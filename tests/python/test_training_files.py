@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import sheet
-from test_file_start import completed, expected_of
+from test_file_start import expected_of
 from test_training import poses
 
 import dynmesh
@@ -64,29 +64,6 @@ def test_both_directions_learn_from_all_files(
     assert report.prior_share is not None
     assert 0.5 < report.prior_weight <= 1
     assert 0 < report.prior_share <= 1
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "training.pc2",
-        "training.usda",
-        "frames/frame_%04d.ply",
-    ],
-)
-def test_a_take_may_have_any_format(tmp_path: Path, partial: dynmesh.Sequence, name: str) -> None:
-    """Those that hold positions alone have the faces of the sequence."""
-    (tmp_path / "frames").mkdir()
-    dynmesh.write(tmp_path / name, training_of(8, 10))
-    for faces in tmp_path.glob("training.*.*"):
-        faces.unlink()  # which stand beside files of positions
-    dynmesh.complete_file(
-        tmp_path / "partial.npz", tmp_path / "out.npz", training=str(tmp_path / name)
-    )
-    stored = dynmesh.read(tmp_path / name, faces=REST.faces if name.endswith("pc2") else None)
-    expected = completed(partial, list(range(9)), training=stored.vertices)
-    made = dynmesh.read(tmp_path / "out.npz").vertices
-    np.testing.assert_array_equal(made, [expected[i][0] for i in range(9)])
 
 
 def beside(path: Path, **files: str) -> Path:
