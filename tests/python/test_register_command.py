@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,6 @@ import pytest
 import trimesh
 from browser import Page, in_colour
 from commands import dynmesh_command as run
-from conftest import REPOSITORY
 from meshes import Array, Mesh
 from scipy.spatial.transform import Rotation
 from test_registration import scan
@@ -21,6 +18,7 @@ from test_tracking import bumpy_torus, error
 
 import dynmesh
 from dynmesh._errors import DynmeshError
+from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
@@ -147,37 +145,58 @@ def test_scans_of_other_formats(
     assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
 
 
-PICKED = """<!DOCTYPE PickedPoints>
-<PickedPoints>
- <DocumentData><DataFileName name="body.obj"/></DocumentData>
- {}
- <point x="9" y="9" z="9" active="0" name="off"/>
-</PickedPoints>
-"""
+def seen(points: Array, width: float, height: float) -> Array:
+    """Where a page shows points at first, in pixels, and how far in front, (n, 3)."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    x, y, z = View.of(points, "z", 60.0).axes @ ((points - middle) / np.ptp(points, axis=0).max()).T
+    scale = height / 2 / (0.7 * max(1, height / width) - z * np.tan(np.radians(15)))
+    return np.stack([width / 2 + scale * x, height / 2 - scale * y, z], axis=1)
 
 
-def test_landmarks_picked_in_viewers(torus: Mesh, rng: np.random.Generator, tmp_path: Path) -> None:
-    """Of MeshLab on the template, a little beside the vertices, and of CloudCompare on the scan."""
-    truth = written(tmp_path, torus, rng)
-    vertices = [5, 120, 260, 400]
-    beside = torus.vertices[vertices] + 1e-3
-    points = [
-        f'<point z="{z}" y="{y}" x="{x}" active="1" name="{n}"/>'
-        for n, (x, y, z) in enumerate(beside)
-    ]
-    (tmp_path / "body.pp").write_text(PICKED.format("\n ".join(points)))
-    listed = [f"{n},{x},{y},{z}" for n, (x, y, z) in enumerate(truth[vertices])]
-    (tmp_path / "scan.txt").write_text("\n".join([*listed, ""]))
-    script = REPOSITORY / "examples" / "python" / "landmarks.py"
-    words = [sys.executable, str(script), "body.obj", "body.pp", "scan.txt", "marks.json"]
-    subprocess.run(words, cwd=tmp_path, check=True)
+def test_landmarks_are_picked_by_clicks(torus: Mesh, tmp_path: Path, browser: Any) -> None:
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(torus.vertices[None], torus.faces))
+    scanned = 1000 * torus.vertices + 7
+    write_ply(tmp_path / "cloud.ply", PointScan(scanned, None, None))
+    html = tmp_path / "pick.html"
+    words = ("view", tmp_path / "body.obj", "--scans", tmp_path / "cloud.ply", "-o", html)
+    run(*words, "--pick", "marks.json", "--up", "z")
+    page = browser.new_page()
+    page.set_viewport_size({"width": 1400, "height": 700})
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(html.as_uri())
+    page.wait_for_selector("#dynmesh-pairs[data-ready]", state="attached")
+
+    def click(side: str, points: Array, index: int) -> None:
+        box = page.locator(f"#dynmesh-{side}").bounding_box()
+        x, y, _ = seen(points, box["width"], box["height"])[index]
+        page.mouse.click(box["x"] + x, box["y"] + y)
+
+    front = np.argsort(-seen(torus.vertices, 1, 1)[:, 2])[:40]
+    vertices = front[[0, 13, 26, 39]]
+    assert page.is_disabled("#dynmesh-save")
+    for vertex in vertices:
+        click("template", torus.vertices, front[20])  # and then another choice
+        click("template", torus.vertices, vertex)
+        click("scan", scanned, vertex)
+    click("template", torus.vertices, front[20])
+    page.mouse.move(200, 200)  # which turns the view and picks nothing
+    page.mouse.down()
+    page.mouse.move(240, 210, steps=3)
+    page.mouse.up()
+    assert page.locator("#dynmesh-pairs tr").count() == 5
+    page.click("#dynmesh-undo")
+    with page.expect_download() as download:
+        page.click("#dynmesh-save")
+    assert download.value.suggested_filename == "marks.json"
+    download.value.save_as(tmp_path / "marks.json")
     made_of, positions_of = read_landmarks(tmp_path / "marks.json")
     np.testing.assert_array_equal(made_of, vertices)
-    np.testing.assert_array_equal(positions_of, truth[vertices])
-    (tmp_path / "scan.txt").write_text("\n".join(listed[1:]))
-    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert ended.stderr == "body.pp has 4 points, but scan.txt has 3\n"
-    assert ended.returncode == 1
+    np.testing.assert_allclose(positions_of, scanned[vertices], rtol=1e-5)
+    assert complaints == []
+    words = ("register", tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj")
+    run(*words, "--scale", "--landmarks", tmp_path / "marks.json")
+    assert error(torus, torus.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3
 
 
 def test_a_template_in_inches_and_a_scan_in_metres(

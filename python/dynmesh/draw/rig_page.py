@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._extras import require
 from ..scans import DepthScan
 from ..sequence import Positions
 from .figures import SURFACE_COLOUR
 from .page.packing import embedded
+from .page.plots import FIELD_OF_VIEW, new_plot
 
 _Floats = NDArray[np.float64]
 
@@ -21,9 +21,6 @@ _MOST_POINTS = 4000
 
 _FRUSTUM = 0.08
 """The depth of a frustum, relative to the size of what is shown."""
-
-_FIELD = 30
-"""The vertical field of view in degrees."""
 
 _STYLE = """
 #rig { position: fixed; inset: 0 auto auto 0; z-index: 16777272; max-width: 62ch; margin: 12px;
@@ -57,7 +54,6 @@ def rig_page(
     Raises:
         ImportError: k3d is not installed.
     """
-    k3d = require("k3d", extra="view")
     clouds = [cloud[:: 1 + len(cloud) // _MOST_POINTS] for cloud in scan.clouds]
     meshes = [] if template is None else [template[1]]
     seats = np.array([pose[:3, 3] for pose in scan.poses])
@@ -69,15 +65,7 @@ def rig_page(
     def shown(points: Positions) -> NDArray[np.float32]:
         return np.asarray((points - middle) / length, np.float32)
 
-    plot = k3d.plot(
-        background_color=0xFFFFFF,
-        camera_up_axis=up,
-        camera_auto_fit=False,
-        camera_fov=_FIELD,
-        grid_visible=False,
-        axes_helper=0,
-        menu_visibility=False,
-    )
+    k3d, plot = new_plot(up)
     images = zip(clouds, *scan, strict=True)
     for number, (cloud, depth, intrinsics, pose) in enumerate(images):
         colour = _colour(number)
@@ -93,7 +81,7 @@ def rig_page(
         plot += k3d.mesh(shown(template[1]), faces, color=colour, side="double", opacity=0.85)
     axis = "xyz".index(up)
     direction = np.where(np.arange(3) == axis, 0.8, 1.0)
-    radius = np.linalg.norm(high - low) / length / 2 / np.sin(np.radians(_FIELD / 2))
+    radius = np.linalg.norm(high - low) / length / 2 / np.sin(np.radians(FIELD_OF_VIEW / 2))
     seat = direction / np.linalg.norm(direction) * radius
     plot.camera = [*seat.tolist(), 0, 0, 0, *np.eye(3)[axis].tolist()]
     rows = "".join(

@@ -1,6 +1,6 @@
 """Pages and pictures of sequences, wherever these are."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
+from .._errors import InputError
 from .._keywords import with_known_keywords
 from ..draw.page import Page, page, require_page
+from ..draw.page.pick import pick_page
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Colour
 from ..files import OneSequence, PathLike, Reader, Source
@@ -18,6 +20,7 @@ from ..files.conversion import Axis
 from ..files.new_output import check_output, new_output
 from ..files.times import index_of
 from ..scans import ScanReader, open_scans
+from ..tracking.single_scan import open_single
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -33,6 +36,7 @@ def view(
     scans: What[PathLike | ScanReader | None] = None,
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
+    pick: What[PathLike | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
     title: How[str | None] = None,
@@ -57,6 +61,9 @@ def view(
         cameras: where their cameras stand; else, `cameras.json` beside them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
+        pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
+            the page pairs vertices and points that are clicked, and saves them under this name, as
+            landmarks of a registration.
         source: how to read `input` if it is given, else the sequence; faces and the mesh are those
             of every file that needs them.
         colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
@@ -79,23 +86,34 @@ def view(
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
+    if pick is not None:
+        _check_pick(pick, scans, {"reference": reference, "input": input, "colour": colour})
     if scans is not None and not isinstance(scans, ScanReader):
-        scans = open_scans(scans, cameras=cameras, gaps="lost")
-    with _opened(sequence, reference, input, source or {}) as (own, truth, given):
-        made = page(
-            own,
-            reference=truth,
-            input=given,
-            scans=scans,
-            scan_unit=scan_unit,
-            colour=colour,
-            title=title,
-            up=up,
-            azimuth=azimuth,
-            max_frames=max_frames,
-            max_vertices=max_vertices,
-            progress=progress,
+        is_single = pick is not None and Path(scans).is_file()
+        scans = (
+            open_single(Path(scans), cameras)
+            if is_single
+            else open_scans(scans, cameras=cameras, gaps="lost")
         )
+    with _opened(sequence, reference, input, source or {}) as (own, truth, given):
+        if pick is not None and scans is not None:
+            named = {"title": title, "up": up}
+            made = pick_page(own, scans, Path(pick).name, azimuth, max_vertices, **named)
+        else:
+            made = page(
+                own,
+                reference=truth,
+                input=given,
+                scans=scans,
+                scan_unit=scan_unit,
+                colour=colour,
+                title=title,
+                up=up,
+                azimuth=azimuth,
+                max_frames=max_frames,
+                max_vertices=max_vertices,
+                progress=progress,
+            )
     if output is None:
         return made
     with new_output(output, overwrite, ".html") as hidden:
@@ -170,6 +188,18 @@ def picture(
         with new_output(output, overwrite, ".png") as hidden:
             made.save(hidden)
     return made
+
+
+def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> None:
+    """Refuses what cannot be picked, or shown beside it."""
+    check_path("pick", pick)
+    if Path(pick).suffix != ".json":
+        raise InputError(f"must end with .json, not {pick}", argument="pick", value=pick)
+    if scans is None:
+        raise InputError("are needed, to pick points of the first one", argument="scans")
+    for name, given in others.items():
+        if given is not None:
+            raise InputError("cannot be shown where landmarks are picked", argument=name)
 
 
 def _output(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | None:

@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._errors import InputError
-from ..._extras import require
 from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import ShownFrame
 from ..quantities import Colour
 from ..scales import Scale
 from .packing import embedded, packed, packed_bytes, packed_masks, packed_positions
+from .plots import FIELD_OF_VIEW, new_plot
 
 _GRID_CELLS = 8192  # along the longest side; far below a pixel
-_FIELD_OF_VIEW = 30.0  # degrees
 _DOT_SIZE = 0.008  # of the longest side
 _SCAN_DOT_SIZE = 0.004
 _SCANS_WITHIN = 1.0  # of the longest side, around the middle; the grid reaches four of them
@@ -88,7 +87,7 @@ def compose(
         "camera": {
             "axes": camera.axes.tolist(),
             "up": camera.up,
-            "field_of_view": _FIELD_OF_VIEW,
+            "field_of_view": FIELD_OF_VIEW,
         },
     }
     folder = resources(__package__)
@@ -124,18 +123,7 @@ class _Unit:
 
 def _empty_plot(camera: View, unit: _Unit) -> Any:
     """Returns a plot with a mesh and two dots, which the script replaces."""
-    k3d = require("k3d", extra="view")
-    plot = k3d.plot(
-        background_color=0xFFFFFF,
-        camera_auto_fit=False,
-        camera_fov=_FIELD_OF_VIEW,
-        camera_mode="orbit",
-        camera_up_axis="xyz"[int(np.argmax(camera.up))],
-        colorbar_object_id=0,  # the page has its own colour bar
-        grid_visible=False,
-        axes_helper=0,
-        menu_visibility=False,
-    )
+    k3d, plot = new_plot("xyz"[int(np.argmax(camera.up))])
     looks = {"color_map": _colour_map(SURFACE_COLOUR), "color_range": [0, 1], "color": 0xFFFFFF}
     # The mesh extends over the box, from which k3d determines how far one can see.
     corners, values = unit(camera.box).astype(np.float32), np.zeros(2, np.float32)

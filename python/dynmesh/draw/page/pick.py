@@ -1,0 +1,110 @@
+"""A page on which landmarks are picked: a template and a scan, side by side."""
+
+from importlib.resources import files as resources
+
+import numpy as np
+
+from ..._errors import InputError, locating
+from ...files import Reader
+from ...scans import ScanReader
+from ...sequence import Positions
+from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
+from ..heatmap import likely_up
+from . import Page, Shown
+from .packing import embedded, packed
+from .plots import FIELD_OF_VIEW, new_plot
+from .thin import thin
+
+_MOST_POINTS = 40_000
+"""Of the scan; more would make the page large and slow."""
+
+_DOT = 0.006
+"""The size of a point, relative to the longest side of what is shown."""
+
+_DISTANCE = 0.7 / np.tan(np.radians(FIELD_OF_VIEW / 2))
+"""Of the camera, in the same unit."""
+
+
+def pick_page(
+    template: Reader,
+    scans: ScanReader,
+    file_name: str,
+    azimuth: float,
+    max_vertices: int,
+    *,
+    title: str | None,
+    up: str | None,
+) -> Page:
+    """Creates a page that pairs vertices of frame 0 with points of the first scan that has any.
+
+    Args:
+        template: of the template.
+        scans: of scans, in the unit of the landmarks; every so manyth point is shown.
+        file_name: the name under which the page saves the landmarks.
+        azimuth: initial viewing angle around the up axis, in degrees.
+        max_vertices: larger meshes are simplified to about this many vertices.
+        title: the heading; None means the names of the files.
+        up: "x", "y" or "z"; None means as the template states it, or a guess.
+
+    Raises:
+        ImportError: k3d is not installed.
+        ValueError: no scan has points, or a vertex of the template is missing.
+    """
+    first = next(iter(template))
+    with locating(file=template.path):
+        if not first.observed.all():
+            raise InputError("frame 0 must be whole")
+        numbers, faces = thin(template.faces, first.points, max_vertices)
+    scan = next((one.cloud for one in scans if one is not None and one.has_points), None)
+    if scan is None:
+        raise InputError("no scan has points", file=scans.path)
+    up = likely_up(first.points, up or template.header.up_axis)
+    points = scan[:: 1 + (len(scan) - 1) // _MOST_POINTS].astype(np.float64)
+    mesh, cloud = (
+        _Side(side, up, azimuth) for side in (first.points[numbers].astype(np.float64), points)
+    )
+    mesh.plot += mesh.k3d.mesh(
+        mesh.shown, faces.astype(np.uint32), color=_number(SURFACE_COLOUR), side="double"
+    )
+    cloud.plot += cloud.k3d.points(
+        cloud.shown, point_size=_DOT, color=_number(KNOWN_COLOUR), shader="flat"
+    )
+    told = {
+        "title": title or f"{template.path.name} and {scans.path.name}",
+        "file": file_name,
+        "numbers": packed(numbers.astype(np.uint32)),
+        "template": mesh.told,
+        "scan": cloud.told,
+        "positions": packed(points),
+        "other": cloud.plot.get_binary_snapshot(6).hex(),
+    }
+    folder = resources(__package__)
+    markup, *scripts = (
+        folder.joinpath(name).read_text("utf-8") for name in ("pick.html", "data.js", "pick.js")
+    )
+    begin = f"document.body.insertAdjacentHTML('beforeend', {embedded(markup)});"
+    script = "\n".join([begin, f"const told = {embedded(told)};", *scripts])
+    html = mesh.plot.get_snapshot(6, additional_js_code=f"(async () => {{{script}}})();")
+    size = (template.n_vertices, len(faces), len(template.faces))
+    return Page(html=str(html), shown=Shown(1, 1, 1, len(numbers), *size))
+
+
+class _Side:
+    """One of the two plots, in units of the longest side of what it shows, around its middle."""
+
+    def __init__(self, points: Positions, up: str, azimuth: float) -> None:
+        low, high = points.min(axis=0), points.max(axis=0)
+        self.shown = ((points - (low + high) / 2) / (float((high - low).max()) or 1.0)).astype(
+            np.float32
+        )
+        self.k3d, self.plot = new_plot(up)
+        axes = View.of(self.shown, up, azimuth).axes
+        self.told = {
+            "points": packed(self.shown),
+            "camera": (_DISTANCE * axes[2]).tolist(),
+            "up": axes[1].tolist(),
+        }
+
+
+def _number(colour: str) -> int:
+    return int(colour.removeprefix("#"), 16)
