@@ -15,8 +15,8 @@ from ..files.memory import Collected, SequenceReader
 from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings
-from .start import Start, check_start, start_in
-from .ways import Options, complete_frames
+from .start import check_start, start_in
+from .ways import Options, SequenceSettings, complete_frames
 
 
 @overload
@@ -33,10 +33,7 @@ def complete(
     faces: Sequence,
     *,
     training: Iterable[Positions] | None = None,
-    start: Start = "auto",
-    bidirectional: bool = False,
-    drop_above: float | None = None,
-    **settings: Unpack[Settings],
+    **settings: Unpack[SequenceSettings],
 ) -> Sequence: ...
 @with_known_keywords
 def complete(
@@ -45,10 +42,7 @@ def complete(
     known: Iterable[Mask] | None = None,
     *,
     training: Iterable[Positions] | None = None,
-    start: Start = "auto",
-    bidirectional: bool = False,
-    drop_above: float | None = None,
-    **settings: Unpack[Settings],
+    **settings: Unpack[SequenceSettings],
 ) -> Iterator[Positions] | Sequence:
     """Completes frames one after another, in constant memory, or a whole sequence.
 
@@ -62,12 +56,9 @@ def complete(
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
         training: complete frames of the same mesh, seen before, from which method detail learns;
             see :class:`dynmesh.Completer`. They are read when the first frame is requested.
-        start: of a sequence, the frame from which completion starts; see
-            :func:`dynmesh.complete_file`. None of its frames need be whole.
-        bidirectional: of a sequence, whether to complete each frame from both sides.
-        drop_above: of a sequence, the standard error above which vertices are left missing.
         **settings: `method`, `noise` and the other settings of :class:`dynmesh.Completer`, which
-            explains them.
+            explains them; and of a sequence `start`, `bidirectional` and others, which
+            :func:`dynmesh.complete_file` explains. None of its frames need be whole.
 
     Returns:
         An iterator over (k, 3) completed frames, each a new array with the dtype of the first
@@ -77,23 +68,24 @@ def complete(
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
     """
-    options = Options(bidirectional=bidirectional, drop_above=drop_above)
     if isinstance(faces, Sequence):
         for name, given in (("frames", frames), ("known", known)):
             if given is not None:
                 raise InputError("is that of the sequence; leave it out", argument=name)
-        return _complete_sequence(faces, training, start, options, settings)
+        return _complete_sequence(faces, training, settings)
     if frames is None:
         raise KindError(
             "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
         )
-    if start != "auto" or options != Options():
+    options, of_completer = Options.among(settings)
+    if "start" in settings or options != Options():
+        names = ", ".join(settings.keys() - Settings.__annotations__.keys())
         raise InputError(
-            "start, bidirectional and drop_above are for a Sequence, whose frames can be read "
-            "more than once, not for a stream of frames",
+            f"{names}: for a Sequence, whose frames can be read more than once, not for a stream "
+            "of frames",
             argument="frames",
         )
-    return _complete_frames(faces, frames, known, training, settings)
+    return _complete_frames(faces, frames, known, training, of_completer)
 
 
 def _complete_frames(
@@ -125,14 +117,12 @@ def _complete_frames(
 
 
 def _complete_sequence(
-    sequence: Sequence,
-    training: Iterable[Positions] | None,
-    start: Start,
-    options: Options,
-    settings: Settings,
+    sequence: Sequence, training: Iterable[Positions] | None, given: SequenceSettings
 ) -> Sequence:
+    start = given.get("start", "auto")
     check_start(start, None)
-    settings = options.settings(settings, trained=training is not None)
+    options, own = Options.among(given)
+    settings = options.settings(own, trained=training is not None)
     reader = SequenceReader(sequence)
     whole = start_in(
         reader,

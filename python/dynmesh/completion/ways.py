@@ -6,8 +6,8 @@ On its way, a completer uses only frames that it has already met.
 import contextlib
 import os
 import tempfile
-from collections.abc import Generator, Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,10 +23,18 @@ from ..files.memory import Output
 from ..sequence import Mask
 from ..settings import Settings
 from .both_ways import combined
-from .start import StartFrame
+from .start import Start, StartFrame
 from .tally import Tally
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+
+class SequenceSettings(Settings, total=False):
+    """The settings of the completion of a sequence; :func:`dynmesh.complete_file` explains them."""
+
+    start: Start
+    bidirectional: bool
+    drop_above: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +48,15 @@ class Options:
 
     bidirectional: bool = False
     drop_above: float | None = None
+
+    @classmethod
+    def among(cls, given: Mapping[str, Any]) -> tuple["Options", Settings]:
+        """Returns the options and the settings of the completer among keywords."""
+        own, settings = (
+            {name: value for name, value in given.items() if name in names}
+            for names in ({one.name for one in fields(cls)}, Settings.__annotations__)
+        )
+        return cls(**own), cast(Settings, settings)
 
     def settings(self, given: Settings, *, trained: bool) -> Settings:
         """Returns the settings of the completer, with those that the options imply.
