@@ -58,6 +58,7 @@ def vertex_normals(faces: NDArray[np.integer[Any]], points: Floats) -> Floats:
     of_faces = np.cross(b - a, c - a)
     normals = np.zeros_like(points)
     for corner in faces.T:
-        np.add.at(normals, corner, of_faces)
+        for axis in range(3):
+            normals[:, axis] += np.bincount(corner, of_faces[:, axis], len(normals))
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(lengths > 0, lengths, 1))

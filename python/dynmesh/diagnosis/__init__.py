@@ -10,7 +10,7 @@ import numpy as np
 from .. import files
 from .._progress import tracked
 from ..files import Frame, Header, OneSequence, Source
-from . import shape, surface
+from . import surface
 from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
 from .mesh import Mesh
@@ -65,7 +65,6 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
         motion.findings(),
         placement.findings(),
         surface.examine(start),
-        shape.examine(start),
     )
     ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
     return Diagnosis(

@@ -49,7 +49,7 @@ class Diagnosis:
 
     @property
     def summary(self) -> str:
-        """How many problems there are, such as "2 warnings, 1 note"."""
+        """How many problems there are, such as "1 error, 2 warnings"."""
         counts = [(self.count(severity), severity) for severity in SEVERITIES]
         told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
         return ", ".join(told) or "No problems were found."

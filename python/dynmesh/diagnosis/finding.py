@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from ..files import Header
 
-Severity = Literal["error", "warning", "note"]
+Severity = Literal["error", "warning"]
 """error: the sequence cannot be completed. warning: the result is less accurate, or the data is
-faulty. note: information."""
+faulty."""
 
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+SEVERITIES: tuple[Severity, ...] = ("error", "warning")
 
 SEVERITY_OF: dict[str, Severity] = {
     "known_not_finite": "error",
@@ -25,19 +25,13 @@ SEVERITY_OF: dict[str, Severity] = {
     "leaps": "warning",
     "outliers": "warning",
     "frames_without_anchors": "warning",
-    "hardly_any_anchors": "warning",
     "never_seen": "warning",
-    "component_disconnected": "warning",
     "coincident_vertices": "warning",
     "isolated_vertices": "warning",
     "far_from_origin": "warning",
     "non_manifold_edges": "warning",
     "non_manifold_vertices": "warning",
-    "flat_faces": "warning",
     "degenerate_faces": "warning",
-    "few_anchors": "note",
-    "several_components": "note",
-    "needle_faces": "note",
 }
 """The severities of all findings by their codes, the most important first."""
 

@@ -10,7 +10,6 @@ from ..completer import Completer
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
 from ..topology import TopologyReport, cells
-from .connection import connected
 from .finding import Indices
 from .stray_zeros import stray_zeros
 
@@ -23,13 +22,10 @@ class Mesh:
 
     Attributes:
         faces: (m, 3) integers.
-        degenerate: (m,) bool, the faces that contain a vertex twice.
-        duplicate: (m,) bool, other faces that have the same three vertices as an earlier one.
         first: (k, 3), frame 0; zero for vertices that were not observed.
         observed: (k,) bool, in frame 0.
         zeros: (k,) bool, the vertices where frame 0 probably has zeros instead of positions; they
             do not count as observed.
-        component: (k,) int64, numbered from 0.
         ends: (e, 2) int64, the vertices of each edge.
         lengths: (e,), of the edges in frame 0; NaN if an end was not observed.
         mean_edge: of frame 0; 1 if there is no edge.
@@ -38,12 +34,9 @@ class Mesh:
     """
 
     faces: Faces
-    degenerate: Mask
-    duplicate: Mask
     first: Positions
     observed: Mask
     zeros: Mask
-    component: Indices
     ends: Indices
     lengths: NDArray[np.float64]
     mean_edge: float
@@ -62,28 +55,14 @@ class Mesh:
         lengths = np.linalg.norm(np.diff(first[ends].astype(np.float64), axis=1)[:, 0], axis=1)
         lengths[~observed[ends].all(axis=1)] = np.nan
         mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
-        roots = connected(len(first), ends[:, 0], ends[:, 1])
-        a, b, c = faces.T
-        degenerate = np.asarray((a == b) | (b == c) | (c == a))
         return cls(
             faces,
-            degenerate,
-            _is_repeated(faces) & ~degenerate,
             first,
             observed,
             zeros,
-            np.unique(roots, return_inverse=True)[1].reshape(-1),
             ends,
             lengths,
             mean_edge or 1.0,
             bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
             Completer(faces, first).topology if len(faces) else None,
         )
-
-
-def _is_repeated(faces: Faces) -> Mask:
-    corners = np.sort(faces, axis=1)
-    order = np.lexsort(corners.T)  # stable, so the first of equal faces stays first
-    repeated = np.zeros(len(faces), np.bool_)
-    repeated[order[1:]] = (corners[order[1:]] == corners[order[:-1]]).all(axis=1)
-    return repeated

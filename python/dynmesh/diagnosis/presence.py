@@ -15,9 +15,6 @@ _BACKWARDS = (
     "Frames before it are completed backwards. A complete mesh from a template or a scan at rest "
     "may be a better start."
 )
-_FEW = 0.1
-_HARDLY_ANY = 0.02
-_LONG = 10  # frames
 
 
 class Presence:
@@ -45,11 +42,6 @@ class Presence:
         # A vertex that was first observed at the origin may really be there.
         self._met = said.copy()
         self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
-        n_components = int(mesh.component.max()) + 1
-        self._sizes = np.bincount(mesh.component)
-        self._disconnected_for = np.zeros(n_components, np.int64)
-        self._longest = np.zeros(n_components, np.int64)
-        self._longest_end = np.zeros(n_components, np.int64)
         self._count(0, first, said)
 
     def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
@@ -65,11 +57,6 @@ class Presence:
         if self._first_whole is None and (observed & ~zero).all():
             self._first_whole = number
         self._zeros.add(number, zero)
-        known = np.bincount(self._mesh.component[observed], minlength=len(self._sizes))
-        self._disconnected_for = np.where(known == 0, self._disconnected_for + 1, 0)
-        longer = self._disconnected_for > self._longest
-        self._longest[longer] = self._disconnected_for[longer]
-        self._longest_end[longer] = number
         return observed & ~zero
 
     def _is_better(self, number: int, observed: Mask) -> bool:
@@ -89,10 +76,9 @@ class Presence:
         yield from self._not_finite()
         yield from self._zero_rows()
         shares = np.array(self.shares[1:])
-        yield from self._shares(shares)
+        yield from self._empty(shares)
         if len(shares) and shares.any():
             yield from self._never_seen()
-            yield from self._long_disconnected()
 
     def _count(self, number: int, frame: Frame, observed: Mask) -> None:
         self.shares.append(float(observed.mean()))
@@ -182,12 +168,8 @@ class Presence:
             worst=share,
         )
 
-    def _shares(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
-        # So that 9.96 % counts as 10 %.
-        shares = np.where(shares > 0, np.maximum(np.round(shares, 3), 1e-3), 0)
+    def _empty(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
         none = np.flatnonzero(shares == 0) + 1
-        hardly = np.flatnonzero((shares > 0) & (shares < _HARDLY_ANY)) + 1
-        few = np.flatnonzero((shares >= _HARDLY_ANY) & (shares < _FEW)) + 1
         if len(none):
             longest = max(map(len, stretches(none)))
             yield Finding.at(
@@ -200,69 +182,22 @@ class Presence:
                 frames=none,
                 worst=longest,
             )
-        ways = (
-            ("hardly_any_anchors", hardly, "2 %", "errors of method motion grow from "
-             "frame to frame; use method detail, the default"),
-            ("few_anchors", few, "10 %", "method motion is several times less "
-             "accurate than method detail, the default"),
-        )  # fmt: skip
-        for code, frames, limit, what in ways:
-            if len(frames):
-                least = shares[frames - 1].min()
-                yield Finding.at(
-                    code,
-                    f"{counted(len(frames), 'frame')} with less than {limit} of the vertices "
-                    f"known, at worst {percent(float(least))}: "
-                    f"{frames_listed(frames, self._header)}.",
-                    f"With so few anchors {what}.",
-                    frames=frames,
-                    worst=float(least),
-                )
 
     def _never_seen(self) -> Iterator[Finding]:
         never = np.flatnonzero(~self._seen)
-        if not len(never):
-            return
         ends = self._mesh.ends
         beside_seen = np.zeros(self._n_vertices, np.bool_)
         beside_seen[ends[self._seen[ends].any(axis=1)]] = True
-        patches = not beside_seen[never].all()
-        where = "in patches" if patches else "all next to known ones"
+        if beside_seen[never].all():
+            return  # single vertices do little harm
         yield Finding.at(
             "never_seen",
             f"{counted(len(never), 'vertex')}, {percent(len(never) / self._n_vertices)} of all, "
-            f"never known after frame {self._header.number(0)}, {where}: "
+            f"never known after frame {self._header.number(0)}, in patches: "
             f"{listed('vertex', never)}.",
-            "Nothing corrects their estimates. Single vertices do little harm; in patches, errors "
-            "of method motion accumulate, and method detail, the default, preserves their shape.",
+            "Nothing corrects their estimates, in which errors accumulate. Training frames, or "
+            "completion from both sides, may help.",
             vertices=never,
-            severity="warning" if patches else "note",
-        )
-
-    def _long_disconnected(self) -> Iterator[Finding]:
-        if len(self._sizes) == 1:
-            return  # reported as frames without anchors
-        long = np.flatnonzero((self._longest >= _LONG) & (self._sizes > 1))
-        if not len(long):
-            return
-        worst = long[self._longest[long].argmax()]
-        end, length = int(self._longest_end[worst]), int(self._longest[worst])
-        first, last = map(self._header.number, (end - length + 1, end))
-        vertices = np.flatnonzero(np.isin(self._mesh.component, long))
-        parts = f"{counted(len(long), 'component')} of {len(self._sizes)}"
-        member = int(np.flatnonzero(self._mesh.component == worst)[0])
-        yield Finding.at(
-            "component_disconnected",
-            f"{parts} not observed for {_LONG} frames or more; longest the component of "
-            f"{counted(int(self._sizes[worst]), 'vertex')} around vertex {member}, for "
-            f"{length} frames, {first} to {last}.",
-            "Meanwhile it follows the nearest components rigidly, and it "
-            "jumps when it is observed again. Merge it with its neighbours if they belong "
-            "together.",
-            vertices=vertices,
-            frames=np.arange(end - length + 1, end + 1),
-            count=len(long),
-            worst=length,
         )
 
 

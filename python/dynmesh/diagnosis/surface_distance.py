@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sequence import Positions
+from ..true_surface import vertex_normals
 
 _Floats = NDArray[np.float64]
 
@@ -35,15 +36,10 @@ class Surface:
         sides = [np.linalg.norm(one - other, axis=1) for one, other in ((a, b), (b, c), (c, a))]
         self.mean_edge = float(np.mean(sides))
         self.size = float(np.linalg.norm(np.ptp(self.points, axis=0)))
-        weighted = np.cross(b - a, c - a)
-        normals = np.zeros_like(self.points)
-        for corner in faces.T:
-            for axis in range(3):
-                normals[:, axis] += np.bincount(corner, weighted[:, axis], len(normals))
-        lengths = np.linalg.norm(normals, axis=1)
-        used = np.flatnonzero(lengths > 0)
+        normals = vertex_normals(faces, self.points)
+        used = np.flatnonzero(normals.any(axis=1))
         self._samples = self.points[used]
-        self.normals = normals[used] / lengths[used, None]
+        self.normals = normals[used]
 
     def distances(self, points: _Floats) -> _Floats:
         """Returns how far (n, 3) points are from the surface, about."""

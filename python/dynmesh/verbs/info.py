@@ -82,9 +82,9 @@ def info(
     """Describes a sequence, and reports problems of its mesh and motion.
 
     An error prevents completion. A warning means that the result will be less accurate or that the
-    data is probably faulty. A note is informational. docs/diagnosis.md explains all of them. Of a
-    file with several meshes (USD, Alembic), it lists these and describes the one that moves; if
-    there are several such, `prim` chooses one.
+    data is probably faulty. docs/diagnosis.md explains all of them. Of a file with several meshes
+    (USD, Alembic), it lists these and describes the one that moves; if there are several such,
+    `prim` chooses one.
 
     Args:
         path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
