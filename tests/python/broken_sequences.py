@@ -156,9 +156,9 @@ BROKEN: dict[str, Callable[[], Broken]] = {
     for make in (
         first_frame_incomplete, known_not_finite, no_faces, scrambled_frames,
         first_frame_zeros, zeros, leaps, outliers,
-        frames_without_anchors, 
-        never_seen, 
+        frames_without_anchors,
+        never_seen,
         coincident_vertices, isolated_vertices, far_from_origin, non_manifold_edges,
-        non_manifold_vertices, degenerate_faces, 
+        non_manifold_vertices, degenerate_faces,
     )
 }  # fmt: skip

@@ -194,8 +194,8 @@ def test_landmarks_are_picked_by_clicks(torus: Mesh, tmp_path: Path, browser: An
     np.testing.assert_array_equal(made_of, vertices)
     np.testing.assert_allclose(positions_of, scanned[vertices], rtol=1e-5)
     assert complaints == []
-    words = ("register", tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj")
-    run(*words, "--scale", "--landmarks", tmp_path / "marks.json")
+    files = tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj"
+    run("register", *files, "--scale", "--landmarks", tmp_path / "marks.json")
     assert error(torus, torus.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3
 
 

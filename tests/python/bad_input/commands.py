@@ -145,7 +145,7 @@ shell = [
     refused("view single.npz -o new.html --scans line", "line: no point is near", "scan_unit"),
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
-    refused(f"{_VIEW} --pick marks.json", "scans: are needed"),
+    misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
     misused(f"{_VIEW} --scans line --pick marks.txt", "--pick:", "marks.txt"),
     misused(f"{_VIEW} --scans line --pick marks.json --colour age", "--colour:"),
     refused("picture body.npz -o new.jpg", "new.jpg:", ".png"),
