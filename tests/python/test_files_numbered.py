@@ -49,18 +49,6 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     np.testing.assert_array_equal(one.vertices, sequence.vertices[10:11])
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_brackets_are_ordinary_in_names_that_exist(tmp_path: Path, mesh: Mesh, suffix: str) -> None:
-    one, folder = sequence_of(mesh, 1, np.float64), tmp_path / "shot [1]"
-    dynmesh.write(folder / f"a [1]{suffix}", one)
-    assert names(folder) == [f"a [1]{suffix}"]
-    for path in (folder / f"a [1]{suffix}", folder, folder / f"*{suffix}"):
-        np.testing.assert_array_equal(dynmesh.read(path).vertices, one.vertices)
-    dynmesh.write(folder / f"a 1{suffix}", replace(one, vertices=one.vertices + 1))
-    read = dynmesh.read(folder / f"a [1]{suffix}")  # as a glob, it would be the other
-    np.testing.assert_array_equal(read.vertices, one.vertices)
-
-
 def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     folder = tmp_path / "walk"

@@ -1,5 +1,7 @@
 """The page that plays a sequence, in a browser."""
 
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -142,3 +144,166 @@ def test_vertices_of_no_triangle_go_first(mesh: Mesh) -> None:
     kept, triangles = thin(mesh.faces + 500, vertices, 100)
     assert kept.tolist() == list(range(500, 549))
     np.testing.assert_array_equal(kept[triangles], mesh.faces + 500)
+
+
+@pytest.fixture
+def truth() -> Sequence:
+    """A sheet that stays; its frames follow one another slowly."""
+    mesh = sheet(12)
+    return Sequence(np.stack([mesh.vertices] * 9), mesh.faces, fps=0.05)
+
+
+@pytest.fixture
+def partial(truth: Sequence) -> Sequence:
+    """The right half is missing after frame 0; in frame 5, more."""
+    known = np.ones(truth.vertices.shape[:2], np.bool_)
+    known[1:] = truth.vertices[0, :, 0] < 5.5
+    known[5] = truth.vertices[0, :, 0] < 2.5
+    return replace(truth, known=known, vertices=np.where(known[..., None], truth.vertices, np.nan))
+
+
+@pytest.fixture
+def completed(truth: Sequence, partial: Sequence) -> Sequence:
+    """The missing vertices are estimated too high; the error is largest in frame 7."""
+    assert partial.known is not None
+    vertices = truth.vertices.copy()
+    height = np.where(np.arange(9) == 7, 2.0, 0.2)
+    vertices[..., 2] += np.where(partial.known, 0, height[:, None])
+    generation = np.where(partial.known, 0, 1).astype(np.int32)
+    return replace(truth, vertices=vertices, generation=generation, age=3 * generation)
+
+
+def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
+    truth: Sequence, partial: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    others = {"reference": truth, "input": partial}
+    page = page_of(completed, tmp_path, browser, others, colour="plain")
+    captions = ["input.npz, the input", "sheet.npz", "reference.npz, the reference"]
+    assert page.captions() == captions
+    areas, references = {}, {}
+    for frame in (0, 1, 7):
+        page.scrub(frame)
+        pictures = page.pictures(0, 1, 2)
+        areas[frame] = [int(in_colour(picture).sum()) for picture in pictures]
+        references[frame] = pictures[2]
+    assert min(areas[0]) > 5000
+    assert max(areas[0]) < 1.02 * min(areas[0])
+    observed, filled_in, true = areas[1]
+    assert 0.4 < observed / true < 0.6
+    assert filled_in > 0.9 * true
+    assert (in_colour(pictures[1]) ^ in_colour(pictures[2])).mean() > 0.01
+    assert (references[7] == references[0]).all()  # it stays, whatever happens beside it
+    page.scrub(0)  # the same mesh in all
+    views = [page.pictures(1, 2)]
+    page.drag(0, 60, 0)
+    views.append(page.pictures(1, 2))
+    page.drag(1, 0, 40, button="right")
+    views.append(page.pictures(1, 2))
+    page.zoom(1, 400)
+    views.append(page.pictures(1, 2))
+    for left, right in views:
+        assert (in_colour(left) ^ in_colour(right)).mean() < 0.01
+    for (before, _), (after, _) in pairwise(views):
+        assert (in_colour(before) ^ in_colour(after)).mean() > 0.02
+    page.press("r")
+    assert (in_colour(page.picture(2)) ^ in_colour(views[0][1])).mean() < 0.005
+    assert page.complaints == []
+
+
+def test_everything_fits_in_a_window_of_any_size(
+    truth: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    moving = truth.vertices.copy()
+    moving[..., 0] += 3 * np.arange(9)[:, None]
+    moved = replace(truth, vertices=moving)
+    page = page_of(moved, tmp_path, browser, {"reference": moved})
+    for size in ((1200, 500), (390, 800)):
+        page.resize(*size)
+        seen = []
+        for frame in (0, 8):
+            page.scrub(frame)
+            for picture in page.pictures(0, 1):
+                mask = in_colour(picture)
+                edge = [mask[0], mask[-1], mask[:, 0], mask[:, -1]]
+                assert mask.any()
+                assert not np.concatenate(edge).any()
+            seen.append(mask)
+        used = [
+            np.ptp(places) / length
+            for places, length in zip(np.nonzero(seen[0] | seen[1]), mask.shape, strict=True)
+        ]
+        assert max(used) > 0.85, size
+
+
+def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
+    truth: Sequence, tmp_path: Path, chromium: Any
+) -> None:
+    phone = chromium.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
+    page = page_of(replace(truth, fps=10.0), tmp_path, phone)
+    for _ in range(3):
+        page.wait_for_another("counter")
+    assert 300 < page.picture().shape[1] <= 390
+    phone.close()
+
+
+def test_a_page_opens_where_most_is_missing_or_was(partial: Sequence, completed: Sequence) -> None:
+    for sequence in (partial, completed):
+        assert '"first": 5,' in page_for(SequenceReader(sequence)).html
+
+
+def test_keys_and_menus_switch_frames_and_colours(
+    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+) -> None:
+    page = page_of(completed, tmp_path, browser, {"reference": truth}, colour="known")
+    assert page.text("counter") == "frame 7 / 8, 140.00 s"  # with the largest error
+    assert page.text("play") == "Play"  # it stays there
+    page.press(" ")
+    assert page.text("play") == "Pause"
+    page.press(" ")
+    counters = []
+    for key in ("Home", "ArrowRight", "End", "ArrowLeft"):
+        page.press(key)
+        counters.append(page.text("counter").split()[1])
+    assert counters == ["0", "1", "8", "7"]
+    assert page.text("title") == "known vertices"
+    titles = []
+    for key in ("1", "c", "C", "3", "4", "1"):
+        page.press(key)
+        titles.append(page.text("title").partition(" ")[0].strip(":"))
+    assert titles == ["error", "generation", "error", "age", "known", "error"]
+    assert not page.visible("help")
+    page.press("?")
+    for key in ("space", "Home", "c, C", "r", "drag"):
+        assert key in page.text("help")
+    page.press("Escape")
+    assert not page.visible("help")
+    page.press(" ")
+    assert page.text("play") == "Pause"
+
+    page.scrub(7)
+    shown, pictures = [], []
+    for colour in ("error", "generation", "age", "known", "plain"):
+        page.choose("colour", colour)
+        pictures.append(page.picture(0))
+        shown.append(page.text("title") if page.visible("scale") else None)
+    assert shown == [
+        "error in % of the bounding-box diagonal",
+        "generation: steps from the observed",
+        "age: frames since last observed",
+        "known vertices",
+        None,
+    ]
+    surfaces = [picture[in_colour(picture)].mean(axis=0) for picture in pictures]
+    for one, other in pairwise(surfaces):
+        assert abs(one - other).max() > 10
+    assert (pictures[0][..., 2] < 60).sum() > 1000  # yellow, as the error is the largest
+    red, _, blue = pictures[3].transpose(2, 0, 1)
+    observed, filled_in = blue > red + 60, red > blue + 60
+    assert middle(observed) < middle(filled_in)
+    assert np.ptp(pictures[4], axis=2).max() < 30  # grey
+    assert np.ptp(page.picture(1), axis=2).max() < 30  # and so is the reference, always
+    page.choose("colour", "known")
+    page.scrub(0)
+    red, _, blue = page.picture(0).transpose(2, 0, 1)
+    assert not (red > blue + 60).any()  # where nothing is filled in
+    assert page.complaints == []
