@@ -49,23 +49,6 @@ def completed(
     return dynmesh.read(folder / "out.npz")
 
 
-def test_standard_errors_are_those_of_the_completer(
-    partial: dynmesh.Sequence, completed: dynmesh.Sequence
-) -> None:
-    bars = completed.standard_error
-    assert bars is not None
-    assert bars.dtype == np.float32
-    assert not bars[0].any()
-    completer = dynmesh.Completer(
-        partial.faces, partial.vertices[0], method="detail", uncertainty=True
-    )
-    assert partial.known is not None
-    for number in range(1, N_FRAMES):
-        completer.push(partial.vertices[number], partial.known[number])
-        np.testing.assert_array_equal(bars[number], completer.standard_error)
-    assert np.isinf(bars[1:, 144:]).all()
-
-
 def test_uncertain_vertices_are_left_missing(
     tmp_path: Path, partial: dynmesh.Sequence, completed: dynmesh.Sequence
 ) -> None:

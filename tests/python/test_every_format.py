@@ -276,22 +276,6 @@ def test_damaged_files_are_refused_in_one_line(
     assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
 
-def test_an_existing_output_is_kept(tmp_path: Path, partial: dynmesh.Sequence, format: str) -> None:
-    source, target = tmp_path / "in.npz", place(tmp_path, format, "out")
-    dynmesh.write(source, partial)
-    few = dynmesh.Sequence(partial.vertices[:5], partial.faces)
-    dynmesh.write(target, few)
-    before = sorted(path.name for path in tmp_path.rglob("*"))
-    refused = dynmesh_command("complete", source, target, code=1).stderr
-    assert "exists already" in refused
-    np.testing.assert_array_equal(dynmesh.read(target).vertices, few.vertices)
-    assert sorted(path.name for path in tmp_path.rglob("*")) == before
-    dynmesh_command("complete", source, target, "--overwrite")
-    assert dynmesh.read(target).vertices.shape == (7, 144, 3)
-    dynmesh.write(target, few)  # fewer frames than existing files
-    assert dynmesh.read(target).vertices.shape == (5, 144, 3)
-
-
 @pytest.mark.parametrize("format", [*FORMATS, "usda"])
 def test_a_full_disk_leaves_nothing_half_done(
     tmp_path: Path,

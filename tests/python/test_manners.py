@@ -91,3 +91,14 @@ def test_quiet_prints_errors_alone(folder: Path) -> None:
     assert "exists already" in run("complete", source, output, "--quiet", code=1).stderr
     assert run("evaluate", output, folder / "truth.npz", "-q").stdout  # what was asked for
     assert run("complete", source, output, "--overwrite").stderr
+
+
+@pytest.mark.parametrize("loss", ["--noise 1", "--outliers 0.1", "--scan"])
+def test_simulations_say_which_file_and_frame(
+    folder: Path, truth: dynmesh.Sequence, loss: str
+) -> None:
+    broken = truth.vertices.copy()
+    broken[0, 5] = np.nan
+    dynmesh.write(folder / "broken.npz", replace(truth, vertices=broken, start=1001))
+    told = run("degrade", folder / "broken.npz", folder / "o.npz", *loss.split(), code=1).stderr
+    assert "broken.npz: frame 1001: " in told

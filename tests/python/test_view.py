@@ -210,31 +210,6 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
     assert page.complaints == []
 
 
-def test_everything_fits_in_a_window_of_any_size(
-    truth: Sequence, tmp_path: Path, browser: Any
-) -> None:
-    moving = truth.vertices.copy()
-    moving[..., 0] += 3 * np.arange(9)[:, None]
-    moved = replace(truth, vertices=moving)
-    page = page_of(moved, tmp_path, browser, {"reference": moved})
-    for size in ((1200, 500), (390, 800)):
-        page.resize(*size)
-        seen = []
-        for frame in (0, 8):
-            page.scrub(frame)
-            for picture in page.pictures(0, 1):
-                mask = in_colour(picture)
-                edge = [mask[0], mask[-1], mask[:, 0], mask[:, -1]]
-                assert mask.any()
-                assert not np.concatenate(edge).any()
-            seen.append(mask)
-        used = [
-            np.ptp(places) / length
-            for places, length in zip(np.nonzero(seen[0] | seen[1]), mask.shape, strict=True)
-        ]
-        assert max(used) > 0.85, size
-
-
 def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
     truth: Sequence, tmp_path: Path, chromium: Any
 ) -> None:
