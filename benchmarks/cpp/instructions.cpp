@@ -12,7 +12,6 @@
 #include <string_view>
 #include <vector>
 
-#include "kernels/processor.hpp"
 #include "meshes.hpp"
 
 using namespace dynmesh;
@@ -64,9 +63,7 @@ int main(int argc, char** argv) {
   // The count also depends on the compiler and on the kernels that the processor supports.
   std::string_view processor = "portable";
 #if defined(__x86_64__)
-  const ProcessorLevel level = level_of(processor_features());
-  if (level >= ProcessorLevel::v3) processor = "x86-64-v3";
-  if (level >= ProcessorLevel::v4) processor = "x86-64-v4";
+  if (__builtin_cpu_supports("avx2")) processor = "AVX2";
 #endif
   std::printf("%s, %s\n", DYNMESH_COMPILER, processor.data());
   return 0;

@@ -1,9 +1,8 @@
-#include "kernels/best_rotation.hpp"
-
 #include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 
+#include "kernels/rotation_kernels.hpp"
 #include "support/symmetric_eigen.hpp"
 
 namespace dynmesh {

@@ -1,10 +1,6 @@
 #include "kernels/block_kernels.hpp"
 
-#ifdef __AVX512F__
-#include <immintrin.h>
-#endif
-
-#include "kernels/wide.hpp"
+#include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
@@ -42,30 +38,24 @@ struct Quads {
 }
 
 /// The numbers of a block that begin at `from`, in double precision.
-[[gnu::always_inline]] inline Wide widened(const float* from) {
-#ifdef __AVX512F__
-  // GCC 12 would convert two halves, and warns of what the function without a mask does inside.
-  constexpr __mmask8 all = 0xFF;
-  return reinterpret_cast<Wide>(_mm512_maskz_cvtps_pd(all, _mm256_loadu_ps(from)));
-#else
-  return __builtin_convertvector(*reinterpret_cast<const Single*>(from), Wide);
-#endif
+[[gnu::always_inline]] inline Doubles widened(const float* from) {
+  return __builtin_convertvector(*reinterpret_cast<const Single*>(from), Doubles);
 }
 
 void subtract(const float* blocks, Index n, Index columns, const double* x, const Index* rows,
               double* values, Index stride) {
   constexpr int parts = rows_of_block / lanes;
   for (Index r = 0; r < n; r += rows_of_block, blocks += rows_of_block * columns) {
-    Wide sums[3][parts] = {};
+    Doubles sums[3][parts] = {};
     for (Index j = 0; j < columns; ++j) {
       for (int p = 0; p < parts; ++p) {
-        const Wide l = widened(blocks + rows_of_block * j + lanes * p);
+        const Doubles l = widened(blocks + rows_of_block * j + lanes * p);
         for (int f = 0; f < 3; ++f) sums[f][p] += x[4 * j + f] * l;
       }
     }
     double products[3][rows_of_block];
     for (int f = 0; f < 3; ++f) {
-      for (int p = 0; p < parts; ++p) wide(products[f] + lanes * p) = sums[f][p];
+      for (int p = 0; p < parts; ++p) store(products[f] + lanes * p, sums[f][p]);
     }
     for (Index i = 0; i < rows_of_block && r + i < n; i += 4) {
       const Quads q =
@@ -88,25 +78,19 @@ template <int width>
                                                     Index columns,
                                                     const double (&own)[3][rows_at_once],
                                                     double* x) {
-  Wide sums[width][3] = {};
+  Doubles sums[width][3] = {};
   for (Index b = 0; b < n_blocks; ++b, blocks += rows_of_block * columns) {
     for (int p = 0; p < rows_of_block; p += lanes) {
-      Wide y[3];
-      for (int f = 0; f < 3; ++f) y[f] = wide(own[f] + rows_of_block * b + p);
+      Doubles y[3];
+      for (int f = 0; f < 3; ++f) y[f] = load(own[f] + rows_of_block * b + p);
       for (int w = 0; w < width; ++w) {
-        const Wide l = widened(blocks + rows_of_block * w + p);
+        const Doubles l = widened(blocks + rows_of_block * w + p);
         for (int f = 0; f < 3; ++f) sums[w][f] += l * y[f];
       }
     }
   }
   for (int w = 0; w < width; ++w) {
-    Doubles coordinates[3] = {};
-    for (int f = 0; f < 3; ++f) {
-      double numbers[lanes];
-      wide(numbers) = sums[w][f];
-      for (int i = 0; i < lanes; i += 4) coordinates[f] += load(numbers + i);
-    }
-    const Quads q = quads_of({coordinates[0], coordinates[1], coordinates[2]});
+    const Quads q = quads_of({sums[w][0], sums[w][1], sums[w][2]});
     store(x + 4 * w, load(x + 4 * w) - ((q.row[0] + q.row[1]) + (q.row[2] + q.row[3])));
   }
 }

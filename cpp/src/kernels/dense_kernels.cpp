@@ -1,33 +1,29 @@
 #include "kernels/dense_kernels.hpp"
 
-#include "kernels/wide.hpp"
+#include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
 // A tile fills half of the registers.
-#ifdef __AVX512F__
-constexpr int tile_height = 8;
-#else
 constexpr int tile_height = 4;
-#endif
 static_assert(widest_supernode % (2 * lanes) == 0 && stride_of_products % lanes == 0);
 
 /// Multiplies `height` rows of a with `width` vectors of packed columns of b.
 template <int height, int width>
 [[gnu::always_inline]] inline void multiply_tile(const double* a, Index c, const double* packed,
                                                  double* products, Index stride) {
-  Wide sums[height][width] = {};
+  Doubles sums[height][width] = {};
   for (Index k = 0; k < c; ++k) {
-    Wide columns[width];
-    for (int w = 0; w < width; ++w) columns[w] = wide(packed + (width * k + w) * lanes);
+    Doubles columns[width];
+    for (int w = 0; w < width; ++w) columns[w] = load(packed + (width * k + w) * lanes);
     for (int h = 0; h < height; ++h) {
       const double factor = a[h * c + k];
       for (int w = 0; w < width; ++w) sums[h][w] += factor * columns[w];
     }
   }
   for (int h = 0; h < height; ++h) {
-    for (int w = 0; w < width; ++w) wide(products + h * stride + lanes * w) = sums[h][w];
+    for (int w = 0; w < width; ++w) store(products + h * stride + lanes * w, sums[h][w]);
   }
 }
 
@@ -91,14 +87,14 @@ void factor_triangle(double* panel, Index columns, const double* least, double* 
 template <int width>
 [[gnu::always_inline]] inline void factor_rows(double* rows, Index columns, const double* inverse,
                                                const double* upper) {
-  Wide values[widest_supernode][width];
+  Doubles values[widest_supernode][width];
   for (Index k = 0; k < columns; ++k) {
     for (int w = 0; w < width; ++w) {
       for (int i = 0; i < lanes; ++i) values[k][w][i] = rows[(lanes * w + i) * columns + k];
     }
   }
   for (Index k = 0; k < columns; ++k) {
-    Wide x[width];
+    Doubles x[width];
     for (int w = 0; w < width; ++w) x[w] = values[k][w] *= inverse[k];
     for (Index j = k + 1; j < columns; ++j) {
       const double factor = upper[widest_supernode * k + j];

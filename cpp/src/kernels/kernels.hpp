@@ -6,9 +6,7 @@
 #include "kernels/block_kernels.hpp"
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
-#include "kernels/operator_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
-#include "kernels/row_kernels.hpp"
 #include "kernels/sweeps.hpp"
 
 namespace dynmesh {

@@ -32,6 +32,25 @@ template <class Real>
 using Quad = typename Lanes<Real>::Quad;
 template <class Real>
 using Bits = typename Lanes<Real>::Bits;
+using Floats = Quad<float>;
+using Doubles = Quad<double>;
+constexpr int lanes = 4;
+
+[[gnu::always_inline]] inline Doubles quad(const Vector3<double>* v) {
+  return *reinterpret_cast<const Doubles*>(v);
+}
+[[gnu::always_inline]] inline Doubles& quad(Vector3<double>* v) {
+  return *reinterpret_cast<Doubles*>(v);
+}
+
+/// Quads at any address.
+using AtAnyAddress [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
+[[gnu::always_inline]] inline Doubles load(const double* from) {
+  return *reinterpret_cast<const AtAnyAddress*>(from);
+}
+[[gnu::always_inline]] inline void store(double* to, Doubles value) {
+  *reinterpret_cast<AtAnyAddress*>(to) = value;
+}
 
 template <class Real>
 [[gnu::always_inline]] inline const Quad<Real>& quad(const Real* quads, std::uint32_t offset) {

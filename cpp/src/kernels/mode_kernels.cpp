@@ -7,8 +7,6 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Floats = Quad<float>;
-
 constexpr int quads = modes_of_part / 4;
 
 /// The x of the modes of an entry; the y and the z follow.
@@ -110,7 +108,6 @@ void form(const ModeData& modes, const ShapeData& shapes, const CombinationData&
 /// of doubles, and the same whichever of two shapes is in `slot`.
 void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, double* sums,
                   Index first, Index last) {
-  using Doubles = Quad<double>;
   constexpr std::ptrdiff_t slots = most_learned_shapes;
   constexpr std::ptrdiff_t quads_of_slots = slots / 4;
   for (Index i = first; i < last; ++i) {

@@ -1,18 +1,8 @@
-#include "kernels/operator_kernels.hpp"
-
 #include "kernels/lanes.hpp"
+#include "kernels/rotation_kernels.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
-
-using Doubles = Quad<double>;
-
-[[gnu::always_inline]] inline Doubles quad(const Vector3<double>* v) {
-  return *reinterpret_cast<const Doubles*>(v);
-}
-[[gnu::always_inline]] inline Doubles& quad(Vector3<double>* v) {
-  return *reinterpret_cast<Doubles*>(v);
-}
 
 /// Computes row i of C x, times `factor`.
 template <int fields>

@@ -1,25 +1,17 @@
 #include "kernels/rotation_kernels.hpp"
 
-#include "kernels/best_rotation.hpp"
 #include "kernels/lanes.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Doubles = Quad<double>;
 using Integers = Bits<double>;
-using Unaligned [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;
 
-[[gnu::always_inline]] inline Doubles quad(const Vector3<double>& v) {
-  return *reinterpret_cast<const Doubles*>(&v);
-}
 [[gnu::always_inline]] inline Doubles root(Doubles v) {
   return Doubles{__builtin_sqrt(v[0]), __builtin_sqrt(v[1]), __builtin_sqrt(v[2]),
                  __builtin_sqrt(v[3])};
 }
-[[gnu::always_inline]] inline bool all(Integers lanes) {
-  return (lanes[0] & lanes[1] & lanes[2] & lanes[3]) != 0;
-}
+[[gnu::always_inline]] inline bool all(Integers v) { return (v[0] & v[1] & v[2] & v[3]) != 0; }
 
 /// The rows of a covariance.
 struct Rows {
@@ -41,10 +33,10 @@ struct Rows {
 
 [[gnu::always_inline]] inline Rows measured(const RotationData& data, Index i) {
   Rows sum{};
-  const Doubles here = quad(data.frame[i]);
+  const Doubles here = quad(data.frame + i);
   for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
-    const Doubles edge = quad(data.frame[data.neighbours[e]]) - here;
-    const Doubles rest = quad(data.rest_edges[e]);
+    const Doubles edge = quad(data.frame + data.neighbours[e]) - here;
+    const Doubles rest = quad(data.rest_edges + e);
     sum.add({edge[0] * rest, edge[1] * rest, edge[2] * rest});
   }
   return sum;
@@ -211,9 +203,7 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
 
 void blend(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
            Index first, Index last) {
-  const auto turn_of = [&](Index vertex) {
-    return Doubles(*reinterpret_cast<const Unaligned*>(&of_clusters[cluster_of[vertex]]));
-  };
+  const auto turn_of = [&](Index vertex) { return load(&of_clusters[cluster_of[vertex]].w); };
   for (Index i = first; i < last; ++i) {
     const Doubles own = turn_of(i);
     Doubles sum = own;
@@ -222,7 +212,7 @@ void blend(const RotationData& data, const Index* cluster_of, const Quaternion* 
       // q and -q are the same rotation.
       sum += sum_of(own * other) < 0 ? -other : other;
     }
-    *reinterpret_cast<Unaligned*>(&data.quaternions[i]) = sum / __builtin_sqrt(sum_of(sum * sum));
+    store(&data.quaternions[i].w, sum / __builtin_sqrt(sum_of(sum * sum)));
   }
 }
 

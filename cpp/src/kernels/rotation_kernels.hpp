@@ -1,5 +1,8 @@
-/// The inner loops of fitting rotations, optimised for each kind of processor; see
-/// dense_kernels.hpp.
+/// The inner loops of fitting rotations, and of products with K and with rotations, optimised for
+/// each kind of processor; see dense_kernels.hpp.
+///
+/// Fields have one or three Vector3 for each vertex, side by side. Three fields together take much
+/// less time than three separate ones, since the matrix is read only once.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -12,6 +15,11 @@ struct Quaternion {
   double y;
   double z;
 };
+
+/// Returns the rotation R with the largest tr(R^T S), as a unit quaternion, for any S whose largest
+/// entry is about 1. If several are equally good, returns `found` if it is one of them, and
+/// otherwise the one nearest to `last`. Returns `last` if S is not finite.
+Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const Quaternion& found);
 
 /// Row c is the sum, over the cell, of coordinate c of the current edge times the rest edge.
 struct Covariance {
@@ -41,6 +49,32 @@ struct RotationKernels {
   /// vertex included. `cluster_of` has k numbers.
   void (*blend)(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
                 Index first, Index last);
+};
+
+/// K = M^-1/2 C; see detail_operator.hpp.
+struct OperatorData {
+  const Index* offsets;
+  const Index* columns;
+  const double* values;
+  const double* scale;
+};
+
+struct OperatorKernels {
+  /// Computes rows `first` to `last` - 1 of K x.
+  void (*apply)(const OperatorData& k, const Vector3<double>* x, int fields,
+                Vector3<double>* products, Index first, Index last);
+
+  /// Sets row n of `products` to row rows[n] of C y, which is K^T r for y = M^-1/2 r, for n =
+  /// `first` to `last` - 1.
+  void (*apply_transposed)(const OperatorData& k, const Vector3<double>* y, int fields,
+                           const Index* rows, Vector3<double>* products, Index first, Index last);
+
+  /// Rotates rows `first` to `last` - 1 of one or three fields.
+  void (*turn)(const Quaternion* rotations, const Vector3<double>* values, int fields,
+               Vector3<double>* turned, Index first, Index last);
+  /// Rotates rows of one field by the inverse rotations.
+  void (*turn_back)(const Quaternion* rotations, const Vector3<double>* field,
+                    Vector3<double>* turned, Index first, Index last);
 };
 
 }  // namespace dynmesh

@@ -1,6 +1,5 @@
-#include "kernels/row_kernels.hpp"
-
 #include "kernels/lanes.hpp"
+#include "kernels/sweeps.hpp"
 
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {

@@ -1,4 +1,5 @@
-/// The inner loops of method motion, optimised for each kind of processor.
+/// The inner loops of method motion, optimised for each kind of processor, and those that copy
+/// frames between the rows of a caller and the internal arrays.
 ///
 /// motion.cpp computes the same in a more readable way, and the tests compare the two. The
 /// differences are:
@@ -74,6 +75,24 @@ struct Sweeps {
   /// Computes the positions of the reached rows from the estimates in `before`, and sets the
   /// generation of all rows. `iterations` is the number of iterations that were executed.
   void (*finish)(const SweepData<Real>& data, const Rows& rows, Index iterations);
+};
+
+/// A frame in the caller's memory: packed rows of three Reals.
+template <class Real>
+struct PackedRows {
+  Real* data;
+  const Index* row_of;  // (k,) the row of each vertex, or null if rows are in the order of vertices
+};
+
+template <class Real>
+struct RowKernels {
+  /// Reads the vertices `first` to `last` - 1 into `points`. `observed` has a byte for each row; if
+  /// it is null, finite rows are known. Returns whether all known rows are within `limit`.
+  bool (*read)(const PackedRows<const Real>& rows, const std::uint8_t* observed, Real limit,
+               Index first, Index last, Real* points, std::uint8_t* known);
+  /// Writes these vertices. A vertex that is beyond `limit` or NaN is first reset to `previous`.
+  void (*write)(Real* points, const Real* previous, Real limit, Index first, Index last,
+                const PackedRows<Real>& rows);
 };
 
 }  // namespace dynmesh
