@@ -30,7 +30,7 @@
 namespace dynmesh {
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+using Sparse = SparseMatrix;
 using Positions = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 using Mask = std::vector<std::uint8_t>;
 
@@ -60,18 +60,17 @@ Times timed(const Part&... parts) {
 }
 
 /// The rows and columns that the mask contains.
-Sparse part_of(const SymmetricMatrix& whole, const Mask& mask) {
-  std::vector<Index> row_of(whole.size(), -1);
+Sparse part_of(const Sparse& whole, const Mask& mask) {
+  std::vector<Index> row_of(mask.size(), -1);
   Index n = 0;
-  for (std::size_t i = 0; i < whole.size(); ++i) {
+  for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] != 0) row_of[i] = n++;
   }
   std::vector<Eigen::Triplet<double, Index>> entries;
-  for (std::size_t j = 0; j < whole.size(); ++j) {
-    for (auto e = static_cast<std::size_t>(whole.offsets[j]);
-         e < static_cast<std::size_t>(whole.offsets[j + 1]); ++e) {
-      const Index row = row_of[static_cast<std::size_t>(whole.rows[e])];
-      if (row >= 0 && row_of[j] >= 0) entries.emplace_back(row, row_of[j], whole.values[e]);
+  for (Index j = 0; j < whole.cols(); ++j) {
+    for (Sparse::InnerIterator e(whole, j); e; ++e) {
+      const Index row = row_of[e.row()];
+      if (row >= 0 && row_of[j] >= 0) entries.emplace_back(row, row_of[j], e.value());
     }
   }
   Sparse part(n, n);
@@ -88,7 +87,7 @@ Times run(const Sparse& matrix, const Mask& /*mask*/) {
                [&] { solution = solver.solve(right); });
 }
 
-std::vector<Method> methods_for(const SymmetricMatrix& whole, Workers& workers) {
+std::vector<Method> methods_for(const Sparse& whole, Workers& workers) {
   const auto factor = std::make_shared<MaskedFactor>(whole, workers);
   std::vector<Method> methods;
   // The structure is found together with the numbers.
@@ -109,7 +108,7 @@ std::vector<Method> methods_for(const SymmetricMatrix& whole, Workers& workers) 
 }
 
 void measure(const char* name, const testing::Mesh<double>& mesh) {
-  const SymmetricMatrix whole = testing::system_of(mesh);
+  const Sparse whole = testing::system_of(mesh);
   Workers workers(1);
   auto methods = methods_for(whole, workers);
   for (const double known : {0.1, 0.5}) {

@@ -10,7 +10,7 @@
 namespace dynmesh::testing {
 
 /// N = K^T K of the mesh.
-inline SymmetricMatrix system_of(const Mesh<double>& mesh) {
+inline SparseMatrix system_of(const Mesh<double>& mesh) {
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   return normal_matrix(
       build_detail_operator(triangles_of(mesh), topology.cells, rows_of(mesh.vertices)));

@@ -46,8 +46,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
     points[v] = {previous[v].x + normal(random), normal(random), normal(random)};
     known[v] = is_known(random) ? 1 : 0;
   }
-  Motion<Real> plain(topology.cells, true, extra_iterations);
-  plain.reset(previous);
+  Motion<Real> plain(topology.cells, previous, true, extra_iterations);
   auto expected = points;
   Generations generations(k);
   const Index iterations = plain.estimate(previous, expected, known, generations);
@@ -57,8 +56,7 @@ void check_against_plain(Real tolerance, std::size_t k, Index extra_iterations, 
   const std::uint64_t before = pieces_done_by_others();
   for (const Kernels& level : runnable_kernels()) {
     const Sweeps<Real>& sweeps = level.sweeps<Real>();
-    FastMotion<Real> fast(topology.cells, extra_iterations, workers, sweeps);
-    fast.reset(previous);
+    FastMotion<Real> fast(topology.cells, previous, extra_iterations, workers, sweeps);
     for (int repeat = 0; repeat < 2; ++repeat) {  // the second frame must not depend on the first
       auto completed = points;
       Generations found(k);

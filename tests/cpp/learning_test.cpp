@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "detail/shape_library.hpp"
+#include "detail/learned_modes.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh::testing {

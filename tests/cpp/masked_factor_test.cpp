@@ -15,7 +15,7 @@
 namespace dynmesh::testing {
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double>;
+using Matrix = SparseMatrix;
 
 /// L L^T of the graph of random faces, plus a small diagonal.
 Matrix random_matrix(int n, unsigned seed) {
@@ -35,21 +35,10 @@ Matrix random_matrix(int n, unsigned seed) {
   return laplacian * laplacian.transpose();
 }
 
-SymmetricMatrix converted(const Matrix& matrix) {
-  SymmetricMatrix result;
-  result.offsets.assign(matrix.outerIndexPtr(), matrix.outerIndexPtr() + matrix.cols() + 1);
-  result.rows.assign(matrix.innerIndexPtr(), matrix.innerIndexPtr() + matrix.nonZeros());
-  result.values.assign(matrix.valuePtr(), matrix.valuePtr() + matrix.nonZeros());
-  return result;
-}
-
 /// The system of method detail, plus a small diagonal.
 Matrix smooth_matrix(const Mesh<double>& mesh) {
-  const SymmetricMatrix normal = system_of(mesh);
-  const auto n = static_cast<Eigen::Index>(normal.size());
-  Matrix matrix = Eigen::Map<const Matrix>(n, n, std::ssize(normal.rows), normal.offsets.data(),
-                                           normal.rows.data(), normal.values.data());
-  for (Eigen::Index i = 0; i < n; ++i) matrix.coeffRef(i, i) += 0.1;
+  Matrix matrix = system_of(mesh);
+  for (Index i = 0; i < matrix.cols(); ++i) matrix.coeffRef(i, i) += 0.1;
   return matrix;
 }
 
@@ -234,7 +223,7 @@ TEST_CASE("a masked factor agrees with Eigen for every mask and kind of processo
       for (Workers* workers : {&alone, &divided}) {
         CAPTURE(n);
         CAPTURE(workers == &divided);
-        MaskedFactor factor(converted(matrix), *workers, level);
+        MaskedFactor factor(matrix, *workers, level);
         check_against_eigen(matrix, factor);
       }
     }
@@ -248,7 +237,7 @@ TEST_CASE("the same with every order, and with threads") {
          {random_matrix(1, 3), random_matrix(300, 4), smooth_matrix(torus(24)),
           in_blocks({random_matrix(50, 1), smooth_matrix(torus(9)), random_matrix(1, 2),
                      random_matrix(20, 3), random_matrix(60, 4), random_matrix(2, 5)})}) {
-      MaskedFactor factor(converted(matrix), workers, ordering);
+      MaskedFactor factor(matrix, workers, ordering);
       check_against_eigen(matrix, factor);
     }
   }
@@ -263,7 +252,7 @@ TEST_CASE("the solution is the same with any number of threads, to the last bit"
       TaskSharing task_sharing = in_small_pieces();
       task_sharing.backwards = threads < 0;  // one thread that does everything in another order
       Workers workers(std::abs(threads), task_sharing);
-      MaskedFactor factor(converted(matrix), workers, ordering);
+      MaskedFactor factor(matrix, workers, ordering);
       std::size_t n = 0;
       for (const double share : {0.9, 0.5}) {
         const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
@@ -304,7 +293,7 @@ TEST_CASE("singular directions have no part in the solution") {
   matrix.coeffRef(0, 0) += 1;
   matrix.makeCompressed();
   Workers workers(1);
-  MaskedFactor factor(converted(matrix), workers);
+  MaskedFactor factor(matrix, workers);
   const std::vector<std::uint8_t> all(6, 1);
   factor.factorize(all);
   std::vector<Vector3<double>> values(6);

@@ -19,9 +19,8 @@ struct Cells {
   std::vector<Index> neighbours;
 
   [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
-  std::span<const Index> operator[](Index vertex) const {
-    const auto i = static_cast<std::size_t>(vertex);
-    return {neighbours.data() + offsets[i], neighbours.data() + offsets[i + 1]};
+  std::span<const Index> operator[](std::size_t vertex) const {
+    return {neighbours.data() + offsets[vertex], neighbours.data() + offsets[vertex + 1]};
   }
 };
 

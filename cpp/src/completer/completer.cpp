@@ -12,7 +12,6 @@
 #include "completer/outliers.hpp"
 #include "detail/detail.hpp"
 #include "generations/estimator.hpp"
-#include "generations/in_double_precision.hpp"
 #include "mesh/training_frames.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
@@ -28,6 +27,52 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'A'}, "completer"};
+
+/// Lets a method that computes in double precision estimate frames of single precision. Converts
+/// frames on the way in and out. Allocates memory only in the constructor, beside what the
+/// method allocates.
+class InDoublePrecision final : public Estimator<float> {
+ public:
+  InDoublePrecision(std::unique_ptr<Estimator<double>> method, std::size_t n_vertices)
+      : method_(std::move(method)), previous_(n_vertices), points_(n_vertices) {}
+
+  Index estimate(Frame previous, std::span<Vector3<float>> points,
+                 std::span<const std::uint8_t> known, Generations& generations) override {
+    widen(previous, previous_);
+    widen(points, points_);
+    const Index iterations = method_->estimate(previous_, points_, known, generations);
+    const auto generation = generations.of_vertices();
+    for (std::size_t v = 0; v < points.size(); ++v) {
+      if (generation[v] == Generations::disconnected) continue;
+      const Vector3<double>& x = points_[v];
+      points[v] = {saturated<float>(x.x), saturated<float>(x.y), saturated<float>(x.z)};
+    }
+    return iterations;
+  }
+
+  void remember(Frame completed) override { method_->remember(widen(completed, points_)); }
+
+  void write_memory(Writer& writer) const override { method_->write_memory(writer); }
+  [[nodiscard]] std::size_t memory_size() const override { return method_->memory_size(); }
+  void read_memory(Reader& reader, Frame completed) override {
+    method_->read_memory(reader, widen(completed, points_));
+  }
+  [[nodiscard]] std::span<const double> standard_error() const override {
+    return method_->standard_error();
+  }
+  [[nodiscard]] StageReport stages() const override { return method_->stages(); }
+
+ private:
+  static std::span<const Vector3<double>> widen(Frame frame,
+                                                std::vector<Vector3<double>>& converted) {
+    std::ranges::transform(frame, converted.begin(), in_double<float>);
+    return converted;
+  }
+
+  std::unique_ptr<Estimator<double>> method_;
+  std::vector<Vector3<double>> previous_;
+  std::vector<Vector3<double>> points_;
+};
 
 }  // namespace
 
@@ -71,25 +116,25 @@ struct Completer<Real>::Parts {
 /// The method of the settings, for a sequence with this frame 0 in the internal order.
 template <class Real>
 std::unique_ptr<Estimator<Real>> Completer<Real>::Parts::estimator_of(const Frame& first) {
-  std::unique_ptr<Estimator<Real>> made;
-  const Cells& cells = stream.topology->cells;
+  const Topology& topology = *stream.topology;
+  const std::size_t k = first.size();
   if (settings.method == Method::detail) {
-    auto detail =
-        std::make_unique<Detail>(triangles, *stream.topology, settings.noise, stream.workers,
-                                 DetailConstants{}, training_frames, settings.learn,
-                                 settings.uncertainty, std::numeric_limits<Real>::epsilon());
+    const DetailSettings chosen = {
+        triangles,      settings.noise,       training_frames,
+        settings.learn, settings.uncertainty, std::numeric_limits<Real>::epsilon()};
+    auto detail = std::make_unique<Detail>(widened(first), topology, stream.workers, chosen);
     if constexpr (std::is_same_v<Real, double>) {
-      made = std::move(detail);
+      return detail;
     } else {
-      made = std::make_unique<InDoublePrecision>(std::move(detail), cells.size());
+      return std::make_unique<InDoublePrecision>(std::move(detail), k);
     }
-  } else if (settings.revisit && FastMotion<Real>::supports(cells.size())) {
-    made = std::make_unique<FastMotion<Real>>(cells, settings.extra_iterations, stream.workers);
-  } else {
-    made = std::make_unique<Motion<Real>>(cells, settings.revisit, settings.extra_iterations);
   }
-  made->reset(first);
-  return made;
+  if (settings.revisit && FastMotion<Real>::supports(k)) {
+    return std::make_unique<FastMotion<Real>>(topology.cells, first, settings.extra_iterations,
+                                              stream.workers);
+  }
+  return std::make_unique<Motion<Real>>(topology.cells, first, settings.revisit,
+                                        settings.extra_iterations);
 }
 
 /// Begins a sequence. If memory is exhausted, nothing has changed.

@@ -32,15 +32,14 @@ std::span<const Index> Outliers<Real>::nearest_anchors(Index anchor,
                                                        std::span<const std::uint8_t> known) {
   std::size_t count = 0;
   found_.assign(1, anchor);
-  found_from_[static_cast<std::size_t>(anchor)] = anchor;
+  found_from_[anchor] = anchor;
   for (std::size_t next = 0; next < found_.size(); ++next) {
-    for (const Index neighbour : cells_[found_[next]]) {
-      const auto n = static_cast<std::size_t>(neighbour);
+    for (const Index n : cells_[found_[next]]) {
       if (found_from_[n] == anchor) continue;
       found_from_[n] = anchor;
-      found_.push_back(neighbour);
+      found_.push_back(n);
       if (known[n] == 0) continue;
-      nearest_[count++] = neighbour;
+      nearest_[count++] = n;
       if (count == most_neighbours) return nearest_;
     }
   }
@@ -83,7 +82,7 @@ std::size_t Outliers<Real>::drop(Frame previous, Frame points, std::span<std::ui
   std::size_t dropped = 0;
   for (const Deviation& deviation : deviations_) {
     if (!(deviation.own > most_deviations * std::max(deviation.around, least))) continue;
-    known[static_cast<std::size_t>(deviation.anchor)] = 0;
+    known[deviation.anchor] = 0;
     ++dropped;
   }
   return dropped;

@@ -49,42 +49,29 @@ double bounded_blend(double b, const DetailConstants& constants) {
 }
 
 LocalBlend::LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants)
-    : cells_(cells),
-      workers_(workers),
+    : workers_(workers),
       constants_(constants),
-      shares_(cells.size()),
+      smoother_(smoother_of(cells, 0)),
       fits_(cells.size()),
       averaged_(cells.size()),
-      blend_(cells.size()) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const std::size_t n = cells[static_cast<Index>(i)].size();
-    shares_[i] = n == 0 ? 0 : 1 / static_cast<double>(n);
-  }
-}
+      blend_(cells.size()) {}
 
 std::span<const double> LocalBlend::find(const ResidualField& residuals, const ResidualSums& sums,
                                          const Blend& global) {
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    fits_[i] = {};
+    Vector3<double>& fit = fits_[i] = {};
     if (sums.s11 == 0) return;
-    residuals.visit(i, [&](const Residuals& r) { fits_[i].add(r, global.c); });
+    residuals.visit(i, [&](const Residuals& r) {
+      fit.x -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
+      fit.y += r.weight * dot(r.r1, r.r1);
+    });
   });
   double sum = 0;
-  for (const BlendFit& fit : fits_) sum += fit.q;
+  for (const auto& fit : fits_) sum += fit.y;
   const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
-  for (int n = 0; n < constants_.averagings; ++n) {
-    workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-      BlendFit mean;
-      for (const Index j : cells_[static_cast<Index>(i)]) {
-        mean.h += fits_[static_cast<std::size_t>(j)].h;
-        mean.q += fits_[static_cast<std::size_t>(j)].q;
-      }
-      averaged_[i] = {shares_[i] * mean.h, shares_[i] * mean.q};
-    });
-    std::swap(fits_, averaged_);
-  }
+  smooth(smoother_, 1, constants_.averagings, fits_, averaged_, workers_);
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
+    const double blend = (fits_[i].x + eta * global.b) / (fits_[i].y + eta);
     blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b, constants_);
   });
   return blend_;

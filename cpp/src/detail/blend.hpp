@@ -10,6 +10,7 @@
 
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
+#include "detail/detail_operator.hpp"
 #include "detail/memory.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
@@ -82,22 +83,11 @@ Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
 /// Returns b in the range of local blends.
 double bounded_blend(double b, const DetailConstants& constants);
 
-/// The least-squares fit of b at one vertex, given c.
-struct BlendFit {
-  double h = 0;  ///< -r1 . (r0 + c r2)
-  double q = 0;  ///< |r1|^2
-
-  void add(const Residuals& r, double c) {
-    h -= r.weight * dot(r.r1, r.r0 + c * r.r2);
-    q += r.weight * dot(r.r1, r.r1);
-  }
-};
-
 /// Computes the blend of each vertex from the residuals around it, regularised towards the global
 /// blend.
 class LocalBlend {
  public:
-  /// All arguments must outlive this object. Allocates memory only in the constructor.
+  /// `workers` and `constants` must outlive this object. Allocates memory only in the constructor.
   LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants);
 
   /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or s11
@@ -106,12 +96,11 @@ class LocalBlend {
                                const Blend& global);
 
  private:
-  const Cells& cells_;
   Workers& workers_;
   const DetailConstants& constants_;
-  std::vector<double> shares_;  // (k,) the inverse of the size of the cell
-  std::vector<BlendFit> fits_;
-  std::vector<BlendFit> averaged_;
+  DetailOperator smoother_;
+  // (k,) of the least-squares fit of b given c: -r1 . (r0 + c r2) in x, and |r1|^2 in y
+  std::vector<Vector3<double>> fits_, averaged_;
   std::vector<double> blend_;
 };
 

@@ -17,11 +17,11 @@ template <class Add>
 Cells lists_by_key(std::size_t n_keys, const Add& add) {
   Cells lists;
   lists.offsets.assign(n_keys + 1, 0);
-  add([&](Index key, Index) { ++lists.offsets[at(key) + 1]; });
+  add([&](Index key, Index) { ++lists.offsets[key + 1]; });
   for (std::size_t i = 0; i < n_keys; ++i) lists.offsets[i + 1] += lists.offsets[i];
   lists.neighbours.resize(at(lists.offsets[n_keys]));
   std::vector<Index> filled(lists.offsets.begin(), lists.offsets.end() - 1);
-  add([&](Index key, Index value) { lists.neighbours[at(filled[at(key)]++)] = value; });
+  add([&](Index key, Index value) { lists.neighbours[filled[key]++] = value; });
   return lists;
 }
 
@@ -44,8 +44,8 @@ std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
   std::vector<Index> order(positions.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::ranges::sort(order, std::less{}, [&](Index v) {
-    const Vector3<double>& p = positions[at(v)];
-    return std::tuple(-distances[at(v)], p.x, p.y, p.z, v);
+    const Vector3<double>& p = positions[v];
+    return std::tuple(-distances[v], p.x, p.y, p.z, v);
   });
   return order;
 }
@@ -62,35 +62,35 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
   };
   const std::vector<Index> order = in_order(positions);
   for (const Index v : order) {
-    const auto is_taken = [&](Index j) { return cell_of[at(j)] != none; };
+    const auto is_taken = [&](Index j) { return cell_of[j] != none; };
     if (is_taken(v) || std::ranges::any_of(cells[v], is_taken)) continue;
-    cell_of[at(v)] = found(v);
-    for (const Index j : cells[v]) cell_of[at(j)] = cell_of[at(v)];
+    cell_of[v] = found(v);
+    for (const Index j : cells[v]) cell_of[j] = cell_of[v];
   }
   clusters.of_vertex = cell_of;
   for (Index v = 0; v < k; ++v) {
-    if (cell_of[at(v)] != none) continue;
+    if (cell_of[v] != none) continue;
     // A neighbour is in a cell, otherwise this vertex would be a centre. Of several clusters, the
     // first one.
     Index first = static_cast<Index>(clusters.size());
     for (const Index j : cells[v]) {
-      if (cell_of[at(j)] != none) first = std::min(first, cell_of[at(j)]);
+      if (cell_of[j] != none) first = std::min(first, cell_of[j]);
     }
-    clusters.of_vertex[at(v)] = first;
+    clusters.of_vertex[v] = first;
   }
   clusters.members = lists_by_key(clusters.size(), [&](const auto& visit) {
-    for (Index v = 0; v < k; ++v) visit(clusters.of_vertex[at(v)], v);
+    for (Index v = 0; v < k; ++v) visit(clusters.of_vertex[v], v);
   });
   std::vector<Index> last_visitor(clusters.size());
   clusters.neighbours = lists_by_key(clusters.size(), [&](const auto& visit) {
     std::ranges::fill(last_visitor, none);
     for (Index c = 0; c < static_cast<Index>(clusters.size()); ++c) {
-      last_visitor[at(c)] = c;
+      last_visitor[c] = c;
       for (const Index v : clusters.members[c]) {
         for (const Index j : cells[v]) {
-          const Index other = clusters.of_vertex[at(j)];
-          if (last_visitor[at(other)] == c) continue;
-          last_visitor[at(other)] = c;
+          const Index other = clusters.of_vertex[j];
+          if (last_visitor[other] == c) continue;
+          last_visitor[other] = c;
           visit(c, other);
         }
       }

@@ -29,6 +29,18 @@
 
 namespace dynmesh {
 
+/// What method detail is given for a sequence, beside frame 0.
+struct DetailSettings {
+  std::span<const Triangle> faces;
+  std::optional<double> noise;  ///< of the anchors, positive; without it, they are exact
+  /// Frames of a training sequence, or none.
+  std::span<const std::vector<Vector3<double>>> training;
+  bool learns = false;  ///< from completed frames; requires that there is no training
+  bool has_uncertainty = false;
+  double epsilon = 0;  ///< of the type in which positions are given
+  DetailConstants constants = {};
+};
+
 /// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2 with the anchors
 /// fixed. K is an operator built from frame 0 that extracts the detail. m_first and m are the
 /// detail of frame 0 and of the last frame in the axes of frame 0, u is the recent change of m, and
@@ -41,18 +53,14 @@ namespace dynmesh {
 /// Surfaces that keep the lengths of their edges rather than their detail take a share of a
 /// first-order step.
 ///
-/// Allocates memory in `reset`, and in `estimate` if the factor is larger than all earlier ones.
+/// Allocates memory in the constructor, and in `estimate` if the factor is larger than all earlier
+/// ones.
 class Detail final : public Estimator<double> {
  public:
-  /// `faces`, `topology`, `workers` and `training` must outlive this object. `noise` is the
-  /// standard deviation of the anchors, positive; without it, they are exact. `training` is a
-  /// training sequence, or empty. `learns` is whether modes are made of completed frames, which
-  /// requires that `training` is empty. `epsilon` is that of the type in which positions are given.
-  Detail(std::span<const Triangle> faces, const Topology& topology, std::optional<double> noise,
-         Workers& workers, const DetailConstants& constants, const TrainingFrames& training,
-         bool learns, bool has_uncertainty, double epsilon);
+  /// `topology` and `workers` must outlive this object.
+  Detail(Frame first_frame, const Topology& topology, Workers& workers,
+         const DetailSettings& settings);
 
-  void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<double>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
@@ -68,81 +76,55 @@ class Detail final : public Estimator<double> {
   template <class Self, class Visit>
   static void fields(Self& self, const Visit& visit) {
     for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
-    ShapeMemory::fields(self.memory_, visit);
+    for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
     visit(self.lambda_);
-    FirstOrderShares::fields(self.first_order_.shares(), visit);
-    if (!self.training_.empty()) ShapeFit::fields(self.rest_fit_, visit);
+    FirstOrder::fields(*self.first_order_, visit);
+    if (self.is_trained_) ShapeFit::fields(self.rest_fit_, visit);
     if (self.learned_) LearnedModes::fields(*self.learned_, visit);
   }
 
  private:
   using Field = std::span<const Vector3<double>>;
 
-  /// X and its detail K X, both (k,), in the workspace.
-  struct Positions {
-    std::span<Vector3<double>> x;
-    std::span<Vector3<double>> kx;
-  };
-  /// What the blend of a frame is found from, with a fitted shape in the place of m_first or m.
-  struct Fitted {
-    ResidualField directions;
-    std::span<const ShapeTerms> shapes;  // m, m_first - m and u
-    FittedModes found = {};              // nothing without modes
-  };
-
-  Field in_workspace(Frame frame);
-  const Anchors& hold(Field previous, std::span<const Vector3<double>> points,
-                      const Generations& generations);
-  Positions move_smoothly(Field previous, const Anchors& anchors);
+  void hold(Frame previous, std::span<const Vector3<double>> points, const Generations& next);
+  void move_smoothly(Frame previous);
   void fit_rotations(Field positions);
-  std::span<const ShapeTerms> turn(std::span<const ShapeTerms> shapes);
-  ResidualField find_directions(const Positions& positions, std::span<const ShapeTerms> turned,
-                                const Anchors& anchors);
-  Fitted fit_modes(const ResidualField& directions, const Generations& generations);
-  Fitted add_modes(ShapeFit& fit, ResidualField directions, const Generations& generations);
-  Positions take_directions(Positions positions, const ResidualField& directions,
-                            const Blend& blend);
-  Positions take_step(Positions positions, Field step);
-  Field blended(std::span<const ShapeTerms> turned, std::span<const double> b, double c);
-  Positions take_shape(Positions positions, Field shape, const Anchors& anchors);
-  double take_first_order(Field previous, const Positions& positions, Field shape,
-                          const Anchors& anchors, const Generations& generations);
-  void weigh_anchors(const Positions& positions, Field shape, const Anchors& anchors);
-  Field detail_turned_back(Field completed);
+  ResidualField find_directions();
+  FittedModes add_modes(ShapeFit& fit, ResidualField& directions, const Generations& generations);
+  void take_directions(const ResidualField& directions, const Blend& blend);
+  void take_step(Field step);
+  void take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
+  void weigh_anchors();
+  Field detail_turned_back(Frame completed);
 
-  std::span<const Triangle> faces_;
   const Topology& topology_;
   DetailConstants constants_;
+  Workers& workers_;
+  std::optional<double> noise_;
+  double mean_edge_;  // of frame 0
+  Rounding rounding_;
   ShapeSystem system_;
   Rotations rotations_;
   LocalBlend local_blend_;
-  ShapeMemory memory_;
-  const TrainingFrames& training_;
+  bool is_trained_;  // although the training may have no modes for this frame 0
   ShapeFit rest_fit_;
-  bool learns_;
-  std::unique_ptr<LearnedModes> learned_;  // null before `reset`, and if it does not learn
+  std::unique_ptr<LearnedModes> learned_;  // null if it does not learn
   ErrorBars error_bars_;
-  FirstOrder first_order_;
-  std::optional<double> noise_;
+  std::unique_ptr<FirstOrder> first_order_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
-  double mean_edge_ = 1;          // the mean edge length of frame 0
-  double epsilon_;
-  Rounding rounding_;
-  double lambda_ = 0;  // in the unit of K
   StageReport report_;
 
-  /// The arrays, (k,), to which the steps of a frame return views. None is kept from frame to
-  /// frame.
-  struct Workspace {
-    Workspace(std::size_t n_vertices, bool is_noisy, bool has_modes);
+  // Kept from frame to frame:
+  std::vector<Vector3<double>> first_shape_;  // m_first
+  std::vector<ShapeTerms> shapes_;            // m, m_first - m and u
+  double lambda_;                             // in the unit of K
 
-    Anchors anchors;
-    std::vector<Vector3<double>> x, kx, shape;
-    std::vector<ShapeTerms> turned, k_steps;
-    std::vector<ShapeTerms> steps, shapes;  // with modes
-  };
-  Workspace workspace_;
-  Workers& workers_;
+  // Of one frame, (k,) each:
+  Anchors anchors_;
+  std::vector<Vector3<double>> x_, kx_;  // X and K X
+  std::vector<Vector3<double>> shape_;   // the shape that K X is to have
+  std::vector<ShapeTerms> turned_, k_steps_;
+  std::vector<ShapeTerms> steps_, fitted_;  // with modes: the steps, and shapes with what is fitted
 };
 
 }  // namespace dynmesh

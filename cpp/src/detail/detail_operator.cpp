@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -12,49 +11,31 @@
 namespace dynmesh {
 namespace {
 
-struct Entry {
-  Index row;
-  Index column;
-  double value;
-};
+using Entries = std::vector<Eigen::Triplet<double, Index>>;
 
-void add_edge(std::vector<Entry>& entries, Index a, Index b, double weight) {
-  if (a == b) return;
-  entries.push_back({a, a, weight});
-  entries.push_back({b, b, weight});
-  entries.push_back({a, b, -weight});
-  entries.push_back({b, a, -weight});
+std::shared_ptr<const DetailOperator::Rows> rows_of(const Entries& entries, std::size_t k) {
+  const auto rows = std::make_shared<DetailOperator::Rows>(k, k);
+  rows->setFromTriplets(entries.begin(), entries.end());
+  return rows;
 }
 
-/// Sums the entries into rows.
-void assemble(std::vector<Entry>& entries, DetailOperator& target) {
-  // A stable sort sums both halves of a symmetric matrix in the same order.
-  std::ranges::stable_sort(entries, {},
-                           [](const Entry& entry) { return std::pair(entry.row, entry.column); });
-  target.offsets.assign(target.size() + 1, 0);
-  for (std::size_t e = 0; e < entries.size(); ++e) {
-    const Entry& entry = entries[e];
-    if (e == 0 || entries[e - 1].row != entry.row || entries[e - 1].column != entry.column) {
-      target.columns.push_back(entry.column);
-      target.values.push_back(0);
-      ++target.offsets[static_cast<std::size_t>(entry.row) + 1];
-    }
-    target.values.back() += entry.value;
-  }
-  std::partial_sum(target.offsets.begin(), target.offsets.end(), target.offsets.begin());
+void add_edge(Entries& entries, Index a, Index b, double weight) {
+  if (a == b) return;
+  entries.emplace_back(a, a, weight);
+  entries.emplace_back(b, b, weight);
+  entries.emplace_back(a, b, -weight);
+  entries.emplace_back(b, a, -weight);
 }
 
 /// Refuses a mesh in which a vertex has too many neighbours. The normal matrix couples all
 /// neighbours of a vertex with each other, so its memory grows with the square of their number.
 void check_size(const DetailOperator& k) {
   const double most = std::min(2'147'483'647.0, 6e7 + 1e3 * static_cast<double>(k.size()));
+  const Index* offsets = k.c->outerIndexPtr();
+  const auto width = [&](Index v) { return offsets[v + 1] - offsets[v]; };
   double entries = 0;
   Index widest = 0;
-  const auto width = [&](Index v) {
-    const auto i = static_cast<std::size_t>(v);
-    return k.offsets[i + 1] - k.offsets[i];
-  };
-  for (Index v = 0; v < static_cast<Index>(k.size()); ++v) {
+  for (Index v = 0; v < k.c->rows(); ++v) {
     entries += static_cast<double>(width(v)) * width(v);
     if (width(v) > width(widest)) widest = v;
   }
@@ -72,13 +53,13 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   DetailOperator result;
   auto& areas = result.scale;
   areas.assign(frame.size(), 0);
-  std::vector<Entry> entries;
+  Entries entries;
   const auto h = static_cast<double>(mean_edge_length(cells, frame));
   for (const IntrinsicTriangle& triangle : intrinsic_delaunay(faces, frame, h)) {
     for (std::size_t side = 0; side < 3; ++side) {
       const Index a = triangle.vertices[side];
       add_edge(entries, a, triangle.vertices[(side + 1) % 3], triangle.cotangent(side) / 2);
-      areas[static_cast<std::size_t>(a)] += triangle.area() / 3;
+      areas[a] += triangle.area() / 3;
     }
   }
   for (const auto& [a, b, c] : faces) {
@@ -86,7 +67,7 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
     const Index other = a == b ? c : b;
     add_edge(entries, a, other, constants.bare_edge_weight);
   }
-  assemble(entries, result);
+  result.c = rows_of(entries, frame.size());
 
   const double mean =
       std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(areas.size());
@@ -103,36 +84,40 @@ void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x,
   });
 }
 
-SymmetricMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane) {
-  check_size(k);
-  SymmetricMatrix normal;
-  normal.offsets.push_back(0);
-  std::vector<double> sums(k.size(), 0);
-  std::vector<std::uint8_t> is_set(k.size(), 0);
-  std::vector<Index> rows;
-  const auto at = [](Index i) { return static_cast<std::size_t>(i); };
-  for (std::size_t j = 0; j < k.size(); ++j) {
-    rows.clear();
-    for (Index e = k.offsets[j]; e < k.offsets[j + 1]; ++e) {
-      const std::size_t l = at(k.columns[at(e)]);
-      const double weight = k.values[at(e)] * k.scale[l] * k.scale[l];
-      for (Index f = k.offsets[l]; f < k.offsets[l + 1]; ++f) {
-        const Index i = k.columns[at(f)];
-        if (is_set[at(i)] == 0) rows.push_back(i);
-        is_set[at(i)] = 1;
-        sums[at(i)] += weight * k.values[at(f)];
-      }
-      if (!membrane.empty()) sums[l] += membrane[l] * k.values[at(e)];
+DetailOperator smoother_of(const Cells& cells, double own) {
+  Entries entries;
+  for (Index v = 0; v < std::ssize(cells.offsets) - 1; ++v) {
+    const auto cell = cells[v];
+    entries.emplace_back(v, v, cell.empty() ? 1 : own);
+    for (const Index n : cell) {
+      entries.emplace_back(v, n, (1 - own) / static_cast<double>(cell.size()));
     }
-    std::sort(rows.begin(), rows.end());
-    for (const Index i : rows) {
-      normal.rows.push_back(i);
-      normal.values.push_back(sums[at(i)]);
-      sums[at(i)] = 0;
-      is_set[at(i)] = 0;
-    }
-    normal.offsets.push_back(static_cast<Index>(normal.rows.size()));
   }
+  return {rows_of(entries, cells.size()), std::vector<double>(cells.size(), 1.0)};
+}
+
+void smooth(const DetailOperator& smoother, int fields, int times,
+            std::vector<Vector3<double>>& values, std::vector<Vector3<double>>& scratch,
+            Workers& workers) {
+  for (int n = 0; n < times; ++n) {
+    apply_operator(smoother, values, fields, scratch, workers);
+    std::swap(values, scratch);
+  }
+}
+
+// Matrices are assigned, not constructed: if memory runs out, the constructors of Eigen that
+// compute a matrix leak.
+SparseMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane) {
+  check_size(k);
+  const Eigen::Map<const Eigen::VectorXd> scale(k.scale.data(), k.c->rows());
+  SparseMatrix c, scaled, normal;
+  c = *k.c;
+  scaled = scale.asDiagonal() * c;
+  scaled = scale.asDiagonal() * scaled;
+  normal = c * scaled;
+  if (membrane.empty()) return normal;
+  scaled = Eigen::Map<const Eigen::VectorXd>(membrane.data(), k.c->rows()).asDiagonal() * c;
+  normal += scaled;
   return normal;
 }
 

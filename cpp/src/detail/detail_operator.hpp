@@ -3,6 +3,7 @@
 
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -16,18 +17,17 @@ namespace dynmesh {
 
 /// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
 struct DetailOperator {
-  // Row i of C is columns[offsets[i]] to columns[offsets[i + 1] - 1], ascending, with its values.
-  std::vector<Index> offsets;
-  std::vector<Index> columns;
-  std::vector<double> values;
-  std::vector<double> scale;  ///< (k,) M^-1/2
+  using Rows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+
+  std::shared_ptr<const Rows> c;  ///< C; a pointer, since Eigen would copy what is moved
+  std::vector<double> scale;      ///< (k,) M^-1/2
 
   [[nodiscard]] std::size_t size() const { return scale.size(); }
 };
 
 /// As the inner loops take it.
 inline OperatorData data_of(const DetailOperator& k) {
-  return {k.offsets.data(), k.columns.data(), k.values.data(), k.scale.data()};
+  return {k.c->outerIndexPtr(), k.c->innerIndexPtr(), k.c->valuePtr(), k.scale.data()};
 }
 
 /// C is the cotangent Laplacian of the intrinsic Delaunay triangulation of `frame`. M contains the
@@ -43,8 +43,16 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
 void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
                     std::span<Vector3<double>> products, Workers& workers);
 
+/// Averages over one-rings: `own` times the value of a vertex plus the rest times the mean of its
+/// cell.
+DetailOperator smoother_of(const Cells& cells, double own);
+/// Averages fields that many times, as `apply_operator` takes them. `scratch` has the same size.
+void smooth(const DetailOperator& smoother, int fields, int times,
+            std::vector<Vector3<double>>& values, std::vector<Vector3<double>>& scratch,
+            Workers& workers);
+
 /// N = K^T K + mu C = C (M^-1 C + mu). `membrane` is mu at each vertex (k,), the same in all of a
 /// component, or empty.
-SymmetricMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane = {});
+SparseMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane = {});
 
 }  // namespace dynmesh

@@ -14,36 +14,49 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Half of a vertex and half of the mean of its cell.
-DetailOperator smoother_of(const Cells& cells) {
-  DetailOperator smoother;
-  const std::size_t n_values = cells.size() + cells.neighbours.size();
-  smoother.offsets.reserve(cells.size() + 1);
-  smoother.columns.reserve(n_values);
-  smoother.values.reserve(n_values);
-  smoother.scale.assign(cells.size(), 1.0);
-  smoother.offsets.push_back(0);
-  for (Index v = 0; static_cast<std::size_t>(v) < cells.size(); ++v) {
-    const auto cell = cells[v];
-    smoother.columns.push_back(v);
-    smoother.values.push_back(cell.empty() ? 1 : 0.5);
-    for (const Index n : cell) {
-      smoother.columns.push_back(n);
-      smoother.values.push_back(0.5 / static_cast<double>(cell.size()));
-    }
-    smoother.offsets.push_back(static_cast<Index>(smoother.columns.size()));
-  }
-  return smoother;
+}  // namespace
+
+void ChangeSizes::allocate(std::size_t n_vertices) {
+  energies_.resize(n_vertices);
+  sizes_.resize(n_vertices);
+  averaged_.resize(n_vertices);
 }
 
-}  // namespace
+void ChangeSizes::reset() {
+  std::ranges::fill(energies_, Energy{});
+  std::ranges::fill(sizes_, 1.0);
+}
+
+void ChangeSizes::learn(std::vector<Vector3<double>>& energies, const DetailOperator& smoother,
+                        Workers& workers) {
+  workers.for_each_in_chunks(sizes_.size(),
+                             [&](std::size_t v) { energies[v].y /= sizes_[v] * sizes_[v]; });
+  smooth(smoother, 1, constants_.averagings, energies, averaged_, workers);
+  workers.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    energies_[v].add({energies[v].x, energies[v].y}, constants_.kept_of_sizes);
+  });
+  find(workers);
+}
+
+void ChangeSizes::find(Workers& workers) {
+  Energy mean;
+  for (const Energy& energy : energies_) mean.add(energy, 1);
+  const double ratio = mean.found / mean.expected;
+  const double prior = constants_.pull * mean.found / static_cast<double>(energies_.size());
+  workers.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    const auto& [found, expected] = energies_[v];
+    const double size = std::sqrt((found + prior) / (ratio * expected + prior));
+    const double largest = constants_.largest_size;
+    sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
+  });
+}
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)
     : cells_(cells), workers_(workers), constants_(constants), sizes_(constants.uncertainty) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
-  smoother_ = smoother_of(cells);
+  smoother_ = smoother_of(cells, 0.5);
   for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
   sizes_.allocate(k);
@@ -60,33 +73,23 @@ void ErrorBars::reset() {
   std::ranges::fill(standard_errors_, 0.0);
 }
 
-template <class Work>
-void ErrorBars::for_each_vertex(const Work& work) {
-  workers_.for_each_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    for (Index v = first; v < last; ++v) work(static_cast<std::size_t>(v));
-  });
-}
-
 /// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
 /// those of the frame before.
 void ErrorBars::draw_changes(const Clusters& clusters) {
   const UncertaintyConstants& constants = constants_.uncertainty;
   const std::uint64_t of_vertices = mixed(frame_);
   const std::uint64_t of_clusters = mixed(of_vertices);
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Signs own(mixed(of_vertices + v));
     Signs shared(mixed(of_clusters + static_cast<std::uint64_t>(clusters.of_vertex[v])));
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       targets_[i] = own.next() + constants.shared_change * shared.next();
     }
   });
-  for (int n = 0; n < constants.smoothings; ++n) {
-    apply_operator(smoother_, targets_, static_cast<int>(members), next_, workers_);
-    std::swap(targets_, next_);
-  }
+  smooth(smoother_, static_cast<int>(members), constants.smoothings, targets_, next_, workers_);
   const double kept = frame_ == 0 ? 0 : constants.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       changes_[i] = kept * changes_[i] + fresh * targets_[i];
     }
@@ -96,7 +99,7 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
 
 /// T = e + eta, the errors of the shape that the frame was to have.
 void ErrorBars::set_targets() {
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       targets_[i] = errors_[i] + sizes_.of_vertex(v) * changes_[i];
     }
@@ -110,7 +113,7 @@ void ErrorBars::set_noise(const Anchors& anchors) {
   for (const Vector3<double>& target : targets_) sum += squared_norm(target);
   const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
   const std::uint64_t of_frame = ~mixed(frame_);  // other bits than those of the changes
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Signs signs(mixed(of_frame + v));
     const double weight = anchors.weights[v];
     const double deviation = weight > 0 ? size / std::sqrt(weight) : 0;
@@ -122,7 +125,7 @@ void ErrorBars::set_noise(const Anchors& anchors) {
 
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
 Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Energy energy;
     if (anchors.counts[v] != 0) {
       energy.found = squared_norm(frame.kx[v] - frame.shape[v]);
@@ -157,7 +160,7 @@ double ErrorBars::learn_scale(const Energy& energy) {
 /// where no anchor does. `next_` holds K D.
 void ErrorBars::advance(const Generations& generations) {
   const auto generation = generations.of_vertices();
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const bool is_disconnected = generation[v] == Generations::disconnected;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       errors_[i] = is_disconnected ? targets_[i] : next_[i];
@@ -167,7 +170,7 @@ void ErrorBars::advance(const Generations& generations) {
 
 void ErrorBars::find_standard_errors(Field steps, double scale, const Generations& generations) {
   const auto generation = generations.of_vertices();
-  for_each_vertex([&](std::size_t v) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     double sum = 0;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) sum += squared_norm(steps[i]);
     const double variance = sum / (3 * members);

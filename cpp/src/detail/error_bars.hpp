@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "detail/anchors.hpp"
-#include "detail/change_sizes.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
@@ -19,6 +18,52 @@
 #include "support/workers.hpp"
 
 namespace dynmesh {
+
+/// Squares of residuals, or sums of them over earlier frames, each weighted less than the next.
+struct Energy {
+  double found = 0;     ///< of the residuals of the frames
+  double expected = 0;  ///< of the residuals of the ensemble
+  void add(const Energy& newest, double kept) {
+    found = kept * found + newest.found;
+    expected = kept * expected + newest.expected;
+  }
+  [[nodiscard]] double ratio() const { return expected > 0 ? found / expected : 0; }
+};
+
+/// The size of the changes around each vertex, compared with the mean, which tells busy parts from
+/// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
+/// closer to 1 where there is little energy to tell. Allocates memory only in `allocate`.
+class ChangeSizes {
+ public:
+  /// `constants` must outlive this object.
+  explicit ChangeSizes(const UncertaintyConstants& constants) : constants_(constants) {}
+  void allocate(std::size_t n_vertices);
+  void reset();
+
+  [[nodiscard]] double of_vertex(std::size_t v) const { return sizes_[v]; }
+
+  /// Adds a frame. `energies` are those at each vertex, found in x and expected in y, for changes
+  /// of the current sizes; they are overwritten. `smoother` averages a field with the neighbours.
+  void learn(std::vector<Vector3<double>>& energies, const DetailOperator& smoother,
+             Workers& workers);
+
+  /// The energies around each vertex, as if all sizes were 1; later sizes depend on nothing else.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& energy : self.energies_) {
+      visit(energy.found);
+      visit(energy.expected);
+    }
+  }
+  /// Ends reading them: finds the sizes.
+  void find(Workers& workers);
+
+ private:
+  const UncertaintyConstants& constants_;
+  std::vector<Energy> energies_;
+  std::vector<double> sizes_;
+  std::vector<Vector3<double>> averaged_;  // of one frame
+};
 
 /// A frame that has been completed, (k,) each.
 struct CompletedShape {
@@ -82,8 +127,6 @@ class ErrorBars {
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
 
-  template <class Work>
-  void for_each_vertex(const Work& work);
   void draw_changes(const Clusters& clusters);
   void set_targets();
   void set_noise(const Anchors& anchors);

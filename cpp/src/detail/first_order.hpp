@@ -2,6 +2,8 @@
 /// docs/method.md, "Edges".
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -10,7 +12,6 @@
 
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
-#include "detail/first_order_shares.hpp"
 #include "detail/first_order_step.hpp"
 #include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
@@ -19,18 +20,24 @@
 
 namespace dynmesh {
 
-/// Moves the completed vertices of a frame of detail by a share of the first-order step. What both
-/// predict of anchors left out decides on the shares.
+/// Moves the completed vertices of a frame of detail by a share of the first-order step. In some
+/// frames anchors are left out, and what both predict of them decides on the shares. Components
+/// that have shown little so far form one group with a common share; each of the others is a group
+/// of its own.
+///
+/// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
+/// the same for any number of threads.
 class FirstOrder {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// The arguments but the last must outlive this object.
-  FirstOrder(const Topology& topology, Workers& workers, const FirstOrderConstants& constants,
-             bool is_noisy);
+  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology`, `workers` and
+  /// `constants` must outlive this object.
+  FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
+             Workers& workers, const FirstOrderConstants& constants, bool is_noisy);
 
-  /// Begins the sequence with the operator `k` of frame 0.
-  void reset(const DetailOperator& k, const Rounding& rounding);
+  /// Counts a frame. Called once for each frame after frame 0.
+  void count_frame() { ++frame_; }
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {
@@ -44,27 +51,67 @@ class FirstOrder {
   double improve(const Frame& frame, const Anchors& anchors, const Generations& generations,
                  ShapeSystem& system);
 
-  /// Of what later frames depend on.
-  [[nodiscard]] FirstOrderShares& shares() { return shares_; }
-  [[nodiscard]] const FirstOrderShares& shares() const { return shares_; }
+  /// What later frames depend on.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& [gains, share] : self.components_) {
+      visit(gains.sums);
+      visit(gains.squares);
+      visit(gains.size);
+      visit(gains.count);
+      visit(share);
+    }
+    visit(self.frame_);
+  }
 
  private:
+  static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
+
+  /// How much smaller the errors are with each share than with detail alone.
+  struct Gains {
+    std::array<double, n_shares> sums{};
+    std::array<double, n_shares> squares{};
+    double size = 0;   // the sum of the errors of detail
+    double count = 0;  // the number of errors
+
+    void add(const Gains& other, double kept = 1);
+  };
+  struct Component {
+    Gains gains;  // of earlier tests, the less the older
+    double share = 0;
+  };
+  /// The anchors of a component, and how many of them are left out.
+  struct Drawn {
+    double anchors = 0;
+    double left_out = 0;
+  };
+
+  [[nodiscard]] bool is_due() const;
+  bool draw(const Generations& generations);
+  void leave_out(const Anchors& anchors, const Generations& generations);
   void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
             ShapeSystem& system);
-  void leave_out(const Anchors& anchors, const Generations& generations);
+  void learn(Field first_order, Field observed, double rounding);
+  [[nodiscard]] std::size_t group_of(std::size_t component) const;
+  [[nodiscard]] double best_share(const Gains& gains, const Gains& newest) const;
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
 
-  const Cells& cells_;
+  const Topology& topology_;
   const FirstOrderConstants& constants_;
   FirstOrderStep step_;
-  FirstOrderShares shares_;
   Rounding rounding_;
+  std::vector<double> sizes_;  // of the components, in vertices
+  std::vector<Component> components_;
+  std::uint64_t frame_ = 0;  // since frame 0
 
   // Of one frame:
   Anchors kept_;  // the anchors that are not left out
+  std::vector<Drawn> drawn_;
   std::vector<Index> nearby_;
   std::vector<std::uint8_t> is_left_out_, is_free_;
   std::vector<Vector3<double>> of_detail_;  // the predictions of detail
+  // Group 0 is the common one, group c + 1 is component c:
+  std::vector<Gains> newest_, of_groups_, newest_of_groups_;
 };
 
 }  // namespace dynmesh

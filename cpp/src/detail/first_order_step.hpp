@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,16 +19,13 @@ namespace dynmesh {
 /// then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all others fixed. The
 /// edges and the weights w are those of C, so the result does not depend on the scale of the mesh.
 ///
-/// Allocates memory in `reset` only.
+/// Allocates memory only in the constructor.
 class FirstOrderStep {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `workers` must outlive this object.
-  explicit FirstOrderStep(Workers& workers) : workers_(workers) {}
-
-  /// Begins the sequence with the operator `k` of frame 0.
-  void reset(const DetailOperator& k, const FirstOrderConstants& constants);
+  /// For a sequence whose frame 0 has the operator `k`. `workers` must outlive this object.
+  FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants, Workers& workers);
 
   /// Returns the step (k,) from the positions X, 0 where `is_free` is 0. Every component with free
   /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
@@ -43,7 +39,7 @@ class FirstOrderStep {
 
   Workers& workers_;
   DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
-  std::unique_ptr<MaskedFactor> factor_;
+  MaskedFactor factor_;
   std::vector<Vector3<double>> edges_;
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;

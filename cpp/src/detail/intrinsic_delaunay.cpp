@@ -56,12 +56,8 @@ class Flipping {
   }
 
  private:
-  IntrinsicTriangle& triangle(const Side& side) {
-    return triangles_[static_cast<std::size_t>(side.triangle)];
-  }
-  Side& across(const Side& side) {
-    return across_[static_cast<std::size_t>(side.triangle)][side.side];
-  }
+  IntrinsicTriangle& triangle(const Side& side) { return triangles_[side.triangle]; }
+  Side& across(const Side& side) { return across_[side.triangle][side.side]; }
 
   /// Connects the two sides of every edge that has exactly two, one in each direction.
   void glue() {
@@ -186,8 +182,8 @@ std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> face
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
     IntrinsicTriangle triangle = {face, {}};
     for (std::size_t s = 0; s < 3; ++s) {
-      const auto& a = frame[static_cast<std::size_t>(face[s])];
-      const auto& b = frame[static_cast<std::size_t>(face[following(s)])];
+      const auto& a = frame[face[s]];
+      const auto& b = frame[face[following(s)]];
       triangle.lengths[s] =
           std::hypot(static_cast<double>(b.x) / unit - static_cast<double>(a.x) / unit,
                      static_cast<double>(b.y) / unit - static_cast<double>(a.y) / unit,

@@ -3,18 +3,87 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/constants.hpp"
+#include "detail/memory.hpp"
 #include "detail/modes.hpp"
 #include "detail/shape_fit.hpp"
-#include "detail/shape_library.hpp"
+#include "kernels/kernels.hpp"
+#include "support/large_vector.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
+
+/// Holds z = Q^T K V - m_0 of up to 28 frames, in single precision, and the products of these
+/// shapes over each part of the surface. Allocates memory only in the constructor.
+///
+/// The shapes are as different as possible: when there are too many, the older one of the two that
+/// are closest leaves. A motion that repeats therefore does not push out the poses that are rare.
+///
+/// A shape keeps its slot until a later one takes it, also after it has left the library. The modes
+/// in use can therefore be formed again from the slots when a state is restored: a slot that they
+/// need is free for eight frames before it is taken, and by then modes made without it are in use.
+class ShapeLibrary {
+ public:
+  /// The numbers of one vertex: x of all slots, then y, then z.
+  using Row = std::array<float, std::size_t{3} * most_learned_shapes>;
+
+  ShapeLibrary(const SurfaceParts& parts, Workers& workers, double mean_edge);
+
+  /// Offers the shape of a completed frame, (k,) m, m_first - m and u. Every second one enters.
+  /// Returns whether this one has entered.
+  bool offer(std::span<const ShapeTerms> memory);
+
+  /// How many shapes were offered.
+  [[nodiscard]] std::uint64_t n_offered() const { return n_offered_; }
+  /// The slots of the shapes, the oldest first.
+  [[nodiscard]] std::span<const Index> members() const { return {order_.data(), n_members_}; }
+  /// sum_i w_i z_i . z'_i of the shapes in two slots over a part.
+  [[nodiscard]] double product(std::size_t part, Index slot, Index other) const {
+    return products_[(part * slots + static_cast<std::size_t>(slot)) * slots +
+                     static_cast<std::size_t>(other)];
+  }
+  [[nodiscard]] ShapeData shapes() const { return {rows_.front().data(), weights_.data()}; }
+  [[nodiscard]] std::span<const Row> rows() const { return rows_; }
+
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    visit(self.n_offered_);
+    visit(self.n_members_);
+    visit(self.order_);
+    for (auto& row : self.rows_) visit(row);
+  }
+  /// Ends reading them.
+  void recall();
+
+ private:
+  static constexpr std::size_t slots = most_learned_shapes;
+  static constexpr std::size_t most_members = 28;
+
+  void store(std::span<const ShapeTerms> memory, Index slot);
+  void multiply(Index slot);
+  [[nodiscard]] std::size_t least_needed() const;
+  void release(std::size_t member);
+
+  Workers& workers_;
+  double largest_coordinate_;
+  std::size_t n_parts_;
+  std::vector<Index> offsets_;
+  std::vector<Index> parts_;
+  std::vector<float> weights_;
+  LargeVector<Row> rows_;
+  std::vector<double> products_;          // (n_parts, slots, slots)
+  LargeVector<double> partial_products_;  // (chunks, n_parts, slots)
+  /// The slots of the members, the oldest first, and then the free ones, the longest free first.
+  std::array<Index, slots> order_{};
+  std::uint64_t n_members_ = 0;
+  std::uint64_t n_offered_ = 0;
+};
 
 /// Makes the modes of a fit from a library of shapes that grows with the sequence. After every
 /// fourth frame that is offered, new modes are begun, in slices of one frame each: first the

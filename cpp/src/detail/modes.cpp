@@ -3,8 +3,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
 
+#include "detail/rotations.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {
@@ -44,8 +50,8 @@ std::vector<Matrix> products_of_frames(const SurfaceParts& parts,
   for (std::size_t v = 0; v + 1 < parts.offsets.size(); ++v) {
     const Deviations z = deviations(shapes, n_frames, v);
     for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
-      const auto [part, weight] = parts.entries[static_cast<std::size_t>(e)];
-      Batch& filling = batches[static_cast<std::size_t>(part)];
+      const auto [part, weight] = parts.entries[e];
+      Batch& filling = batches[part];
       filling.columns.middleCols(filling.filled, 3) = std::sqrt(weight) * z.leftCols(3);
       filling.filled += 3;
       if (filling.filled == filling.columns.cols()) flush(static_cast<std::size_t>(part));
@@ -65,12 +71,161 @@ Matrix leading_vectors(const Matrix& products, double least) {
   return solver.eigenvectors().rightCols(kept).rowwise().reverse();
 }
 
+constexpr double unreached = std::numeric_limits<double>::infinity();
+
+/// Farthest-point sampling. There are fewer seeds if all vertices coincide with one.
+std::vector<std::size_t> seeds_of(std::span<const Vector3<double>> frame, Index n_seeds) {
+  Vector3<double> mean{};
+  for (const auto& x : frame) mean = mean + (1 / static_cast<double>(frame.size())) * x;
+  std::vector<double> distance(frame.size());
+  std::ranges::transform(frame, distance.begin(),
+                         [&](const auto& x) { return squared_norm(x - mean); });
+  std::vector<std::size_t> seeds;
+  while (std::ssize(seeds) < n_seeds) {
+    const auto farthest = std::ranges::max_element(distance);
+    if (!(*farthest > 0)) break;
+    seeds.push_back(static_cast<std::size_t>(farthest - distance.begin()));
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      const double to_seed = squared_norm(frame[v] - frame[seeds.back()]);
+      distance[v] = seeds.size() == 1 ? to_seed : std::min(distance[v], to_seed);
+    }
+  }
+  return seeds;
+}
+
+/// The lengths of the shortest paths along edges (Dijkstra).
+std::vector<double> distances_from(std::size_t seed, const Cells& cells,
+                                   std::span<const Vector3<double>> frame) {
+  using Reached = std::pair<double, std::size_t>;
+  std::vector<double> distance(frame.size(), unreached);
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  distance[seed] = 0;
+  next.emplace(0.0, seed);
+  while (!next.empty()) {
+    const auto [length, v] = next.top();
+    next.pop();
+    if (length > distance[v]) continue;
+    for (const Index n : cells[v]) {
+      const double longer = length + std::sqrt(squared_norm(frame[n] - frame[v]));
+      if (longer >= distance[n]) continue;
+      distance[n] = longer;
+      next.emplace(longer, n);
+    }
+  }
+  return distance;
+}
+
+/// The median of the second smallest distance of each vertex, where there is one; else 0.
+double typical_distance(const std::vector<std::vector<double>>& distances, std::size_t n_vertices) {
+  std::vector<double> second;
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    double nearest = unreached;
+    double next = unreached;
+    for (const auto& of_seed : distances) {
+      next = std::min(next, std::max(nearest, of_seed[v]));
+      nearest = std::min(nearest, of_seed[v]);
+    }
+    if (next < unreached) second.push_back(next);
+  }
+  return second.empty() ? 0 : median(second);
+}
+
+constexpr int most_fits = 100;
+constexpr double settled = 1e-9;  // of the components of a quaternion
+
+/// The rotation that best maps one frame to another as a whole.
+Quaternion whole_rotation(std::span<const Vector3<double>> from,
+                          std::span<const Vector3<double>> to) {
+  const RigidMotion motion = fit_rigid_motion<double>(from, to);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(
+      motion.rotation.front().data());
+  const Eigen::Quaterniond q(Eigen::Matrix3d{rows});
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+double largest_change(std::span<const Quaternion> before, std::span<const Quaternion> after) {
+  double largest = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const Quaternion& a = before[v];
+    const Quaternion& b = after[v];
+    largest = std::max({largest, std::abs(a.w - b.w), std::abs(a.x - b.x), std::abs(a.y - b.y),
+                        std::abs(a.z - b.z)});
+  }
+  return largest;
+}
+
+/// Returns z of all frames: for each vertex, those in all frames, (k, n_frames). Q is fitted to a
+/// frame until it no longer changes, from the rotation that fits the whole frame best, since its
+/// pose may be far from `first`.
+std::vector<Vector3<double>> training_shapes(std::span<const std::vector<Vector3<double>>> training,
+                                             const DetailOperator& k, const Cells& cells,
+                                             std::span<const Vector3<double>> first,
+                                             double mean_edge, Workers& workers) {
+  const std::size_t n_vertices = first.size();
+  std::vector<Vector3<double>> shapes(n_vertices * training.size());
+  std::vector<Vector3<double>> first_shape(n_vertices);
+  std::vector<Vector3<double>> x(n_vertices);
+  std::vector<Vector3<double>> kx(n_vertices);
+  std::vector<Quaternion> before(n_vertices);
+  apply_operator(k, first, 1, first_shape, workers);
+  Rotations rotations(cells, workers);
+  rotations.reset(rotations.prepare(first), first, mean_edge);
+  for (std::size_t frame = 0; frame < training.size(); ++frame) {
+    std::ranges::copy(training[frame], x.begin());
+    std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
+    for (int n = 0; n < most_fits; ++n) {
+      std::ranges::copy(rotations.quaternions(), before.begin());
+      rotations.fit(x);
+      if (largest_change(before, rotations.quaternions()) <= settled) break;
+    }
+    apply_operator(k, x, 1, kx, workers);
+    rotations.turn_back(kx, kx);
+    for (std::size_t v = 0; v < n_vertices; ++v) {
+      shapes[v * training.size() + frame] = kx[v] - first_shape[v];
+    }
+  }
+  return shapes;
+}
+
 }  // namespace
+
+SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
+                            const TrainingConstants& constants) {
+  std::vector<std::vector<double>> distances;
+  for (const std::size_t seed : seeds_of(frame, constants.local_parts)) {
+    distances.push_back(distances_from(seed, cells, frame));
+  }
+  const double reach = constants.reach * typical_distance(distances, frame.size());
+  if (!(reach > 0)) distances.clear();
+
+  SurfaceParts parts;
+  parts.n_parts = static_cast<Index>(distances.size()) + 1;
+  parts.offsets.assign(frame.size() + 1, 0);
+  std::vector<double> weights(distances.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    parts.entries.push_back({0, 1.0});
+    double sum = 0;
+    for (std::size_t c = 0; c < distances.size(); ++c) {
+      const double ratio = distances[c][v] / reach;
+      weights[c] = std::exp(-ratio * ratio / 2);
+      sum += weights[c];
+    }
+    double kept = 0;
+    for (double& weight : weights) {
+      weight = sum > 0 && weight >= constants.least_weight * sum ? weight : 0;
+      kept += weight;
+    }
+    for (std::size_t c = 0; c < weights.size(); ++c) {
+      if (weights[c] > 0) parts.entries.push_back({static_cast<Index>(c) + 1, weights[c] / kept});
+    }
+    parts.offsets[v + 1] = static_cast<Index>(parts.entries.size());
+  }
+  return parts;
+}
 
 std::vector<double> weights_of(const SurfaceParts& parts) {
   std::vector<double> weights(static_cast<std::size_t>(parts.n_parts));
-  for (const auto& [part, weight] : parts.entries)
-    weights[static_cast<std::size_t>(part)] += weight;
+  for (const auto& [part, weight] : parts.entries) weights[part] += weight;
   return weights;
 }
 
@@ -105,8 +260,7 @@ Modes::Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes,
       const auto entry = static_cast<std::size_t>(e);
       const auto [part, weight] = parts.entries[entry];
       // B_j(i) = w_i sum_l U_lj z_li / sqrt(n)
-      const Matrix modes =
-          weight * share * (leading[static_cast<std::size_t>(part)].transpose() * z);
+      const Matrix modes = weight * share * (leading[part].transpose() * z);
       for (Eigen::Index j = 0; j < modes.rows(); ++j) {
         for (Eigen::Index c = 0; c < 3; ++c) {
           values_[(3 * entry + static_cast<std::size_t>(c)) * modes_of_part +
@@ -124,8 +278,7 @@ void Modes::form(const ShapeData& shapes, const CombinationData& combinations, I
     const Index end = std::min(last, begin + chunk);
     best_kernels().modes.form(data(), shapes, combinations, values_.data(), begin, end);
     const auto value = [&](Index v) {
-      return values_.begin() +
-             std::ptrdiff_t{3} * modes_of_part * offsets_[static_cast<std::size_t>(v)];
+      return values_.begin() + std::ptrdiff_t{3} * modes_of_part * offsets_[v];
     };
     std::transform(value(begin), value(end), value(begin),
                    [&](float x) { return static_cast<float>(static_cast<double>(x) / unit_); });
@@ -142,7 +295,7 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
     const Index last = std::min(k, first + chunk);
     best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), first, last);
     for (Index v = first; v < last; ++v) {
-      auto& x = combined[static_cast<std::size_t>(v)];
+      auto& x = combined[v];
       x = unit_ * x;
     }
   });
@@ -190,6 +343,18 @@ void Modes::project_and_weigh(Field field, std::span<const double> weights,
   });
   reduce(0, 2 * n, unit_, projected);
   reduce(n, 2 * n, unit_ * unit_, squares);
+}
+
+Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
+                     const SurfaceParts& parts, const DetailOperator& k, const Cells& cells,
+                     std::span<const Vector3<double>> first, double mean_edge,
+                     const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+  const auto shapes = training_shapes(training, k, cells, first, mean_edge, workers);
+  ModeScale scale = {mean_edge, 0};
+  for (const auto& frame : training) {
+    scale.rounding = std::max(scale.rounding, rounding.mean_square(frame));
+  }
+  return Modes(parts, shapes, training.size(), constants.training, scale);
 }
 
 }  // namespace dynmesh

@@ -27,9 +27,8 @@ void Rotations::reset(Prepared prepared, std::span<const Vector3<double>> first_
   of_clusters_ = std::move(prepared);
   std::size_t half_edge = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    for (const Index j : cells_[static_cast<Index>(i)]) {
-      const auto edge = (1 / mean_edge) * first_frame[static_cast<std::size_t>(j)] -
-                        (1 / mean_edge) * first_frame[i];
+    for (const Index j : cells_[i]) {
+      const auto edge = (1 / mean_edge) * first_frame[j] - (1 / mean_edge) * first_frame[i];
       rest_edges_[half_edge++] = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
     }
   }
@@ -62,8 +61,7 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
     std::swap(of_clusters_.covariances, of_clusters_.averaged);
   }
   for (std::size_t c = 0; c < of_clusters_.clusters.size(); ++c) {
-    of_clusters_.quaternions[c] =
-        quaternions_[static_cast<std::size_t>(of_clusters_.clusters.centres[c])];
+    of_clusters_.quaternions[c] = quaternions_[of_clusters_.clusters.centres[c]];
   }
   for_each_cluster([&](Index first, Index last) {
     kernels_.turn(of_clusters_.covariances.data(), of_clusters_.quaternions.data(), first, last);

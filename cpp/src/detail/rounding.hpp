@@ -19,13 +19,10 @@ class Rounding {
   /// `epsilon` is that of the type in which positions are given.
   Rounding(const DetailOperator& k, double mean_edge, double epsilon)
       : solution_(1e-9 * mean_edge), epsilon_(epsilon) {
-    for (std::size_t i = 0; i < k.size(); ++i) {
-      double square = 0;
-      for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
-        const double value = k.scale[i] * k.values[static_cast<std::size_t>(e)];
-        square += value * value;
-      }
-      mean_squared_row_ += square / static_cast<double>(k.size());
+    for (Index i = 0; i < k.c->rows(); ++i) {
+      const double scale = k.scale[i];
+      mean_squared_row_ +=
+          scale * scale * k.c->row(i).squaredNorm() / static_cast<double>(k.size());
     }
   }
 

@@ -73,10 +73,9 @@ void ShapeFit::weigh_seen(const Generations& generations) {
   }
   for (int n = 0; n < constants_.averagings; ++n) {
     for (std::size_t v = 0; v < seen_.size(); ++v) {
-      const auto cell = cells_[static_cast<Index>(v)];
       double sum = seen_[v];
-      for (const Index j : cell) sum += seen_[static_cast<std::size_t>(j)];
-      averaged_[v] = sum / static_cast<double>(cell.size() + 1);
+      for (const Index j : cells_[v]) sum += seen_[j];
+      averaged_[v] = sum / static_cast<double>(cells_[v].size() + 1);
     }
     std::swap(seen_, averaged_);
   }

@@ -12,38 +12,15 @@
 namespace dynmesh {
 namespace {
 
-template <class Real>
-std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Real> points,
-                                          std::size_t n_vertices) {
-  if (points.count != n_vertices) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
-                                " rows, not " + std::to_string(n_vertices));
-  }
-  check_view(argument, points);
-  std::vector<Vector3<double>> frame(points.count);
-  for (std::size_t v = 0; v < points.count; ++v) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      if (!std::isfinite(points(v, c))) {
-        throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
-                                    " has the coordinate " + std::to_string(points(v, c)) +
-                                    ", but errors need finite positions");
-      }
-    }
-    frame[v] = {static_cast<double>(points(v, 0)), static_cast<double>(points(v, 1)),
-                static_cast<double>(points(v, 2))};
-  }
-  return frame;
-}
-
 /// Returns GL(v_i), eq. (6).
 Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
                                     Index vertex, double shortest) {
-  const Vector3<double> v_i = frame[static_cast<std::size_t>(vertex)];
+  const Vector3<double> v_i = frame[vertex];
   if (cells[vertex].empty()) return {};
   Vector3<double> sum;
   double weights = 0;
   for (const Index neighbour : cells[vertex]) {
-    const Vector3<double>& v_j = frame[static_cast<std::size_t>(neighbour)];
+    const Vector3<double>& v_j = frame[neighbour];
     const double inverse_distance = 1 / std::max(std::sqrt(squared_norm(v_i - v_j)), shortest);
     sum = sum + inverse_distance * v_j;
     weights += inverse_distance;

@@ -9,35 +9,38 @@
 namespace dynmesh {
 namespace {
 
+/// A subtree has at most this share of the work. With smaller ones, threads wait less for the last
+/// of them, but more work is left above them.
+constexpr double largest_share = 1.0 / 10;
+
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> positions(order.size());
   for (std::size_t p = 0; p < order.size(); ++p) {
-    positions[static_cast<std::size_t>(order[p])] = static_cast<Index>(p);
+    positions[order[p]] = static_cast<Index>(p);
   }
   return positions;
 }
 
 /// Calls `visit(other)` for the positions before `position` at which its column has entries.
 template <class Visit>
-void for_each_before(const SymmetricMatrix& matrix, const Elimination& plan, Index position,
+void for_each_before(const SparseMatrix& matrix, const Elimination& plan, Index position,
                      const Visit& visit) {
-  const auto column = at(plan.column_at[at(position)]);
-  for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-    const Index other = plan.position_of[at(matrix.rows[at(e)])];
+  for (SparseMatrix::InnerIterator e(matrix, plan.column_at[position]); e; ++e) {
+    const Index other = plan.position_of[e.row()];
     if (other < position) visit(other);
   }
 }
 
 /// Returns the elimination tree (Liu 1986): the parent of each position, or none for a root.
-std::vector<Index> elimination_tree(const SymmetricMatrix& matrix, const Elimination& plan) {
-  std::vector<Index> parent(matrix.size(), none);
-  std::vector<Index> ancestor(matrix.size(), none);
-  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
+std::vector<Index> elimination_tree(const SparseMatrix& matrix, const Elimination& plan) {
+  std::vector<Index> parent(matrix.cols(), none);
+  std::vector<Index> ancestor(matrix.cols(), none);
+  for (Index position = 0; position < matrix.cols(); ++position) {
     for_each_before(matrix, plan, position, [&](Index i) {
       while (i != none && i < position) {
-        const Index next = ancestor[at(i)];
-        ancestor[at(i)] = position;
-        if (next == none) parent[at(i)] = position;
+        const Index next = ancestor[i];
+        ancestor[i] = position;
+        if (next == none) parent[i] = position;
         i = next;
       }
     });
@@ -52,24 +55,24 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
   std::vector<Index> sibling(parent.size(), none);
   std::vector<Index> stack;
   for (Index i = static_cast<Index>(parent.size()); i-- > 0;) {
-    const Index p = parent[at(i)];
+    const Index p = parent[i];
     if (p == none) {
       stack.push_back(i);
     } else {
-      sibling[at(i)] = first_child[at(p)];
-      first_child[at(p)] = i;
+      sibling[i] = first_child[p];
+      first_child[p] = i;
     }
   }
   std::vector<Index> order;
   order.reserve(parent.size());
   while (!stack.empty()) {
     const Index i = stack.back();
-    const Index child = first_child[at(i)];
+    const Index child = first_child[i];
     if (child == none) {
       order.push_back(i);
       stack.pop_back();
     } else {
-      first_child[at(i)] = sibling[at(child)];
+      first_child[i] = sibling[child];
       stack.push_back(child);
     }
   }
@@ -77,16 +80,16 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
 }
 
 /// Returns the number of entries of each column of the factor, including the diagonal.
-std::vector<Index> column_counts(const SymmetricMatrix& matrix, const Elimination& plan,
+std::vector<Index> column_counts(const SparseMatrix& matrix, const Elimination& plan,
                                  const std::vector<Index>& parent) {
-  std::vector<Index> counts(matrix.size(), 1);
-  std::vector<Index> visited(matrix.size(), none);
-  for (Index position = 0; position < static_cast<Index>(matrix.size()); ++position) {
-    visited[at(position)] = position;
+  std::vector<Index> counts(matrix.cols(), 1);
+  std::vector<Index> visited(matrix.cols(), none);
+  for (Index position = 0; position < matrix.cols(); ++position) {
+    visited[position] = position;
     for_each_before(matrix, plan, position, [&](Index i) {
-      for (; visited[at(i)] != position; i = parent[at(i)]) {
-        ++counts[at(i)];
-        visited[at(i)] = position;
+      for (; visited[i] != position; i = parent[i]) {
+        ++counts[i];
+        visited[i] = position;
       }
     });
   }
@@ -121,10 +124,10 @@ bool is_worth_joining(const Block& joined) {
 std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vector<Index>& counts) {
   std::vector<Block> blocks;
   for (Index j = 0; j < static_cast<Index>(parent.size()); ++j) {
-    Block block = {j, 1, counts[at(j)], static_cast<double>(counts[at(j)])};
+    Block block = {j, 1, counts[j], static_cast<double>(counts[j])};
     while (!blocks.empty()) {
       const Block& below = blocks.back();
-      const Index root = parent[at(block.first - 1)];
+      const Index root = parent[block.first - 1];
       if (root == none || root > j) break;
       const Block joined = {below.first, below.columns + block.columns, below.columns + block.rows,
                             below.held + block.held};
@@ -140,14 +143,14 @@ std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vect
 
 }  // namespace
 
-Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering) {
-  const std::size_t n = matrix.size();
+Elimination plan_elimination(const SparseMatrix& matrix, Ordering ordering) {
+  const auto n = static_cast<Index>(matrix.cols());
   Elimination plan;
   plan.column_at = elimination_order(matrix, ordering);
   plan.position_of = inverse(plan.column_at);
   const auto order = postorder(elimination_tree(matrix, plan));
   std::vector<Index> column_at(n);
-  for (std::size_t p = 0; p < n; ++p) column_at[p] = plan.column_at[at(order[p])];
+  for (Index p = 0; p < n; ++p) column_at[p] = plan.column_at[order[p]];
   plan.column_at = column_at;
   plan.position_of = inverse(plan.column_at);
   const auto parent = elimination_tree(matrix, plan);
@@ -158,10 +161,10 @@ Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering) {
       plan.firsts.push_back(block.first + c);
     }
   }
-  plan.firsts.push_back(static_cast<Index>(n));
+  plan.firsts.push_back(n);
   std::vector<Index> supernode_of(n);
   for (Index s = 0; s < plan.supernodes(); ++s) {
-    for (Index j = plan.firsts[at(s)]; j < plan.firsts[at(s) + 1]; ++j) supernode_of[at(j)] = s;
+    for (Index j = plan.firsts[s]; j < plan.firsts[s + 1]; ++j) supernode_of[j] = s;
   }
 
   // The rows of a supernode are those of its columns and of its children.
@@ -171,34 +174,81 @@ Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering) {
   std::vector<Index> seen(n, none);
   plan.row_offsets.push_back(0);
   for (Index s = 0; s < plan.supernodes(); ++s) {
-    const Index last = plan.firsts[at(s) + 1] - 1;
+    const Index last = plan.firsts[s + 1] - 1;
     const auto begin = static_cast<std::ptrdiff_t>(plan.rows.size());
     const auto add = [&](Index row) {
-      if (row <= last || seen[at(row)] == s) return;
-      seen[at(row)] = s;
+      if (row <= last || seen[row] == s) return;
+      seen[row] = s;
       plan.rows.push_back(row);
     };
-    for (Index j = plan.firsts[at(s)]; j <= last; ++j) {
-      const auto column = at(plan.column_at[at(j)]);
-      for (Index e = matrix.offsets[column]; e < matrix.offsets[column + 1]; ++e) {
-        add(plan.position_of[at(matrix.rows[at(e)])]);
+    for (Index j = plan.firsts[s]; j <= last; ++j) {
+      for (SparseMatrix::InnerIterator e(matrix, plan.column_at[j]); e; ++e) {
+        add(plan.position_of[e.row()]);
       }
     }
-    for (Index child = first_child[at(s)]; child != none; child = sibling[at(child)]) {
-      for (Index r = plan.row_offsets[at(child)]; r < plan.row_offsets[at(child) + 1]; ++r) {
-        add(plan.rows[at(r)]);
+    for (Index child = first_child[s]; child != none; child = sibling[child]) {
+      for (Index r = plan.row_offsets[child]; r < plan.row_offsets[child + 1]; ++r) {
+        add(plan.rows[r]);
       }
     }
     std::sort(plan.rows.begin() + begin, plan.rows.end());
     plan.row_offsets.push_back(static_cast<Index>(plan.rows.size()));
     if (static_cast<std::ptrdiff_t>(plan.rows.size()) > begin) {
-      const Index up = supernode_of[at(plan.rows[static_cast<std::size_t>(begin)])];
-      plan.parents[at(s)] = up;
-      sibling[at(s)] = first_child[at(up)];
-      first_child[at(up)] = s;
+      const Index up = supernode_of[plan.rows[begin]];
+      plan.parents[s] = up;
+      sibling[s] = first_child[up];
+      first_child[up] = s;
     }
   }
   return plan;
+}
+
+Subtrees::Subtrees(const Elimination& plan)
+    : parents_(plan.parents), firsts_(plan.parents.size()), groups_(1, 0) {
+  std::vector<Index> sizes(parents_.size(), 1);
+  std::iota(firsts_.begin(), firsts_.end(), Index{0});
+  for (Index s = 0; s < static_cast<Index>(parents_.size()); ++s) {
+    const Index up = parents_[s];
+    if (up == none) continue;
+    sizes[up] += sizes[s];
+    firsts_[up] = std::min(firsts_[up], firsts_[s]);
+  }
+  for (Index s = 0; s < static_cast<Index>(parents_.size()); ++s) {
+    if (sizes[s] != s - firsts_[s] + 1) firsts_[s] = none;
+  }
+  subtrees_.reserve(parents_.size());
+  groups_.reserve(parents_.size() + 1);
+}
+
+void Subtrees::clear() {
+  subtrees_.clear();
+  groups_.resize(1);
+}
+
+void Subtrees::divide(std::span<double> work) {
+  clear();
+  const double largest = largest_share * std::accumulate(work.begin(), work.end(), 0.0);
+  const auto n = static_cast<Index>(parents_.size());
+  for (Index s = 0; s < n; ++s) {
+    if (parents_[s] != none) work[parents_[s]] += work[s];
+  }
+  double in_group = 0;
+  const auto is_small = [&](Index s) { return firsts_[s] != none && work[s] <= largest; };
+  for (Index s = n; s-- > 0;) {
+    if (!is_small(s)) continue;
+    subtrees_.push_back({firsts_[s], s});
+    s = firsts_[s];
+  }
+  std::ranges::reverse(subtrees_);
+  for (Index i = 0; i < static_cast<Index>(subtrees_.size()); ++i) {
+    const double mine = work[subtrees_[i].root];
+    if (i > 0 && in_group + mine > largest) {
+      groups_.push_back(i);
+      in_group = 0;
+    }
+    in_group += mine;
+  }
+  if (!subtrees_.empty()) groups_.push_back(static_cast<Index>(subtrees_.size()));
 }
 
 }  // namespace dynmesh

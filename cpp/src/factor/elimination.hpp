@@ -1,21 +1,17 @@
-/// The elimination order of a sparse symmetric matrix and the blocks of its factor. They are
-/// computed once for the whole matrix and used for any of its principal submatrices.
+/// The elimination order of a sparse symmetric matrix, both triangles of which are stored, and the
+/// blocks of its factor. They are computed once for the whole matrix and used for any of its
+/// principal submatrices.
 #pragma once
 
+#include <Eigen/SparseCore>
 #include <cstddef>
 #include <dynmesh/types.hpp>
+#include <span>
 #include <vector>
 
 namespace dynmesh {
 
-/// A sparse symmetric matrix. Both triangles are stored, with ascending rows in each column.
-struct SymmetricMatrix {
-  std::vector<Index> offsets;
-  std::vector<Index> rows;
-  std::vector<double> values;
-
-  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
-};
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 
 enum class Ordering {
   minimum_degree,     ///< approximate minimum degree (Amestoy, Davis and Duff 1996), by Eigen
@@ -27,11 +23,11 @@ bool has_nested_dissection();
 
 /// The order that `plan_elimination` takes for a matrix of `size` columns: nested dissection for
 /// large ones, if this build has it.
-Ordering best_ordering(std::size_t size);
+Ordering best_ordering(Eigen::Index size);
 
 /// Returns the column at each position. It depends only on where the matrix has entries. Nested
 /// dissection in a build without METIS is minimum degree.
-std::vector<Index> elimination_order(const SymmetricMatrix& matrix, Ordering ordering);
+std::vector<Index> elimination_order(const SparseMatrix& matrix, Ordering ordering);
 
 /// A position is an index in the elimination order. Supernode s consists of the columns at
 /// positions firsts[s] to firsts[s + 1] - 1. Below them, the factor can have entries only in the
@@ -53,6 +49,41 @@ struct Elimination {
 
 /// Orders the columns. Those with nearly the same rows form a supernode of at most
 /// `widest_supernode` columns (dense_kernels.hpp).
-Elimination plan_elimination(const SymmetricMatrix& matrix, Ordering ordering);
+Elimination plan_elimination(const SparseMatrix& matrix, Ordering ordering);
+
+/// Supernodes `first` to `root`: all below `root` in the elimination forest, which affect no others
+/// but those above it.
+struct Subtree {
+  Index first;
+  Index root;
+};
+
+/// Disjoint subtrees of about equal work. All other supernodes are above them, and come after them.
+/// The division depends on the matrix and the mask only, so that the results do not depend on the
+/// number of threads.
+class Subtrees {
+ public:
+  explicit Subtrees(const Elimination& plan);
+
+  /// Takes the largest subtrees whose work is a small share of all. `work` is that of each
+  /// supernode, and is replaced by that of its subtree. Allocates no memory.
+  void divide(std::span<double> work);
+  /// No subtrees at all.
+  void clear();
+
+  /// In ascending order.
+  [[nodiscard]] std::span<const Subtree> all() const { return subtrees_; }
+
+  /// The subtrees are divided into groups of about equal work: group i is from groups()[i] to
+  /// groups()[i + 1] - 1.
+  [[nodiscard]] Index n_groups() const { return static_cast<Index>(groups_.size()) - 1; }
+  [[nodiscard]] std::span<const Index> groups() const { return groups_; }
+
+ private:
+  std::span<const Index> parents_;
+  std::vector<Index> firsts_;  // the first supernode below each one, or -1 if they are not adjacent
+  std::vector<Subtree> subtrees_;
+  std::vector<Index> groups_;
+};
 
 }  // namespace dynmesh

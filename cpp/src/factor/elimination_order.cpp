@@ -1,5 +1,4 @@
 #include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <csignal>
 #include <mutex>
 #include <new>
@@ -18,39 +17,32 @@ namespace {
 /// counted by callgrind on sheets and tori: 1.11 times as many at 10 000 columns, 0.89 to 1.02
 /// times at 20 000 and 30 000, and fewer above, as the number of multiplications falls to 0.8 times
 /// at 160 000.
-constexpr std::size_t nested_dissection_from = 30'000;
+constexpr Index nested_dissection_from = 30'000;
 
-std::vector<Index> minimum_degree(const SymmetricMatrix& matrix) {
-  using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
-  const auto n = static_cast<Eigen::Index>(matrix.size());
-  const Eigen::Map<const Sparse> whole(n, n, static_cast<Eigen::Index>(matrix.rows.size()),
-                                       matrix.offsets.data(), matrix.rows.data(),
-                                       matrix.values.data());
+std::vector<Index> minimum_degree(const SparseMatrix& matrix) {
+  SparseMatrix copy;
+  copy = matrix;
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
-  Sparse copy = whole;
   Eigen::AMDOrdering<Index>()(copy, order);
-  return {order.indices().data(), order.indices().data() + n};
+  return {order.indices().data(), order.indices().data() + matrix.cols()};
 }
 
 #ifdef DYNMESH_METIS
 /// Returns nothing if METIS was interrupted.
-std::optional<std::vector<Index>> nested_dissection(const SymmetricMatrix& matrix) {
-  auto n = static_cast<idx_t>(matrix.size());
+std::optional<std::vector<Index>> nested_dissection(const SparseMatrix& matrix) {
+  auto n = static_cast<idx_t>(matrix.cols());
   if (n == 0) return std::vector<Index>{};
   // The graph of the matrix, without edges from a column to itself.
   std::vector<idx_t> offsets = {0};
   std::vector<idx_t> neighbours;
-  offsets.reserve(matrix.size() + 1);
-  neighbours.reserve(matrix.rows.size());
-  for (std::size_t j = 0; j < matrix.size(); ++j) {
-    for (Index e = matrix.offsets[j]; e < matrix.offsets[j + 1]; ++e) {
-      const Index i = matrix.rows[static_cast<std::size_t>(e)];
-      if (i != static_cast<Index>(j)) neighbours.push_back(static_cast<idx_t>(i));
+  for (Index j = 0; j < n; ++j) {
+    for (SparseMatrix::InnerIterator e(matrix, j); e; ++e) {
+      if (e.row() != j) neighbours.push_back(static_cast<idx_t>(e.row()));
     }
     offsets.push_back(static_cast<idx_t>(neighbours.size()));
   }
-  std::vector<idx_t> columns(matrix.size());
-  std::vector<idx_t> positions(matrix.size());
+  std::vector<idx_t> columns(matrix.cols());
+  std::vector<idx_t> positions(matrix.cols());
   idx_t options[METIS_NOPTIONS];
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_NUMBERING] = 0;
@@ -81,12 +73,12 @@ bool has_nested_dissection() { return true; }
 bool has_nested_dissection() { return false; }
 #endif
 
-Ordering best_ordering(std::size_t size) {
+Ordering best_ordering(Eigen::Index size) {
   return has_nested_dissection() && size >= nested_dissection_from ? Ordering::nested_dissection
                                                                    : Ordering::minimum_degree;
 }
 
-std::vector<Index> elimination_order(const SymmetricMatrix& matrix, Ordering ordering) {
+std::vector<Index> elimination_order(const SparseMatrix& matrix, Ordering ordering) {
 #ifdef DYNMESH_METIS
   if (ordering == Ordering::nested_dissection) {
     if (auto order = nested_dissection(matrix)) return *std::move(order);

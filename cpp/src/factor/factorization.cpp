@@ -35,8 +35,8 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   });
   for (const Border& border : borders_) {
     for (Index d = border.unfinished; d != none;) {
-      const Index following = next_[at(d)];
-      queue(d, reached_[at(d)], nullptr);
+      const Index following = next_[d];
+      queue(d, reached_[d], nullptr);
       d = following;
     }
   }
@@ -44,7 +44,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     const double worth_it = workers_.task_sharing().factor_step_from;
     for (const Index p : above_) {
       const bool has_parts =
-          workers_.threads() > 1 && !borders_.empty() && panels_[at(p)].rows() > rows_of_piece;
+          workers_.threads() > 1 && !borders_.empty() && panels_[p].rows() > rows_of_piece;
       if (has_parts && multiplications_before(p) >= worth_it) {
         factor_together(p, workspace);
       } else {
@@ -57,20 +57,19 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
 
 /// Computes a panel of the factor, in one thread.
 void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
-  const Panel& panel = panels_[at(p)];
+  const Panel& panel = panels_[p];
   fill(panel, workspace.local);
-  for (Index d = head_[at(p)]; d != none;) {
-    const Index following = next_[at(d)];
+  for (Index d = head_[p]; d != none;) {
+    const Index following = next_[d];
     if (following != none) prefetch(following);
     const Index n = n_common(d, panel);
-    subtract_rows(panel, d, n, 0, panels_[at(d)].n_below - reached_[at(d)], workspace.local,
-                  workspace);
-    queue(d, reached_[at(d)] + n, border);
+    subtract_rows(panel, d, n, 0, panels_[d].n_below - reached_[d], workspace.local, workspace);
+    queue(d, reached_[d] + n, border);
     d = following;
   }
   factor_triangle(panel, workspace);
   kernels_.dense.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
-                              panel.columns, &inverse_[at(panel.first)], workspace.packed.data());
+                              panel.columns, &inverse_[panel.first], workspace.packed.data());
   queue(p, 0, border);
 }
 
@@ -79,21 +78,21 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
 void MaskedFactor::prefetch(Index d) const {
   constexpr std::size_t most = 8192;  // bytes, a quarter of a first-level cache
   constexpr std::size_t line = 64;
-  const Panel& panel = panels_[at(d)];
-  const auto rows = at(panel.n_below - reached_[at(d)]);
+  const Panel& panel = panels_[d];
+  const auto rows = at(panel.n_below - reached_[d]);
   const auto* first = reinterpret_cast<const char*>(
-      &factor_[panel.data + at(panel.columns + reached_[at(d)]) * at(panel.columns)]);
+      &factor_[panel.data + at(panel.columns + reached_[d]) * at(panel.columns)]);
   const std::size_t size = std::min(most, rows * at(panel.columns) * sizeof(double));
   for (std::size_t i = 0; i < size; i += line) __builtin_prefetch(first + i);
-  __builtin_prefetch(&rows_[at(panel.below + reached_[at(d)])]);
+  __builtin_prefetch(&rows_[panel.below + reached_[d]]);
 }
 
 /// The number of multiplications for the contributions of all earlier panels.
 double MaskedFactor::multiplications_before(Index p) const {
   double sum = 0;
-  for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
-    sum += static_cast<double>(panels_[at(d)].n_below - reached_[at(d)]) *
-           n_common(d, panels_[at(p)]) * panels_[at(d)].columns;
+  for (Index d = head_[p]; d != none; d = next_[d]) {
+    sum += static_cast<double>(panels_[d].n_below - reached_[d]) * n_common(d, panels_[p]) *
+           panels_[d].columns;
   }
   return sum;
 }
@@ -101,7 +100,7 @@ double MaskedFactor::multiplications_before(Index p) const {
 /// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows
 /// at a time, in which it subtracts the contributions of all earlier panels.
 void MaskedFactor::factor_together(Index p, Workspace& workspace) {
-  const Panel& panel = panels_[at(p)];
+  const Panel& panel = panels_[p];
   fill(panel, workspace.local);
   const auto in_pieces = [&](Index n_rows, bool is_worth_it, const auto& work) {
     const Index n_pieces = (n_rows + rows_of_piece - 1) / rows_of_piece;
@@ -111,12 +110,10 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   };
   in_pieces(panel.rows(), true, [&](Index begin, Index end) {
     workspaces_.lend([&](Workspace& own) {
-      for (Index d = head_[at(p)]; d != none; d = next_[at(d)]) {
-        const Index* rows = &rows_[at(panels_[at(d)].below + reached_[at(d)])];
-        const Index m = panels_[at(d)].n_below - reached_[at(d)];
-        const auto is_before = [&](Index row, Index limit) {
-          return workspace.local[at(row)] < limit;
-        };
+      for (Index d = head_[p]; d != none; d = next_[d]) {
+        const Index* rows = &rows_[panels_[d].below + reached_[d]];
+        const Index m = panels_[d].n_below - reached_[d];
+        const auto is_before = [&](Index row, Index limit) { return workspace.local[row] < limit; };
         const auto first = std::lower_bound(rows, rows + m, begin, is_before) - rows;
         const auto last = std::lower_bound(rows + first, rows + m, end, is_before) - rows;
         subtract_rows(panel, d, n_common(d, panel), static_cast<Index>(first),
@@ -124,9 +121,9 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
       }
     });
   });
-  for (Index d = head_[at(p)]; d != none;) {
-    const Index following = next_[at(d)];
-    queue(d, reached_[at(d)] + n_common(d, panel), nullptr);
+  for (Index d = head_[p]; d != none;) {
+    const Index following = next_[d];
+    queue(d, reached_[d] + n_common(d, panel), nullptr);
     d = following;
   }
   factor_triangle(panel, workspace);
@@ -135,7 +132,7 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
   in_pieces(panel.n_below, products >= workers_.task_sharing().factor_step_from,
             [&](Index begin, Index end) {
               kernels_.dense.factor_below(below + begin * panel.columns, end - begin, panel.columns,
-                                          &inverse_[at(panel.first)], workspace.packed.data());
+                                          &inverse_[panel.first], workspace.packed.data());
             });
   queue(p, 0, nullptr);
 }
@@ -144,27 +141,27 @@ void MaskedFactor::factor_together(Index p, Workspace& workspace) {
 void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
   double* data = &factor_[panel.data];
   std::fill_n(data, at(panel.columns) * at(panel.rows()), 0.0);
-  for (Index j = 0; j < panel.columns; ++j) local[at(panel.first + j)] = j;
+  for (Index j = 0; j < panel.columns; ++j) local[panel.first + j] = j;
   for (Index r = 0; r < panel.n_below; ++r) {
-    local[at(rows_[at(panel.below + r)])] = panel.columns + r;
+    local[rows_[panel.below + r]] = panel.columns + r;
   }
   for (Index j = 0; j < panel.columns; ++j) {
-    const auto position = at(position_at_[at(panel.first + j)]);
-    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
-      const Index row = row_of_[at(matrix_.rows[at(e)])];
-      const std::size_t entry = at(local[at(std::max(row, Index{0}))]) * at(panel.columns) + at(j);
+    const Index position = position_at_[panel.first + j];
+    for (SparseMatrix::InnerIterator e(matrix_, position); e; ++e) {
+      const Index row = row_of_[e.row()];
+      const std::size_t entry = at(local[std::max(row, Index{0})]) * at(panel.columns) + at(j);
       double masked_out;  // written instead of branching, which the processor could not predict
-      (row == none ? masked_out : data[entry]) = matrix_.values[at(e)];
+      (row == none ? masked_out : data[entry]) = e.value();
     }
-    if (!added_.empty()) data[at(j * panel.columns + j)] += added_[at(plan_.column_at[position])];
+    if (!added_.empty()) data[j * panel.columns + j] += added_[plan_.column_at[position]];
   }
 }
 
 /// The number of unprocessed rows of an earlier panel that are columns of this one.
 Index MaskedFactor::n_common(Index d, const Panel& panel) const {
-  const Panel& descendant = panels_[at(d)];
-  const Index* rows = &rows_[at(descendant.below + reached_[at(d)])];
-  const Index m = descendant.n_below - reached_[at(d)];
+  const Panel& descendant = panels_[d];
+  const Index* rows = &rows_[descendant.below + reached_[d]];
+  const Index m = descendant.n_below - reached_[d];
   Index n = 0;
   while (n < m && rows[n] < panel.first + panel.columns) ++n;
   return n;
@@ -175,9 +172,9 @@ Index MaskedFactor::n_common(Index d, const Panel& panel) const {
 void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index first, Index last,
                                  const std::vector<Index>& local, Workspace& workspace) {
   double* data = &factor_[panel.data];
-  const Panel& descendant = panels_[at(d)];
-  const Index begin = reached_[at(d)];
-  const Index* rows = &rows_[at(descendant.below + begin)];
+  const Panel& descendant = panels_[d];
+  const Index begin = reached_[d];
+  const Index* rows = &rows_[descendant.below + begin];
   const Index c = descendant.columns;
   const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
   const Index stride = (n + stride_of_products - 1) / stride_of_products * stride_of_products;
@@ -187,8 +184,8 @@ void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index fir
     kernels_.dense.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
                             workspace.packed.data());
     for (Index i = 0; i < m; ++i) {
-      double* row = data + at(local[at(rows[first + i])]) * at(panel.columns);
-      const double* product = &workspace.products[at(i * stride)];
+      double* row = data + at(local[rows[first + i]]) * at(panel.columns);
+      const double* product = &workspace.products[i * stride];
       const Index columns = std::min(n, first + i + 1);
       if (in_a_row) {
         double* target = row + (rows[0] - panel.first);
@@ -203,37 +200,37 @@ void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index fir
 void MaskedFactor::factor_triangle(const Panel& panel, Workspace& workspace) {
   std::array<double, widest_supernode> least{};
   for (Index j = 0; j < panel.columns; ++j) {
-    least[at(j)] = least_pivots_[at(position_at_[at(panel.first + j)])];
+    least[j] = least_pivots_[position_at_[panel.first + j]];
   }
   kernels_.dense.factor_triangle(&factor_[panel.data], panel.columns, least.data(),
-                                 &inverse_[at(panel.first)], workspace.packed.data());
+                                 &inverse_[panel.first], workspace.packed.data());
 }
 
 /// Adds a panel to the list of the later panel that contains its row number `row` below the
 /// triangle, or to that of the `border` if that panel is above it.
 void MaskedFactor::queue(Index p, Index row, Border* border) {
-  const Panel& panel = panels_[at(p)];
-  reached_[at(p)] = row;
+  const Panel& panel = panels_[p];
+  reached_[p] = row;
   if (row == panel.n_below) return;
-  const Index target = panel_of_[at(rows_[at(panel.below + row)])];
+  const Index target = panel_of_[rows_[panel.below + row]];
   Index& head =
-      border != nullptr && target >= border->end_panel ? border->unfinished : head_[at(target)];
-  next_[at(p)] = head;
+      border != nullptr && target >= border->end_panel ? border->unfinished : head_[target];
+  next_[p] = head;
   head = p;
 }
 
 /// Finds the rows of all panels of a subtree in its border.
 void MaskedFactor::number_border(const Border& border, std::vector<Index>& local) {
   for (Index i = border.first; i < border.end; ++i) {
-    local[at(border_rows_[at(i)])] = i - border.first;
+    local[border_rows_[i]] = i - border.first;
   }
   for (Index p = border.first_panel; p < border.end_panel; ++p) {
-    Panel& panel = panels_[at(p)];
+    Panel& panel = panels_[p];
     const auto begin = rows_.begin() + panel.below;
     const auto end = begin + panel.n_below;
     panel.n_inside = static_cast<Index>(std::lower_bound(begin, end, border.end_row) - begin);
     for (Index r = panel.below + panel.n_inside; r < panel.below + panel.n_below; ++r) {
-      in_border_[at(r)] = local[at(rows_[at(r)])];
+      in_border_[r] = local[rows_[r]];
     }
   }
 }

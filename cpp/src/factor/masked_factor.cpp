@@ -13,23 +13,16 @@ namespace {
 constexpr double singular = 1e-14;
 
 /// The lower triangle, with rows and columns by positions.
-SymmetricMatrix permuted(const SymmetricMatrix& matrix, const Elimination& plan) {
-  SymmetricMatrix result;
-  result.offsets.push_back(0);
-  std::vector<std::pair<Index, double>> column;
+SparseMatrix permuted(const SparseMatrix& matrix, const Elimination& plan) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
   for (const Index j : plan.column_at) {
-    column.clear();
-    for (Index e = matrix.offsets[at(j)]; e < matrix.offsets[at(j) + 1]; ++e) {
-      const Index row = plan.position_of[at(matrix.rows[at(e)])];
-      if (row >= plan.position_of[at(j)]) column.emplace_back(row, matrix.values[at(e)]);
+    for (SparseMatrix::InnerIterator e(matrix, j); e; ++e) {
+      const Index row = plan.position_of[e.row()];
+      if (row >= plan.position_of[j]) entries.emplace_back(row, plan.position_of[j], e.value());
     }
-    std::sort(column.begin(), column.end());
-    for (const auto& [row, value] : column) {
-      result.rows.push_back(row);
-      result.values.push_back(value);
-    }
-    result.offsets.push_back(static_cast<Index>(result.rows.size()));
   }
+  SparseMatrix result(matrix.rows(), matrix.cols());
+  result.setFromTriplets(entries.begin(), entries.end());
   return result;
 }
 
@@ -40,27 +33,25 @@ std::size_t largest_borders(const Elimination& plan) {
   for (std::size_t s = 0; s < below.size(); ++s) {
     const auto own = at(plan.row_offsets[s + 1] - plan.row_offsets[s]);
     const Index parent = plan.parents[s];
-    (parent < 0 ? of_roots : below[at(parent)]) += std::max(own, below[s]);
+    (parent < 0 ? of_roots : below[parent]) += std::max(own, below[s]);
   }
   return of_roots;
 }
 
 }  // namespace
 
-MaskedFactor::MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
+MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, Ordering ordering,
                            const Kernels& kernels)
     : plan_(plan_elimination(matrix, ordering)),
       kernels_(kernels),
       workers_(workers),
       subtrees_(plan_),
-      workspaces_(workers.threads() + 1, matrix.size()) {
+      workspaces_(workers.threads() + 1, plan_.column_at.size()) {
   matrix_ = permuted(matrix, plan_);
-  const std::size_t n = matrix_.size();
+  const std::size_t n = plan_.column_at.size();
   least_pivots_.resize(n);
-  for (std::size_t j = 0; j < n; ++j) {
-    const Index e = matrix_.offsets[j];  // the diagonal, if it has an entry
-    if (e == matrix_.offsets[j + 1] || at(matrix_.rows[at(e)]) != j) continue;
-    least_pivots_[j] = singular * matrix_.values[at(e)];
+  for (Index j = 0; j < static_cast<Index>(n); ++j) {
+    least_pivots_[j] = singular * matrix_.coeff(j, j);
   }
   const auto supernodes = at(plan_.supernodes());
   mask_.reserve(n);
@@ -105,7 +96,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   std::size_t size_of_order = 0;
   for (std::size_t position = 0; position < n; ++position) {
     const Index column = plan_.column_at[position];
-    const bool is_in = mask[at(column)] != 0;
+    const bool is_in = mask[column] != 0;
     row_of_[position] = is_in ? static_cast<Index>(size_of_order) : none;
     position_at_[size_of_order] = static_cast<Index>(position);
     order_[size_of_order] = column;
@@ -121,13 +112,12 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   Index first = 0;
   Index below = 0;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
-    const Index end_position = plan_.firsts[at(s) + 1];
+    const Index end_position = plan_.firsts[s + 1];
     const Index begin = first;
-    multiplications_[at(s)] = 0;
+    multiplications_[s] = 0;
     panels_before_.push_back(static_cast<Index>(panels_.size()));
-    while (first < static_cast<Index>(position_at_.size()) &&
-           position_at_[at(first)] < end_position) {
-      panel_of_[at(first++)] = static_cast<Index>(panels_.size());
+    while (first < static_cast<Index>(position_at_.size()) && position_at_[first] < end_position) {
+      panel_of_[first++] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
     panels_.push_back({begin, first - begin, below, 0, 0, size});
@@ -135,7 +125,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
     const Panel& panel = panels_.back();
     below += panel.n_below;
     size += at(panel.columns) * at(panel.rows());
-    multiplications_[at(s)] = 0.5 * panel.columns * panel.rows() * panel.rows();
+    multiplications_[s] = 0.5 * panel.columns * panel.rows() * panel.rows();
   }
   panels_before_.push_back(static_cast<Index>(panels_.size()));
   if (factor_.capacity() < size) {
@@ -152,7 +142,8 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
 void MaskedFactor::divide() {
   cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
   const TaskSharing& sharing = workers_.task_sharing();
-  if (matrix_.size() >= sharing.factor_size_from && cost_.multiplications >= sharing.factor_from) {
+  if (order_.capacity() >= sharing.factor_size_from &&
+      cost_.multiplications >= sharing.factor_from) {
     subtrees_.divide(multiplications_);
   } else {
     subtrees_.clear();
@@ -164,7 +155,7 @@ void MaskedFactor::divide() {
   Index next = 0;
   for (const Subtree& subtree : subtrees_.all()) {
     const auto root = at(subtree.root);
-    Border border = {panels_before_[at(subtree.first)],
+    Border border = {panels_before_[subtree.first],
                      panels_before_[root + 1],
                      0,
                      static_cast<Index>(border_rows_.size()),
@@ -172,18 +163,18 @@ void MaskedFactor::divide() {
                      none};
     const bool is_empty = border.first_panel == border.end_panel;
     for (Index r = plan_.row_offsets[root]; r < plan_.row_offsets[root + 1] && !is_empty; ++r) {
-      const Index row = row_of_[at(plan_.rows[at(r)])];
+      const Index row = row_of_[plan_.rows[r]];
       if (row != none) border_rows_.push_back(row);
     }
     border.end = static_cast<Index>(border_rows_.size());
-    border.end_row = border.end_panel < n_panels ? panels_[at(border.end_panel)].first
+    border.end_row = border.end_panel < n_panels ? panels_[border.end_panel].first
                                                  : static_cast<Index>(order_.size());
     borders_.push_back(border);
     for (; next < border.first_panel; ++next) above_.push_back(next);
     next = border.end_panel;
   }
   for (; next < n_panels; ++next) above_.push_back(next);
-  for (const Index p : above_) panels_[at(p)].n_inside = panels_[at(p)].n_below;
+  for (const Index p : above_) panels_[p].n_inside = panels_[p].n_below;
   if (border_sums_.size() < 3 * border_rows_.size()) border_sums_.resize(3 * border_rows_.size());
 }
 
@@ -194,29 +185,55 @@ void MaskedFactor::find_rows(Index supernode) {
   Panel& panel = panels_.back();
   const auto mine = static_cast<Index>(panels_.size()) - 1;
   for (Index j = panel.first; j < panel.first + panel.columns; ++j) {
-    const auto position = at(position_at_[at(j)]);
-    for (Index e = matrix_.offsets[position]; e < matrix_.offsets[position + 1]; ++e) {
-      seen_[at(matrix_.rows[at(e)])] = mine;
-    }
+    for (SparseMatrix::InnerIterator e(matrix_, position_at_[j]); e; ++e) seen_[e.row()] = mine;
   }
-  for (Index child = first_child_[s]; child != none; child = sibling_[at(child)]) {
-    const Panel& below = panels_[at(child)];
+  for (Index child = first_child_[s]; child != none; child = sibling_[child]) {
+    const Panel& below = panels_[child];
     for (Index r = below.below; r < below.below + below.n_below; ++r) {
-      seen_[at(position_at_[at(rows_[at(r)])])] = mine;
+      seen_[position_at_[rows_[r]]] = mine;
     }
   }
   for (Index r = plan_.row_offsets[s]; r < plan_.row_offsets[s + 1]; ++r) {
-    const auto position = at(plan_.rows[at(r)]);
+    const auto position = at(plan_.rows[r]);
     const Index row = row_of_[position];
-    rows_[at(panel.below + panel.n_below)] = row;
+    rows_[panel.below + panel.n_below] = row;
     panel.n_below += static_cast<Index>(seen_[position] == mine) & static_cast<Index>(row != none);
   }
   if (panel.n_below == 0) return;
-  const Index position = position_at_[at(rows_[at(panel.below)])];
+  const Index position = position_at_[rows_[panel.below]];
   const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), position) -
                   plan_.firsts.begin() - 1;
-  sibling_[at(mine)] = first_child_[static_cast<std::size_t>(up)];
-  first_child_[static_cast<std::size_t>(up)] = mine;
+  sibling_[mine] = first_child_[up];
+  first_child_[up] = mine;
+}
+
+void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
+  double* numbers = &values[0].x;
+  pass(
+      values.data(), at(fields), at(fields),
+      [&](const Panel& panel, double* sums) { solve_forward(panel, numbers, sums, fields); },
+      [&](const Panel& panel) { solve_backward(panel, numbers, fields); });
+}
+
+/// Solves for the rows of a panel. The `sums` are those of its subtree.
+void MaskedFactor::solve_forward(const Panel& panel, double* values, double* sums,
+                                 int fields) const {
+  kernels_.dense.solve_forward(&factor_[panel.data], panel.columns + panel.n_inside, panel.columns,
+                               &inverse_[panel.first], panel.first, rows_.data() + panel.below,
+                               values, fields);
+  const Index n_above = panel.n_below - panel.n_inside;
+  if (n_above == 0) return;
+  const double* rows =
+      &factor_[panel.data + at(panel.columns + panel.n_inside) * at(panel.columns)];
+  kernels_.dense.subtract_products(rows, n_above, panel.columns,
+                                   values + static_cast<std::ptrdiff_t>(panel.first) * 4 * fields,
+                                   &in_border_[panel.below + panel.n_inside], sums, fields);
+}
+
+void MaskedFactor::solve_backward(const Panel& panel, double* values, int fields) const {
+  kernels_.dense.solve_backward(&factor_[panel.data], panel.rows(), panel.columns,
+                                &inverse_[panel.first], panel.first, rows_.data() + panel.below,
+                                values, fields);
 }
 
 }  // namespace dynmesh

@@ -2,20 +2,55 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "factor/elimination.hpp"
-#include "factor/subtrees.hpp"
-#include "factor/workspaces.hpp"
 #include "kernels/kernels.hpp"
 #include "support/indices.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
+
+/// The number of rows of a product of panels that are computed at once, so that they stay in the
+/// first-level cache.
+constexpr Index rows_of_product = 128;
+
+/// What a thread of a factorisation needs for itself.
+struct Workspace {
+  explicit Workspace(std::size_t n) : local(n) {}
+
+  std::vector<Index> local;  // (n,) the row of the current panel for each row of the submatrix
+  std::vector<double> products = std::vector<double>(rows_of_product * widest_supernode);
+  std::vector<double> packed = std::vector<double>(most_work);
+};
+
+/// One workspace for each thread. Which of them a thread gets has no effect on its results.
+class Workspaces {
+ public:
+  Workspaces(Index threads, std::size_t n)
+      : workspaces_(static_cast<std::size_t>(threads), Workspace(n)),
+        is_lent_(std::make_unique<std::atomic<bool>[]>(workspaces_.size())) {}
+
+  /// Calls `work` with a workspace that no other thread uses meanwhile. At most as many threads may
+  /// do so at a time as there are workspaces.
+  template <class Work>
+  void lend(const Work& work) {
+    std::size_t i = 0;
+    while (is_lent_[i].exchange(true, std::memory_order_acquire)) i = (i + 1) % workspaces_.size();
+    work(workspaces_[i]);
+    is_lent_[i].store(false, std::memory_order_release);
+  }
+
+ private:
+  std::vector<Workspace> workspaces_;
+  std::unique_ptr<std::atomic<bool>[]> is_lent_;
+};
 
 /// A supernodal Cholesky factorisation (left-looking, as in Chen, Davis, Hager and Rajamanickam
 /// 2008). Its order and supernodes are computed for the whole matrix, and each mask selects a part
@@ -27,12 +62,12 @@ namespace dynmesh {
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.
-  MaskedFactor(const SymmetricMatrix& matrix, Workers& workers, Ordering ordering,
+  MaskedFactor(const SparseMatrix& matrix, Workers& workers, Ordering ordering,
                const Kernels& kernels = best_kernels());
   /// In the order that is best for its size.
-  MaskedFactor(const SymmetricMatrix& matrix, Workers& workers,
+  MaskedFactor(const SparseMatrix& matrix, Workers& workers,
                const Kernels& kernels = best_kernels())
-      : MaskedFactor(matrix, workers, best_ordering(matrix.size()), kernels) {}
+      : MaskedFactor(matrix, workers, best_ordering(matrix.cols()), kernels) {}
 
   /// Reserves address space for the largest factor that any mask can have, so that `factorize`
   /// allocates none. The memory itself is only used as far as a factor fills it.
@@ -86,7 +121,7 @@ class MaskedFactor {
     Index unfinished;  // the first of a list of panels with such rows, linked by next_
   };
 
-  // masked_factor.cpp
+  // masked_factor.cpp, with solve_forward and solve_backward
   void thin_out(std::span<const std::uint8_t> mask);
   void find_rows(Index supernode);
   void divide();
@@ -104,7 +139,6 @@ class MaskedFactor {
   void queue(Index panel, Index row, Border* border);
   void number_border(const Border& border, std::vector<Index>& local);
 
-  // triangular_solves.cpp
   void solve_forward(const Panel& panel, double* values, double* sums, int fields) const;
   void solve_backward(const Panel& panel, double* values, int fields) const;
 
@@ -126,20 +160,19 @@ class MaskedFactor {
     for_each_subtree(is_worth_it, [&](Border& border) {
       Vector3<double>* sums = border_sums_.data() + 3 * border.first;
       std::fill_n(sums, at(border.end - border.first) * width, Vector3<double>{});
-      for (Index p = border.first_panel; p < border.end_panel; ++p)
-        forward(panels_[at(p)], &sums->x);
+      for (Index p = border.first_panel; p < border.end_panel; ++p) forward(panels_[p], &sums->x);
     });
     for (const Border& border : borders_) {
       const Vector3<double>* sums = border_sums_.data() + 3 * border.first;
       for (Index i = border.first; i < border.end; ++i) {
-        Vector3<double>* row = values + at(border_rows_[at(i)]) * stride;
+        Vector3<double>* row = values + at(border_rows_[i]) * stride;
         for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
       }
     }
-    for (const Index p : above_) forward(panels_[at(p)], nullptr);
-    for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[at(*p)]);
+    for (const Index p : above_) forward(panels_[p], nullptr);
+    for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[*p]);
     for_each_subtree(is_worth_it, [&](Border& border) {
-      for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[at(p)]);
+      for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[p]);
     });
   }
 
@@ -149,12 +182,12 @@ class MaskedFactor {
     workers_.share(subtrees_.n_groups(), is_worth_it, [&](Index group) {
       const auto g = static_cast<std::size_t>(group);
       for (Index i = subtrees_.groups()[g]; i < subtrees_.groups()[g + 1]; ++i) {
-        work(borders_[static_cast<std::size_t>(i)]);
+        work(borders_[i]);
       }
     });
   }
 
-  SymmetricMatrix matrix_;  // rows and columns by positions
+  SparseMatrix matrix_;  // rows and columns by positions
   Elimination plan_;
   const Kernels& kernels_;
   Workers& workers_;

@@ -62,9 +62,9 @@ void MaskedFactor::precondition(std::span<Vector3<double>> values, int fields) {
   if (!is_rounded_) round();
   const auto stride = quad * fields;
   for (int f = 0; f < fields; ++f) {
-    double* numbers = &values[at(f)].x;
+    double* numbers = &values[f].x;
     pass(
-        &values[at(f)], at(fields), 1,
+        &values[f], at(fields), 1,
         [&](const Panel& panel, double* sums) { forward_rounded(panel, numbers, stride, sums); },
         [&](const Panel& panel) { backward_rounded(panel, numbers, stride); });
   }
@@ -85,7 +85,7 @@ void MaskedFactor::round() {
   workers_.for_each_short_chunk(
       static_cast<Index>(panels_.size()),
       [&](Index first, Index last) {
-        for (Index p = first; p < last; ++p) round(panels_[at(p)]);
+        for (Index p = first; p < last; ++p) round(panels_[p]);
       },
       panel_weight);
   is_rounded_ = true;
@@ -96,12 +96,12 @@ void MaskedFactor::round(const Panel& panel) {
   const double* triangle = &factor_[panel.data];
   std::array<double, at(widest_supernode) * at(widest_supernode)> inverse{};
   for (Index i = 0; i < n; ++i) {
-    const double scale = inverse_[at(panel.first + i)];
-    double* row = &inverse[at(i * n)];
+    const double scale = inverse_[panel.first + i];
+    double* row = &inverse[i * n];
     row[i] = -scale;
     for (Index k = 0; k < i; ++k) {
       const double factor = scale * triangle[i * n + k];
-      const double* other = &inverse[at(k * n)];
+      const double* other = &inverse[k * n];
       for (Index j = 0; j <= k; ++j) row[j] -= factor * other[j];
     }
   }

@@ -12,7 +12,8 @@
 
 namespace dynmesh {
 
-/// A method of estimating the satellites of a frame. Frames have one Vector3 per vertex.
+/// A method of estimating the satellites of the frames of one sequence, whose frame 0 the
+/// constructors take. Frames have one Vector3 per vertex.
 template <class Real>
 class Estimator {
  public:
@@ -23,9 +24,6 @@ class Estimator {
   Estimator(Estimator&&) = delete;
   Estimator& operator=(Estimator&&) = delete;
   virtual ~Estimator() = default;
-
-  /// Begins the sequence whose frame 0 is `first_frame`. Called once, before all others.
-  virtual void reset(Frame first_frame) = 0;
 
   /// Classifies the vertices and estimates the satellites of `points` from the anchors and from the
   /// previous completed frame. The anchors, which are the vertices with `known[v] == 1` and not 0,
@@ -43,8 +41,8 @@ class Estimator {
   /// order of vertices, which follows from the faces.
   virtual void write_memory(Writer& /*writer*/) const {}
   [[nodiscard]] virtual std::size_t memory_size() const { return 0; }
-  /// Reads it again after `reset`. `completed` is the last completed frame. Refuses a memory that
-  /// this method cannot have produced, after which it is of no use.
+  /// Reads it again at the beginning of a sequence. `completed` is the last completed frame.
+  /// Refuses a memory that this method cannot have produced, after which it is of no use.
   virtual void read_memory(Reader& /*reader*/, Frame /*completed*/) {}
 
   /// (k,) the standard errors of the last estimate, or empty if they are not computed.

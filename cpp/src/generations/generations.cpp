@@ -11,7 +11,7 @@ Generations::Generations(std::size_t n_vertices)
 }
 
 void Generations::reach(Index vertex, Index iteration) {
-  generation_[static_cast<std::size_t>(vertex)] = iteration;
+  generation_[vertex] = iteration;
   satellites_[reached_++] = vertex;
 }
 
@@ -25,8 +25,7 @@ void Generations::classify(const Cells& cells, std::span<const std::uint8_t> kno
   reached_ = 0;
   ends_.assign(1, 0);
   const auto has_anchor = [&](Index v) {
-    return std::ranges::any_of(
-        cells[v], [&](Index n) { return generation_[static_cast<std::size_t>(n)] == anchor; });
+    return std::ranges::any_of(cells[v], [&](Index n) { return generation_[n] == anchor; });
   };
   for (std::size_t v = 0; v < generation_.size(); ++v) {
     const auto vertex = static_cast<Index>(v);
@@ -40,7 +39,7 @@ void Generations::classify(const Cells& cells, std::span<const std::uint8_t> kno
     ends_.push_back(last);
     for (std::size_t i = first; i < last; ++i) {
       for (const Index n : cells[satellites_[i]]) {
-        if (generation_[static_cast<std::size_t>(n)] == disconnected) reach(n, iteration);
+        if (generation_[n] == disconnected) reach(n, iteration);
       }
     }
   }

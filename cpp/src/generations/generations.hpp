@@ -48,7 +48,7 @@ class Generations {
   /// The number of satellites that the iterations up to `iteration` reach. They come first in
   /// `satellites()`.
   [[nodiscard]] std::size_t reached_by(Index iteration) const {
-    return ends_[static_cast<std::size_t>(iteration < last() ? iteration : last())];
+    return ends_[iteration < last() ? iteration : last()];
   }
 
   [[nodiscard]] std::size_t anchors() const { return anchors_; }

@@ -32,11 +32,11 @@ void search(const Cells& cells, Index start, std::vector<std::uint8_t>& found,
             std::vector<Index>& order) {
   std::size_t next = order.size();
   order.push_back(start);
-  found[static_cast<std::size_t>(start)] = 1;
+  found[start] = 1;
   for (; next < order.size(); ++next) {
     for (const Index n : cells[order[next]]) {
-      if (found[static_cast<std::size_t>(n)] != 0) continue;
-      found[static_cast<std::size_t>(n)] = 1;
+      if (found[n] != 0) continue;
+      found[n] = 1;
       order.push_back(n);
     }
   }
@@ -58,15 +58,13 @@ Numbering choose_numbering(const Cells& cells) {
     const std::size_t first = order.size();
     search(cells, static_cast<Index>(v), found, order);
     const Index rim = order.back();
-    for (std::size_t i = first; i < order.size(); ++i)
-      found[static_cast<std::size_t>(order[i])] = 0;
+    for (std::size_t i = first; i < order.size(); ++i) found[order[i]] = 0;
     order.resize(first);
     search(cells, rim, found, order);
   }
   numbering.internal_indices.resize(cells.size());
   for (std::size_t internal = 0; internal < order.size(); ++internal) {
-    numbering.internal_indices[static_cast<std::size_t>(order[internal])] =
-        static_cast<Index>(internal);
+    numbering.internal_indices[order[internal]] = static_cast<Index>(internal);
   }
   return numbering;
 }
@@ -80,10 +78,10 @@ Topology renumber(const Topology& topology, const Numbering& numbering) {
   renumbered.component.reserve(topology.component.size());
   for (const Index vertex : numbering.caller_indices) {
     for (const Index n : topology.cells[vertex]) {
-      cells.neighbours.push_back(numbering.internal_indices[static_cast<std::size_t>(n)]);
+      cells.neighbours.push_back(numbering.internal_indices[n]);
     }
     cells.offsets.push_back(static_cast<Index>(cells.neighbours.size()));
-    renumbered.component.push_back(topology.component[static_cast<std::size_t>(vertex)]);
+    renumbered.component.push_back(topology.component[vertex]);
   }
   return renumbered;
 }

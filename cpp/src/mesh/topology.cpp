@@ -55,10 +55,10 @@ std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
   const std::vector<std::size_t> bucket_starts = bucket_ends;
   std::vector<Index> by_bucket(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
-    by_bucket[bucket_ends[static_cast<std::size_t>(sorted[f][0])]++] = static_cast<Index>(f);
+    by_bucket[bucket_ends[sorted[f][0]]++] = static_cast<Index>(f);
   }
 
-  const auto key = [&](Index f) { return sorted[static_cast<std::size_t>(f)]; };
+  const auto key = [&](Index f) { return sorted[f]; };
   std::vector<Index> duplicate_of(faces.count, -1);
   for (std::size_t v = 0; v < n_vertices; ++v) {
     const auto first = by_bucket.begin() + static_cast<std::ptrdiff_t>(bucket_starts[v]);
@@ -67,7 +67,7 @@ std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
               [&](Index a, Index b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
     for (auto original = first, it = first; it != last; ++it) {
       if (key(*it) != key(*original)) original = it;
-      if (it != original) duplicate_of[static_cast<std::size_t>(*it)] = *original;
+      if (it != original) duplicate_of[*it] = *original;
     }
   }
   return duplicate_of;
@@ -176,15 +176,15 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
 Cells collect_cells(const std::vector<Edge>& edges, std::size_t n_vertices) {
   std::vector<Index> ends(n_vertices + 1, 0);
   for (const auto& [a, b] : edges) {
-    ++ends[static_cast<std::size_t>(a) + 1];
-    ++ends[static_cast<std::size_t>(b) + 1];
+    ++ends[a + 1];
+    ++ends[b + 1];
   }
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
   const std::vector<Index> starts = ends;
   std::vector<Index> neighbours(2 * edges.size());
   for (const auto& [a, b] : edges) {
-    neighbours[static_cast<std::size_t>(ends[static_cast<std::size_t>(a)]++)] = b;
-    neighbours[static_cast<std::size_t>(ends[static_cast<std::size_t>(b)]++)] = a;
+    neighbours[ends[a]++] = b;
+    neighbours[ends[b]++] = a;
   }
 
   // Edges of refused faces may occur several times. Removing the duplicates moves the rows
@@ -218,8 +218,8 @@ std::vector<Index> label_components(const Cells& cells, std::size_t& n_component
       const Index v = stack.back();
       stack.pop_back();
       for (const Index n : cells[v]) {
-        if (component[static_cast<std::size_t>(n)] >= 0) continue;
-        component[static_cast<std::size_t>(n)] = label;
+        if (component[n] >= 0) continue;
+        component[n] = label;
         stack.push_back(n);
       }
     }

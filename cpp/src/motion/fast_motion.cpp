@@ -13,10 +13,9 @@ bool FastMotion<Real>::supports(std::size_t n_vertices) {
 }
 
 template <class Real>
-FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
-                             const Sweeps<Real>& sweeps)
-    : cells_(cells),
-      workers_(workers),
+FastMotion<Real>::FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations,
+                             Workers& workers, const Sweeps<Real>& sweeps)
+    : workers_(workers),
       sweeps_(sweeps),
       extra_iterations_(extra_iterations),
       neighbours_(slots * cells.size()),
@@ -27,7 +26,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
       visits_(cells.size()),
       rows_(cells.size()) {
   for (std::size_t j = 0; j < cells.size(); ++j) {
-    const auto cell = cells[static_cast<Index>(j)];
+    const auto cell = cells[j];
     valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
     // Empty slots refer to the vertex itself and have weight 0.
     const auto neighbour = [&](std::size_t slot) {
@@ -48,6 +47,8 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
     of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
   }
   wide_weights_.resize(wide_neighbours_.size() / 4);
+  data_.inverse_mean_edge =
+      std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
   const auto k = static_cast<Index>(cells.size());
   Index wide = 0;
   const Index chunk = workers.task_sharing().chunk;
@@ -56,8 +57,7 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
     rows.first = first;
     rows.last = std::min(first + chunk, k);
     rows.first_wide = wide;
-    while (wide < static_cast<Index>(wide_.size()) &&
-           wide_[static_cast<std::size_t>(wide)] < rows.last) {
+    while (wide < static_cast<Index>(wide_.size()) && wide_[wide] < rows.last) {
       ++wide;
     }
     rows.last_wide = wide;
@@ -66,16 +66,9 @@ FastMotion<Real>::FastMotion(const Cells& cells, Index extra_iterations, Workers
 }
 
 template <class Real>
-void FastMotion<Real>::reset(Frame first_frame) {
-  data_.inverse_mean_edge =
-      std::min(Real{1} / mean_edge_length(cells_, first_frame), std::numeric_limits<Real>::max());
-}
-
-template <class Real>
 template <class Work>
 void FastMotion<Real>::for_each_chunk(Work&& work) {
-  workers_.for_each(static_cast<Index>(chunks_.size()),
-                    [&](Index i) { work(chunks_[static_cast<std::size_t>(i)]); });
+  workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index i) { work(chunks_[i]); });
 }
 
 /// Executes one iteration and returns the number of satellites reached so far.

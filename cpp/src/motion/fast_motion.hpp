@@ -21,12 +21,11 @@ class FastMotion final : public Estimator<Real> {
   /// Whether the 32-bit byte offsets of the loops suffice for a mesh of this size.
   static bool supports(std::size_t n_vertices);
 
-  /// `cells` and `workers` must outlive this object. The result does not depend on the number of
-  /// threads.
-  FastMotion(const Cells& cells, Index extra_iterations, Workers& workers,
+  /// `workers` must outlive this object. `first_frame` is frame 0. The result does not depend on
+  /// the number of threads.
+  FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations, Workers& workers,
              const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
 
-  void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame /*completed*/) override {}
@@ -36,7 +35,6 @@ class FastMotion final : public Estimator<Real> {
   template <class Work>
   void for_each_chunk(Work&& work);
 
-  const Cells& cells_;
   Workers& workers_;
   const Sweeps<Real>& sweeps_;
   Index extra_iterations_;

@@ -8,21 +8,17 @@
 namespace dynmesh {
 
 template <class Real>
-Motion<Real>::Motion(const Cells& cells, bool revisit, Index extra_iterations)
+Motion<Real>::Motion(const Cells& cells, Frame first_frame, bool revisit, Index extra_iterations)
     : cells_(cells),
       revisit_(revisit),
       extra_iterations_(extra_iterations),
+      mean_edge_(mean_edge_length(cells, first_frame)),
       anchor_sums_(cells.size()),
       row_ends_(cells.size() + 1),
       neighbours_(cells.neighbours.size()),
       estimates_(cells.size()),
       next_(cells.size()),
       row_of_(cells.size()) {}
-
-template <class Real>
-void Motion<Real>::reset(Frame first_frame) {
-  mean_edge_ = mean_edge_length(cells_, first_frame);
-}
 
 /// s_ij = 1 / |v_i - v_j|^2, in units of the mean edge length. Eq. (4) depends only on ratios, and
 /// in these units the squares of very small and very large coordinates stay within the range of
@@ -44,15 +40,14 @@ void Motion<Real>::gather(Frame previous, std::span<const Vector3<Real>> points,
   const auto satellites = generations.satellites();
   const auto generation = generations.of_vertices();
   for (std::size_t row = 0; row < satellites.size(); ++row) {
-    row_of_[static_cast<std::size_t>(satellites[row])] = static_cast<std::uint32_t>(row);
+    row_of_[satellites[row]] = static_cast<std::uint32_t>(row);
   }
 
   std::size_t end = 0;
   for (std::size_t row = 0; row < satellites.size(); ++row) {
-    const Vector3<Real>& v_j = previous[static_cast<std::size_t>(satellites[row])];
+    const Vector3<Real>& v_j = previous[satellites[row]];
     Weighted anchor_sum{};
-    for (const Index neighbour : cells_[satellites[row]]) {
-      const auto i = static_cast<std::size_t>(neighbour);
+    for (const Index i : cells_[satellites[row]]) {
       const Real s = inverse_squared_distance(previous[i], v_j);
       if (generation[i] == Generations::anchor) {
         anchor_sum.add(s, {points[i] - previous[i], Real{1}});
@@ -73,7 +68,7 @@ typename Motion<Real>::Weighted Motion<Real>::weighted_sum(std::size_t row, Inde
   Weighted sum{};
   sum.add(static_cast<Real>(iteration), anchor_sums_[row]);
   for (auto i = row_ends_[row]; i < row_ends_[row + 1]; ++i) {
-    const Neighbour& neighbour = neighbours_[static_cast<std::size_t>(i)];
+    const Neighbour& neighbour = neighbours_[i];
     sum.add(neighbour.s, estimates_[neighbour.row]);
   }
   return sum;

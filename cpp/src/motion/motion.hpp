@@ -21,13 +21,12 @@ class Motion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// `cells` must outlive this object. With `revisit`, every iteration estimates all satellites
-  /// reached so far; otherwise each is estimated once, when it is reached. `extra_iterations` >= 0
-  /// is the number of iterations after the one that reaches the last satellite; without `revisit`
-  /// they have no effect.
-  Motion(const Cells& cells, bool revisit, Index extra_iterations);
+  /// `cells` must outlive this object. `first_frame` is frame 0. With `revisit`, every iteration
+  /// estimates all satellites reached so far; otherwise each is estimated once, when it is reached.
+  /// `extra_iterations` >= 0 is the number of iterations after the one that reaches the last
+  /// satellite; without `revisit` they have no effect.
+  Motion(const Cells& cells, Frame first_frame, bool revisit, Index extra_iterations);
 
-  void reset(Frame first_frame) override;
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame /*completed*/) override {}
@@ -57,7 +56,7 @@ class Motion final : public Estimator<Real> {
   const Cells& cells_;
   bool revisit_;
   Index extra_iterations_;
-  Real mean_edge_{1};  // h of frame 0
+  Real mean_edge_;  // h of frame 0
 
   // Row j of each belongs to the j-th satellite of the frame.
   std::vector<Weighted> anchor_sums_;  // sum of s_ij d_i and of s_ij over the anchors i

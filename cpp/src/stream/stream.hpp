@@ -11,10 +11,10 @@
 #include <span>
 #include <vector>
 
-#include "disconnected/disconnected.hpp"
 #include "generations/generations.hpp"
 #include "kernels/kernels.hpp"
 #include "mesh/numbering.hpp"
+#include "stream/disconnected.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

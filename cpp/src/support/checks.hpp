@@ -7,6 +7,9 @@
 #include <dynmesh/types.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
+
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 
@@ -59,6 +62,22 @@ void check_rows(const char* argument, const View& view, std::size_t n_vertices) 
                                 " vertices");
   }
   check_view(argument, view);
+}
+
+/// The positions of a frame that must be complete, with a row for each vertex.
+template <class Real>
+std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Real> points,
+                                          std::size_t n_vertices) {
+  check_rows(argument, points, n_vertices);
+  std::vector<Vector3<double>> frame(n_vertices);
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    frame[v] = in_double(row(points, v));
+    if (is_finite(frame[v])) continue;
+    throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
+                                " is at " + to_text(frame[v]) +
+                                ", but this frame must be complete and finite");
+  }
+  return frame;
 }
 
 }  // namespace dynmesh

@@ -76,8 +76,7 @@ inline double mean_stretch(const Cells& cells, std::span<const Vector3<double>> 
   double sum = 0;
   double n_edges = 0;
   for (std::size_t v = 0; v < before.size(); ++v) {
-    for (const Index other : cells[static_cast<Index>(v)]) {
-      const auto n = static_cast<std::size_t>(other);
+    for (const Index n : cells[v]) {
       const double was = std::sqrt(squared_norm(before[n] - before[v]));
       const double is = std::sqrt(squared_norm(after[n] - after[v]));
       if (!(was > 0) && !(is > 0)) continue;
@@ -95,7 +94,7 @@ Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) 
   for (std::size_t v = 0; v < cells.size(); ++v) {
     const auto vertex = static_cast<Index>(v);
     for (const Index n : cells[vertex]) {
-      const auto edge = frame[static_cast<std::size_t>(n)] - frame[v];
+      const auto edge = frame[n] - frame[v];
       sum += std::hypot(static_cast<double>(edge.x), static_cast<double>(edge.y),
                         static_cast<double>(edge.z));
     }

@@ -21,8 +21,7 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
                              std::span<const Vector3<Real>> after) {
   Eigen::Vector3d from = Eigen::Vector3d::Zero();
   Eigen::Vector3d to = Eigen::Vector3d::Zero();
-  for (const Index vertex : vertices) {
-    const auto v = static_cast<std::size_t>(vertex);
+  for (const Index v : vertices) {
     from += to_eigen(before[v]);
     to += to_eigen(after[v]);
   }
@@ -30,8 +29,7 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   to /= static_cast<double>(vertices.size());
 
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Index vertex : vertices) {
-    const auto v = static_cast<std::size_t>(vertex);
+  for (const Index v : vertices) {
     covariance += (to_eigen(after[v]) - to) * (to_eigen(before[v]) - from).transpose();
   }
 
@@ -48,8 +46,7 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      motion.rotation[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
-          rotation(row, column);
+      motion.rotation[row][column] = rotation(row, column);
     }
   }
   return motion;

@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "factor/elimination.hpp"
-#include "factor/masked_factor.hpp"
+#include "factor/interpolation.hpp"
 #include "support/rigid_motion.hpp"
 #include "whole_frame/trips.hpp"
 
@@ -14,7 +13,7 @@ std::vector<std::size_t> count_in_components(const Topology& topology,
                                              std::span<const std::uint8_t> marked) {
   std::vector<std::size_t> counts(topology.report.components);
   for (std::size_t v = 0; v < marked.size(); ++v) {
-    if (marked[v] != 0) ++counts[static_cast<std::size_t>(topology.component[v])];
+    if (marked[v] != 0) ++counts[topology.component[v]];
   }
   return counts;
 }
@@ -34,42 +33,6 @@ RigidMotion motion_to_base(const Window<Real>& window, std::size_t frame) {
   }
   if (common.empty()) return {};
   return fit_rigid_motion<double>(common, there, here);
-}
-
-/// L^2, where L is the uniform Laplacian: the degrees on the diagonal, -1 for each edge.
-SymmetricMatrix squared_laplacian(const Cells& cells) {
-  SymmetricMatrix matrix;
-  matrix.offsets.push_back(0);
-  std::vector<double> column(cells.size());
-  std::vector<Index> entries;
-  const auto degree = [&](Index v) { return static_cast<double>(cells[v].size()); };
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto v = static_cast<Index>(i);
-    entries.clear();
-    const auto add = [&](Index row, double value) {
-      double& entry = column[static_cast<std::size_t>(row)];
-      if (entry == 0) entries.push_back(row);
-      entry += value;
-    };
-    // Column v of L L: the sum over the rows n of column v of L. Sums that are 0 on the way may
-    // list a row twice.
-    add(v, degree(v) * degree(v));
-    for (const Index n : cells[v]) {
-      add(n, -degree(v) - degree(n));
-      for (const Index far : cells[n]) add(far, 1);
-    }
-    std::ranges::sort(entries);
-    // Not by ranges, which Clang 14 refuses here.
-    entries.erase(std::unique(entries.begin(), entries.end()), entries.end());
-    for (const Index row : entries) {
-      double& entry = column[static_cast<std::size_t>(row)];
-      matrix.rows.push_back(row);
-      matrix.values.push_back(entry);
-      entry = 0;
-    }
-    matrix.offsets.push_back(static_cast<Index>(matrix.rows.size()));
-  }
-  return matrix;
 }
 
 Vector3<double> mean_of_fixed(const PartialFrame& frame) {
@@ -121,37 +84,21 @@ std::vector<Vector3<double>> smooth_fill(const Topology& topology, PartialFrame 
   const std::size_t k = frame.positions.size();
   const auto counts = count_in_components(topology, frame.fixed);
   const Vector3<double> mean = mean_of_fixed(frame);
-  std::vector<std::uint8_t> free(k);
-  bool is_whole = true;
+  std::vector<std::uint8_t> is_free(k);
+  std::vector<Vector3<double>> from_mean(k);  // which those that are not known begin at
   for (std::size_t v = 0; v < k; ++v) {
-    if (frame.fixed[v] != 0) continue;
-    frame.positions[v] = mean;
-    if (counts[static_cast<std::size_t>(topology.component[v])] == 0) continue;
-    free[v] = 1;
-    is_whole = false;
+    is_free[v] = frame.fixed[v] == 0 && counts[topology.component[v]] > 0 ? 1 : 0;
+    if (frame.fixed[v] != 0) from_mean[v] = frame.positions[v] - mean;
   }
-  if (is_whole) return std::move(frame.positions);
-
-  // With x = mean + y, the fixed y are known and those that are free begin at 0.
-  const SymmetricMatrix matrix = squared_laplacian(topology.cells);
-  MaskedFactor factor(matrix, workers);
-  factor.factorize(free);
-  std::vector<Vector3<double>> values;
-  for (const Index column : factor.order()) {
-    Vector3<double> sum;
-    const auto c = static_cast<std::size_t>(column);
-    for (Index e = matrix.offsets[c]; e < matrix.offsets[c + 1]; ++e) {
-      const auto row = static_cast<std::size_t>(matrix.rows[static_cast<std::size_t>(e)]);
-      if (frame.fixed[row] == 0) continue;
-      const double weight = matrix.values[static_cast<std::size_t>(e)];
-      sum = sum + weight * (mean - frame.positions[row]);
-    }
-    values.push_back(sum);
+  if (std::ranges::count(is_free, 1) > 0) {
+    const SparseMatrix l = laplacian(topology.cells);
+    SparseMatrix energy;
+    energy = l * l;
+    MaskedFactor factor(energy, workers);
+    interpolate(energy, factor, is_free, from_mean);
   }
-  factor.solve(values, 1);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const auto v = static_cast<std::size_t>(factor.order()[i]);
-    frame.positions[v] = mean + values[i];
+  for (std::size_t v = 0; v < k; ++v) {
+    if (frame.fixed[v] == 0) frame.positions[v] = mean + from_mean[v];
   }
   return std::move(frame.positions);
 }

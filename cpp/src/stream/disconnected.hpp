@@ -12,8 +12,9 @@
 
 namespace dynmesh {
 
-/// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Ties
-/// are resolved in favour of the smallest index. The time is about k log k.
+/// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Of
+/// several, any, but always the same one. The time is about k log k, times the logarithm of the
+/// number of components.
 template <class Real>
 std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
                                std::span<const Index> component);

@@ -1,4 +1,4 @@
-#include "disconnected/disconnected.hpp"
+#include "stream/disconnected.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -23,9 +23,9 @@ Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule
   const auto& component = topology.component;
   members_.resize(component.size());
   std::iota(members_.begin(), members_.end(), 0);
-  const auto component_of = [&](Index v) { return component[static_cast<std::size_t>(v)]; };
+  const auto component_of = [&](Index v) { return component[v]; };
   std::ranges::stable_sort(members_, {}, component_of);
-  for (const Index label : component) ++member_ends_[static_cast<std::size_t>(label) + 1];
+  for (const Index label : component) ++member_ends_[label + 1];
   std::partial_sum(member_ends_.begin(), member_ends_.end(), member_ends_.begin());
 }
 
@@ -38,7 +38,7 @@ void Disconnected<Real>::reset(Frame first_frame) {
   for (std::size_t c = 0; c < topology_->report.components; ++c) {
     const auto first = static_cast<std::ptrdiff_t>(donors_.size());
     for (std::size_t m = member_ends_[c]; m < member_ends_[c + 1]; ++m) {
-      const Index donor = donor_of[static_cast<std::size_t>(members_[m])];
+      const Index donor = donor_of[members_[m]];
       if (donor >= 0) donors_.push_back(donor);
     }
     std::sort(donors_.begin() + first, donors_.end());
@@ -52,8 +52,7 @@ template <class Real>
 std::span<const Index> Disconnected<Real>::usable_donors(std::size_t component) {
   chosen_.clear();
   for (std::size_t i = donor_ends_[component]; i < donor_ends_[component + 1]; ++i) {
-    const auto home =
-        static_cast<std::size_t>(topology_->component[static_cast<std::size_t>(donors_[i])]);
+    const auto home = static_cast<std::size_t>(topology_->component[donors_[i]]);
     if (anchors_in_[home] >= fewest_anchors) chosen_.push_back(donors_[i]);
   }
   return chosen_;
@@ -68,7 +67,7 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
   std::ranges::fill(anchors_in_, 0);
   for (std::size_t v = 0; v < generation.size(); ++v) {
     if (generation[v] == Generations::anchor) {
-      ++anchors_in_[static_cast<std::size_t>(topology_->component[v])];
+      ++anchors_in_[topology_->component[v]];
     }
   }
 

@@ -1,0 +1,40 @@
+/// Surfaces that are smooth between given vertices.
+#pragma once
+
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+
+#include "factor/masked_factor.hpp"
+
+namespace dynmesh {
+
+/// L = D - R, eq. (2), with `weight(i, j)` in the place of the ones of R.
+template <class Weight>
+SparseMatrix laplacian(const Cells& cells, const Weight& weight) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  const auto k = static_cast<Index>(cells.size());
+  for (Index i = 0; i < k; ++i) {
+    double degree = 0;
+    for (const Index j : cells[i]) {
+      entries.emplace_back(i, j, -weight(i, j));
+      degree += weight(i, j);
+    }
+    entries.emplace_back(i, i, degree);
+  }
+  SparseMatrix result(k, k);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+inline SparseMatrix laplacian(const Cells& cells) {
+  return laplacian(cells, [](Index, Index) { return 1.0; });
+}
+
+/// Sets `values` where `is_free` so that these rows of `energy` times the values are 0: the minimum
+/// of a quadratic energy with the other values fixed. `factor` is that of the energy. Each
+/// component must have a fixed value.
+void interpolate(const SparseMatrix& energy, MaskedFactor& factor,
+                 std::span<const std::uint8_t> is_free, std::span<Vector3<double>> values);
+
+}  // namespace dynmesh
