@@ -1,11 +1,15 @@
-/// Views of NumPy arrays, which python/dynmesh/_arrays.py has converted, and values for Python.
+/// Views of NumPy arrays, scans and depth images, which python/dynmesh/_arrays.py has converted,
+/// and values for Python; and what each file of this folder binds.
 #pragma once
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -18,6 +22,10 @@
 namespace dynmesh {
 
 namespace py = pybind11;
+
+void bind_files(py::module_& module);
+void bind_functions(py::module_& module);
+void bind_streams(py::module_& module);
 
 /// An argument that is a packed array of this type. Unlike its base, it is never converted, so that
 /// what is written to it arrives.
@@ -71,6 +79,32 @@ py::dict fields_of(const Report& report) {
     }
   });
   return fields;
+}
+
+template <class Real>
+Scan<Real> scan_of(const Exact<Real>& points, const std::optional<Exact<Real>>& normals,
+                   const std::optional<Exact<Real>>& viewpoints) {
+  Scan<Real> scan = {view(points)};
+  if (normals) scan.normals = view(*normals);
+  if (viewpoints) scan.viewpoints = view(*viewpoints);
+  return scan;
+}
+
+/// Of each camera: depths (h, w), intrinsics (3, 3) and pose (4, 4).
+using Images = std::vector<std::tuple<Exact<float>, Exact<double>, Exact<double>>>;
+
+inline std::vector<DepthImage> view(const Images& images) {
+  std::vector<DepthImage> views;
+  for (const auto& [depth, intrinsics, pose] : images) {
+    DepthImage& image = views.emplace_back();
+    image.data = depth.data();
+    image.height = static_cast<std::size_t>(depth.shape(0));
+    image.width = static_cast<std::size_t>(depth.shape(1));
+    image.row_stride = depth.shape(1);
+    std::copy_n(intrinsics.data(), image.intrinsics.size(), image.intrinsics.begin());
+    std::copy_n(pose.data(), image.pose.size(), image.pose.begin());
+  }
+  return views;
 }
 
 }  // namespace dynmesh

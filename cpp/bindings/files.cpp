@@ -1,21 +1,12 @@
-#include <pybind11/numpy.h>
-
-#include "bindings.hpp"
+#include "arrays.hpp"
 #include "mesh/obj_file.hpp"
 #include "mesh/ply_file.hpp"
 
 namespace dynmesh {
 namespace {
 
-namespace py = pybind11;
-
-template <class T>
-py::array_t<T> to_numpy(const std::vector<T>& values) {
-  return py::array_t<T>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
-py::array to_numpy(const PlyNumbers& numbers) {
-  return std::visit([](const auto& values) -> py::array { return to_numpy(values); }, numbers);
+py::array numbers_of(const PlyNumbers& numbers) {
+  return std::visit([](const auto& values) -> py::array { return array_of(values); }, numbers);
 }
 
 /// Files do not state the encoding of names. In Latin-1, any bytes are valid.
@@ -37,8 +28,8 @@ py::tuple py_parse_obj(const py::bytes& data) {
     const py::gil_scoped_release release;
     return parse_obj(text);
   }();
-  return py::make_tuple(to_numpy(file.mesh.positions).reshape({-1, 3}), to_numpy(file.mesh.sizes),
-                        to_numpy(file.mesh.corners), to_list(file.comments));
+  return py::make_tuple(array_of(file.mesh.positions).reshape({-1, 3}), array_of(file.mesh.sizes),
+                        array_of(file.mesh.corners), to_list(file.comments));
 }
 
 py::tuple py_parse_ply(const py::bytes& data) {
@@ -51,9 +42,9 @@ py::tuple py_parse_ply(const py::bytes& data) {
   for (const PlyElement& element : file.elements) {
     py::dict columns;
     for (const PlyProperty& property : element.properties) {
-      py::object column = to_numpy(property.values);
+      py::object column = numbers_of(property.values);
       if (property.counts) {
-        column = py::make_tuple(to_numpy(*property.counts).attr("astype")("int64"), column);
+        column = py::make_tuple(numbers_of(*property.counts).attr("astype")("int64"), column);
       }
       columns[to_text(property.name)] = column;
     }

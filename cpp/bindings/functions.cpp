@@ -8,8 +8,7 @@
 #include <optional>
 #include <variant>
 
-#include "bindings.hpp"
-#include "images.hpp"
+#include "arrays.hpp"
 
 namespace dynmesh {
 namespace {

@@ -6,13 +6,11 @@
 #include <tuple>
 #include <utility>
 
-#include "bindings.hpp"
+#include "arrays.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
 namespace {
-
-namespace py = pybind11;
 
 /// Raises a SettingError of C++ as that of dynmesh._errors, with the setting as an attribute.
 void translate_setting_error(std::exception_ptr thrown) {

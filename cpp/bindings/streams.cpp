@@ -6,8 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "bindings.hpp"
-#include "images.hpp"
+#include "arrays.hpp"
 #include "stream/one_at_a_time.hpp"
 #include "stream/settings_table.hpp"
 

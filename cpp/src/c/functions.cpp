@@ -1,20 +1,15 @@
 /// The functions of the C interface beside those of completers and trackers.
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/registration.hpp>
-#include <dynmesh/template_mesh.hpp>
 #include <dynmesh/whole_frame.hpp>
-#include <span>
-#include <string>
 #include <utility>
 
-#include "c/arguments.hpp"
-#include "c/handles.hpp"
+#include "c/calls.hpp"
 
 namespace dynmesh {
 namespace {

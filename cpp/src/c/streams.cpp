@@ -1,25 +1,14 @@
 /// Completers, trackers and training sequences in the C interface.
 #include <dynmesh/dynmesh.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <dynmesh/completer.hpp>
-#include <dynmesh/tracker.hpp>
-#include <limits>
 #include <optional>
-#include <span>
-#include <string>
 
-#include "c/arguments.hpp"
-#include "c/handles.hpp"
+#include "c/calls.hpp"
 #include "stream/settings_table.hpp"
 
 namespace dynmesh {
 namespace {
-
-static_assert(std::is_same_v<Index, std::int32_t>);
 
 /// The value of a setting in C: an enumeration or a truth value as int32, and NaN for none.
 template <class Value>
@@ -361,7 +350,7 @@ dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t 
       refuse("number", "is " + std::to_string(number) + ", but " + std::to_string(refused.size()) +
                            " faces were refused, counted from 0");
     }
-    const RefusedFace& found = refused[static_cast<std::size_t>(number)];
+    const RefusedFace& found = refused[number];
     *face = static_cast<int64_t>(found.index);
     *reason = found.reason.c_str();
   });

@@ -79,12 +79,9 @@ class ObjParser {
       words.next();
       if (words.word() == "v") {
         add_vertex(words);
-        file_.vertices.push_back(statements_.whole());
       } else if (words.word() == "f") {
         add_face(words);
         file_.faces.push_back(statements_.whole());
-      } else {
-        file_.others.push_back(statements_.whole());
       }
     }
     if (largest_ >= n_vertices()) {

@@ -13,14 +13,10 @@ struct PolygonMesh {
   std::vector<std::int64_t> corners;  ///< the vertices of all corners, counted from 0
 };
 
-/// The content of an OBJ file. Statements and comments are parts of its text, so their order and
-/// their lines follow from where they are. They are as in the file, with "\" where a statement
-/// continues on the next line.
+/// The content of an OBJ file, as far as it is used. Texts are parts of that of the file.
 struct ObjFile {
   PolygonMesh mesh;
-  std::vector<std::string_view> vertices;  ///< the statement of each vertex; may contain a colour
-  std::vector<std::string_view> faces;     ///< the statement of each face, with texture and normals
-  std::vector<std::string_view> others;    ///< such as texture coordinates, groups and materials
+  std::vector<std::string_view> faces;     ///< the statement of each face
   std::vector<std::string_view> comments;  ///< at the beginning of the file, without the "#"
 };
 
