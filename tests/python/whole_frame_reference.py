@@ -105,20 +105,17 @@ def whole_frame(
     for trip in range(n_trips):
         side = turns[trip % len(turns)]
         there = list(sides[side])
-        age: Array = np.where(here, 0.0, np.inf)
         for path in (there, [*there[-2::-1], base]):
             completer = dynmesh.Completer(faces, start, learn=True, uncertainty=True)
             for t in path:
                 start = completer.push(np.where(known[t][:, None], frames[t], 0.0), known[t])
-        for t in there:
-            age = np.minimum(age, np.where(known[t], abs(t - base), np.inf))
-        results[side] = (start, np.array(completer.standard_error), age)
+        on_side = here | known[there].any(axis=0)
+        results[side] = (start, np.array(completer.standard_error), on_side)
 
-    weights = []
-    for _, error, age in results.values():
-        seen = np.isfinite(age)
-        of_age = np.where(seen, 1 / (np.where(seen, age, 0) + 0.1), 1e-6)
-        weights.append(of_age / np.where(here, 1, error) ** 1.5)
+    weights = [
+        np.where(on_side, 1, 1e-6) / np.where(here, 1, error) ** 1.5
+        for _, error, on_side in results.values()
+    ]
     share = np.array(weights) / np.sum(weights, axis=0)
     found = np.array([position for position, _, _ in results.values()])
     positions = (share[..., None] * found).sum(axis=0)

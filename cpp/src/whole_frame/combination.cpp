@@ -14,9 +14,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 /// Of vertex v on one side; not normalised. The exponent would be -2 if standard errors were exact;
 /// as they are estimates, it is smaller. Infinity where the standard error is 0.
 double weight_of(const SideResult& side, std::size_t v, const WholeFrameConstants& constants) {
-  const double weight = std::pow(side.standard_error[v], -1.5);
-  if (std::isinf(side.age[v])) return constants.never_seen * weight;
-  return weight / (side.age[v] + constants.age_offset);
+  return (side.seen[v] != 0 ? 1 : constants.never_seen) * std::pow(side.standard_error[v], -1.5);
 }
 
 }  // namespace

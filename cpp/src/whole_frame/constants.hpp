@@ -35,9 +35,7 @@ struct WholeFrameConstants {
   double deviations_to_spread = 1.48;
   double spread_to_deviation = 0.84;
 
-  /// Side weights are 1 / (s^2 (age + age_offset)), times the last factor where the vertex was
-  /// never seen on that side.
-  double age_offset = 0.1;
+  /// The factor of the weight of a side on which the vertex was never seen.
   double never_seen = 1e-6;
 
   /// The result is doubtful if the logarithms of its edges deviate this many times as much as those
@@ -51,7 +49,7 @@ struct WholeFrameConstants {
   double most_usual = 0.5;
   double better_deviation = 0.8;
 
-  /// Standard errors: see standard_errors.hpp.
+  /// Standard errors: see `standard_errors` in trips.hpp.
   double error_scale = 0.92;
   double error_of_sides = 0.3;
   double error_near_unseen = 2;

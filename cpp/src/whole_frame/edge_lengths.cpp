@@ -43,8 +43,8 @@ void count_votes(std::span<const VertexPair> pairs, std::span<const PairLength> 
     const bool contradicts =
         deviation > constants.outlier_distance + constants.outlier_spreads * lengths[i].spread;
     for (const Index v : {a, b}) {
-      ++votes[static_cast<std::size_t>(v)].all;
-      if (contradicts) ++votes[static_cast<std::size_t>(v)].against;
+      ++votes[v].all;
+      if (contradicts) ++votes[v].against;
     }
   }
 }
@@ -74,11 +74,11 @@ std::vector<VertexPair> pairs_two_edges_apart(const Cells& cells) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto v = static_cast<Index>(i);
     near_to[i] = v;
-    for (const Index n : cells[v]) near_to[static_cast<std::size_t>(n)] = v;
+    for (const Index n : cells[v]) near_to[n] = v;
     for (const Index n : cells[v]) {
       for (const Index far : cells[n]) {
-        if (near_to[static_cast<std::size_t>(far)] == v) continue;
-        near_to[static_cast<std::size_t>(far)] = v;
+        if (near_to[far] == v) continue;
+        near_to[far] = v;
         if (v < far) pairs.push_back({v, far});
       }
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <dynmesh/completer.hpp>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -11,21 +10,14 @@
 namespace dynmesh {
 namespace {
 
-/// The ages of the vertices of the base on the way back over these frames, nearest first.
+/// (k,) 1 for the vertices that the base or one of these frames knows.
 template <class Real>
-std::vector<double> ages_after(const Window<Real>& window, std::span<const std::size_t> frames) {
-  std::vector<double> age(window.n_vertices, std::numeric_limits<double>::infinity());
-  const std::size_t here = window.numbers[window.base];
-  const auto mark = [&](std::size_t frame) {
-    const std::size_t there = window.numbers[frame];
-    const auto distance = static_cast<double>(there > here ? there - here : here - there);
-    for (std::size_t v = 0; v < age.size(); ++v) {
-      if (window.known[frame][v] != 0) age[v] = std::min(age[v], distance);
-    }
-  };
-  mark(window.base);
-  for (const std::size_t frame : frames) mark(frame);
-  return age;
+std::vector<std::uint8_t> seen_in(const Window<Real>& window, std::span<const std::size_t> frames) {
+  std::vector<std::uint8_t> seen = window.known[window.base];
+  for (const std::size_t frame : frames) {
+    for (std::size_t v = 0; v < seen.size(); ++v) seen[v] |= window.known[frame][v];
+  }
+  return seen;
 }
 
 }  // namespace
@@ -88,7 +80,7 @@ std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
     }
     const auto errors = completer.standard_error();
     result.standard_error.assign(errors.begin(), errors.end());
-    result.age = ages_after(window, frames);
+    result.seen = seen_in<Real>(window, frames);
   }
   std::vector<SideResult> results;
   if (before) results.push_back(*std::move(before));

@@ -38,9 +38,7 @@ std::vector<Vector3<double>> smooth_fill(const Topology& topology, PartialFrame 
 struct SideResult {
   std::vector<Vector3<double>> positions;
   std::vector<double> standard_error;  ///< infinity for disconnected vertices
-  /// The number of frames to the nearest one on this side that knows the vertex, 0 if the base
-  /// itself does, infinity if none does.
-  std::vector<double> age;
+  std::vector<std::uint8_t> seen;      ///< 1 if the base or a frame of this side knows it
 };
 
 /// The sides to which the trips go: in turn, beginning and ending with the frames before, or always
@@ -69,9 +67,9 @@ struct Combination {
   std::vector<double> error_of_sides;  ///< S: the mean of s_q^2, infinity where all are
 };
 
-/// The weights w_q are proportional to 1 / (s_q^2 (a_q + 0.1)), where s_q is the standard error and
-/// a_q the age; a millionth of that if the vertex was never seen on that side, and equal where no
-/// side is better. `results` must not be empty.
+/// The weights w_q are proportional to s_q^(-3/2), where s_q is the standard error; a millionth of
+/// that if the vertex was never seen on that side, and equal where no side is better. `results`
+/// must not be empty.
 Combination combine(std::span<const SideResult> results, const WholeFrameConstants& constants);
 
 /// (k,) the standard errors of a combination, of vertices that are neither known nor disconnected:

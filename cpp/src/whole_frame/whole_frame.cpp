@@ -8,6 +8,7 @@
 
 #include "stream/arguments.hpp"
 #include "support/workers.hpp"
+#include "whole_frame/constants.hpp"
 #include "whole_frame/edge_lengths.hpp"
 #include "whole_frame/trips.hpp"
 #include "whole_frame/window.hpp"
@@ -66,6 +67,35 @@ std::size_t best_frame(const std::vector<std::size_t>& counts) {
     if (best == counts.size() || from_middle(t) < from_middle(best)) best = t;
   }
   return best;
+}
+
+/// The distances from the base, ascending, of the frames of one side, which has `length` frames.
+std::vector<std::size_t> distances(std::size_t length, const WholeFrameConstants& constants) {
+  std::vector<std::size_t> chosen;
+  double step = 1;
+  for (double at = 1; std::llround(at) <= static_cast<long long>(length); at += step) {
+    chosen.push_back(static_cast<std::size_t>(std::llround(at)));
+    if (chosen.size() >= constants.nearest_frames) step *= constants.step_growth;
+  }
+  return chosen;
+}
+
+/// The numbers of the frames that are used to make frame `base` whole, ascending: all of them, or
+/// those around it, fewer with their distance.
+std::vector<std::size_t> frames_around(std::size_t base, std::size_t n_frames,
+                                       const WholeFrameConstants& constants) {
+  std::vector<std::size_t> frames;
+  if (n_frames <= constants.all_frames) {
+    for (std::size_t t = 0; t < n_frames; ++t) frames.push_back(t);
+    return frames;
+  }
+  for (const std::size_t distance : distances(base, constants)) frames.push_back(base - distance);
+  std::ranges::reverse(frames);
+  frames.push_back(base);
+  for (const std::size_t distance : distances(n_frames - 1 - base, constants)) {
+    frames.push_back(base + distance);
+  }
+  return frames;
 }
 
 template <class Real>
@@ -174,8 +204,9 @@ Attempt completed_base(Faces faces, const WholeFrameSettings& settings, const To
   const auto is_better = [&](const Attempt& one, const Attempt& other) {
     return one.deviation.of_frame < constants.better_deviation * other.deviation.of_frame;
   };
-  const std::vector<double> zeros(window.n_vertices);
-  Attempt fill = attempt(std::vector{SideResult{{start.begin(), start.end()}, zeros, zeros}});
+  const std::size_t k = window.n_vertices;
+  Attempt fill = attempt(std::vector{SideResult{
+      {start.begin(), start.end()}, std::vector<double>(k), std::vector<std::uint8_t>(k, 1)}});
   fill.is_smooth_fill = true;
   const auto sides = sides_of(window, constants);
   const bool is_whole =

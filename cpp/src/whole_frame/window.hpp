@@ -7,8 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "whole_frame/constants.hpp"
-
 namespace dynmesh {
 
 /// Some frames of a sequence, with what they know. Positions are those of the caller, so the rows
@@ -26,18 +24,13 @@ struct Window {
     return {positions[frame].data(), n_vertices};
   }
   [[nodiscard]] bool is_known(std::size_t frame, Index vertex) const {
-    return known[frame][static_cast<std::size_t>(vertex)] != 0;
+    return known[frame][vertex] != 0;
   }
   [[nodiscard]] Vector3<double> position(std::size_t frame, Index vertex) const {
     const Real* row = positions[frame].data() + 3 * static_cast<std::size_t>(vertex);
     return {static_cast<double>(row[0]), static_cast<double>(row[1]), static_cast<double>(row[2])};
   }
 };
-
-/// The numbers of the frames that are used to make frame `base` whole, ascending: all of them, or
-/// those around it, fewer with their distance.
-std::vector<std::size_t> frames_around(std::size_t base, std::size_t n_frames,
-                                       const WholeFrameConstants& constants);
 
 /// The indices of the frames of one side of a window, from the nearest to the farthest.
 enum class Side { before, after };
