@@ -75,8 +75,8 @@ TEST_CASE("ages do not overflow") {
   auto state = completer.state();
   const Index oldest = std::numeric_limits<Index>::max();
   const std::uint64_t n_frames = oldest;
-  std::memcpy(&state[148], &n_frames, sizeof n_frames);
-  std::memcpy(&state[156 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+  std::memcpy(&state[152], &n_frames, sizeof n_frames);
+  std::memcpy(&state[160 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
   seal(state);
   completer.restore(state);
   std::vector<float> out(3 * k);

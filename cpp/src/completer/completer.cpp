@@ -26,7 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'A'}, "completer"};
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'B'}, "completer"};
 
 /// Lets a method that computes in double precision estimate frames of single precision. Converts
 /// frames on the way in and out. Allocates memory only in the constructor, beside what the

@@ -16,23 +16,6 @@
 namespace dynmesh {
 namespace {
 
-/// What must agree between the stream that wrote a state and the one that reads it, beside the
-/// settings.
-struct Header {
-  std::uint32_t real_size = 0;
-  std::uint64_t n_vertices = 0;
-  std::uint64_t cells = 0;     // a hash
-  std::uint64_t training = 0;  // a hash of its frames, 0 without one
-
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    visit(self.real_size);
-    visit(self.n_vertices);
-    visit(self.cells);
-    visit(self.training);
-  }
-};
-
 /// Settings are stored as a number each.
 template <class Value>
 double stored(const Value& value) {
@@ -62,65 +45,46 @@ std::string text_of(double number) {
   return text.str();
 }
 
-template <class Settings>
-void write_settings(Writer& writer, const Settings& settings) {
-  for_each_setting<Settings>([&](const Setting& setting, auto member, auto...) {
-    if (setting.is_stored) writer.write(stored(settings.*member));
-  });
-}
-
-template <class Settings>
-std::size_t size_of_settings() {
-  std::size_t size = 0;
-  for_each_setting<Settings>([&](const Setting& setting, auto /*member*/, auto...) {
-    if (setting.is_stored) size += sizeof(double);
-  });
-  return size;
-}
-
-template <class Settings>
-void check_stored_settings(Reader& reader, const StateKind& kind, const Settings& settings) {
-  for_each_setting<Settings>(
-      [&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
-        if (!setting.is_stored) return;
-        const auto found = reader.read<double>();
-        const double expected = stored(settings.*member);
-        // Not as numbers: -0 equals 0, but would not be written again.
-        if (std::bit_cast<std::uint64_t>(found) == std::bit_cast<std::uint64_t>(expected)) return;
-        refuse_state(std::string("of a ") + kind.name + " with other settings: " + setting.name +
-                     " is " + text_of<Value>(found) + ", not " + text_of<Value>(expected));
-      });
-}
-
 /// A state can be restored only for a mesh of the same connectivity.
 std::uint64_t hash_of_cells(const Cells& cells) {
   return hash_of(std::as_bytes(std::span(cells.offsets))) ^
          hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
 }
 
-template <class Real>
-Header header_of(const Stream<Real>& stream, std::uint64_t training) {
-  const Cells& cells = stream.topology->cells;
-  return {sizeof(Real), cells.size(), hash_of_cells(cells), training};
-}
-
-void check_header(const Header& found, const Header& expected, const StateKind& kind) {
+/// Calls `visit(value, why)` for all that must agree between the stream that wrote a state and the
+/// one that reads it. `why(found)` is what is wrong if another value was found.
+template <class Real, class Settings, class Visit>
+void for_each_trait(const StateKind& kind, const Stream<Real>& stream, const Settings& settings,
+                    std::uint64_t training, const Visit& visit) {
   const std::string name = kind.name;
-  if (found.real_size != expected.real_size) {
-    refuse_state("has " + std::to_string(8 * found.real_size) + "-bit positions, but this " + name +
-                 " has " + std::to_string(8 * expected.real_size) + "-bit ones");
-  }
-  if (found.n_vertices != expected.n_vertices) {
-    refuse_state("belongs to a mesh of " + std::to_string(found.n_vertices) +
-                 " vertices, but this mesh has " + std::to_string(expected.n_vertices));
-  }
-  if (found.cells != expected.cells) refuse_state("of a mesh with other faces");
-  if (found.training != expected.training) {
-    refuse_state("of a " + name +
-                 (found.training == 0      ? " without training"
-                  : expected.training == 0 ? " with training"
-                                           : " with another training sequence"));
-  }
+  const auto in_bits = [](std::uint64_t size) { return std::to_string(8 * size) + "-bit"; };
+  const std::uint64_t n_vertices = stream.n_vertices();
+  visit(sizeof(Real), [&](std::uint64_t found) {
+    return "has " + in_bits(found) + " positions, but this " + name + " has " +
+           in_bits(sizeof(Real)) + " ones";
+  });
+  visit(n_vertices, [&](std::uint64_t found) {
+    return "belongs to a mesh of " + std::to_string(found) + " vertices, but this mesh has " +
+           std::to_string(n_vertices);
+  });
+  visit(hash_of_cells(stream.topology->cells),
+        [](std::uint64_t) { return std::string("of a mesh with other faces"); });
+  visit(training, [&](std::uint64_t found) {
+    return "of a " + name +
+           (found == 0      ? " without training"
+            : training == 0 ? " with training"
+                            : " with another training sequence");
+  });
+  for_each_setting<Settings>(
+      [&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
+        if (!setting.is_stored) return;
+        // Not as a number: -0 equals 0, but would not be written again.
+        const double value = stored(settings.*member);
+        visit(std::bit_cast<std::uint64_t>(value), [&](std::uint64_t found) {
+          return "of a " + name + " with other settings: " + setting.name + " is " +
+                 text_of<Value>(std::bit_cast<double>(found)) + ", not " + text_of<Value>(value);
+        });
+      });
 }
 
 /// The checksum detects damage but not bytes that were made up. The following checks refuse all
@@ -133,28 +97,11 @@ void check_frame(const std::vector<Vector3<Real>>& frame) {
                " that is not finite, or too large");
 }
 
-void check_report(const FrameReport& report, std::span<const std::uint8_t> known) {
-  if (report.iterations > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    refuse_state("reports " + std::to_string(report.iterations) + " iterations");
-  }
-  const auto n_unknown = static_cast<std::size_t>(std::ranges::count(known, 0));
-  if (report.rejected > n_unknown) {
-    refuse_state("reports " + std::to_string(report.rejected) + " outliers, but only " +
-                 std::to_string(n_unknown) + " vertices were unknown");
-  }
-}
-
-void check_ages(std::span<const Index> age, std::span<const std::uint8_t> known,
-                std::uint64_t n_frames) {
+void check_vertices(std::span<const Index> age, std::span<const std::uint8_t> known) {
   for (std::size_t v = 0; v < age.size(); ++v) {
-    if (age[v] > 0 && static_cast<std::uint64_t>(age[v]) > n_frames) {
-      refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
-                   " after " + std::to_string(n_frames) + " frames, which is not possible");
-    }
-    if (age[v] < 0 || known[v] > 1) {
-      refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
-                   " and the mask " + std::to_string(known[v]) + ", which is not possible");
-    }
+    if (age[v] >= 0 && known[v] <= 1) continue;
+    refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
+                 " and the mask " + std::to_string(known[v]) + ", which is not possible");
   }
 }
 
@@ -177,7 +124,10 @@ template <class Settings, class Real>
 std::size_t size_of_state(const Stream<Real>& stream, std::size_t of_memory) {
   const std::size_t of_mesh = stored_size(StoredStream<Real>(0));
   const std::size_t of_vertex = stored_size(StoredStream<Real>(1)) - of_mesh;
-  return sizeof(StateFormat) + stored_size(Header()) + size_of_settings<Settings>() + of_mesh +
+  std::size_t n_traits = 4;
+  for_each_setting<Settings>(
+      [&](const Setting& setting, auto...) { n_traits += setting.is_stored ? 1 : 0; });
+  return sizeof(StateFormat) + n_traits * sizeof(std::uint64_t) + of_mesh +
          stream.n_vertices() * of_vertex + of_memory + sizeof(std::uint64_t);
 }
 
@@ -194,8 +144,8 @@ void write_stream(Writer& writer, const StateKind& kind, const Stream<Real>& str
   const auto known = stream.known_of_caller();
   stored.known.assign(known.begin(), known.end());
   writer.write(std::span<const char>(kind.format));
-  write_fields(writer, header_of(stream, training));
-  write_settings(writer, settings);
+  for_each_trait(kind, stream, settings, training,
+                 [&](std::uint64_t value, const auto&) { writer.write(value); });
   write_fields(writer, stored);
 }
 
@@ -206,17 +156,16 @@ StoredStream<Real> read_stream(Reader& reader, std::span<const std::byte> state,
   StateFormat format{};
   reader.read(std::span<char>(format));
   check_format(format, kind.format, kind.name);
-  Header header;
-  read_fields(reader, header);
-  check_header(header, header_of(stream, training), kind);
-  check_stored_settings(reader, kind, settings);
+  for_each_trait(kind, stream, settings, training, [&](std::uint64_t value, const auto& why) {
+    const auto found = reader.read<std::uint64_t>();
+    if (found != value) refuse_state(why(found));
+  });
   check_seal(state, size);
   StoredStream<Real> stored(stream.n_vertices());
   read_fields(reader, stored);
   check_frame(stored.first_frame);
   check_frame(stored.previous);
-  check_ages(stored.age, stored.known, stored.n_frames);
-  check_report(stored.report, stored.known);
+  check_vertices(stored.age, stored.known);
   stored.previous = to_internal_order(stream.numbering, stored.previous);
   stored.age = to_internal_order(stream.numbering, stored.age);
   stored.known = to_internal_order(stream.numbering, stored.known);
