@@ -69,3 +69,14 @@ def test_an_inverted_mask_is_asked_about(
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
     said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
     assert ("11%" in said) == inverted
+
+
+def test_zeros_are_missing_in_the_first_frame_as_well(
+    ocean: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    known = np.stack(list(dynmesh.degrade.random_known(7, 100, 0.6)))[1:]
+    zeros = np.where(known[..., None], ocean.vertices + 5, np.float32(0))
+    dynmesh.write(tmp_path / "in.npz", replace(ocean, vertices=zeros))
+    run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero")
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    assert np.abs(made - 5 - ocean.vertices).max() < 0.5

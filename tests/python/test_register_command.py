@@ -22,6 +22,7 @@ from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
+from dynmesh.tracking.units import Units
 
 
 @pytest.fixture
@@ -214,6 +215,24 @@ def test_a_template_in_inches_and_a_scan_in_metres(
     made = dynmesh.read(tmp_path / "made.obj")
     assert error(torus, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
     assert made.metres_per_unit == 1
+
+
+@pytest.mark.parametrize(
+    ("ratio", "size", "pair"),
+    [
+        (0.00095, 1800, "in mm and the scan in m"),
+        (950, 1.8, "in m and the scan in mm"),
+        (0.00095, 0.5, "in m and the scan in km"),  # a template of half a millimetre is none
+        (26, 70, "in inch and the scan in mm"),
+        (3.3, 1.8, "in m and the scan in foot"),
+        (1.3, 1.8, None),
+        (7, 1.8, ""),
+    ],
+)
+def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -> None:
+    told = Units(None, None).told(ratio, size)
+    assert bool(told) == (pair is not None)
+    assert (f"as if the template were {pair}" in told) == bool(pair)
 
 
 def test_a_wrong_scan_ends_with_code_3(
