@@ -1,4 +1,4 @@
-"""The figures with curves: 7 and 9 of the paper, 13 and 14 with further methods."""
+"""The figures with curves: 7 and 9 of the paper, and 14 with further methods."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,10 +10,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from ..cells import NMSVE_UNIT, percent
-from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, ONCE, Method
+from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
 from ..runner import Run
 from ..style import NMSVE_LABEL, new_figure, save
-from ..subjects import PAPER_SHARES
 from .claims import time_of_unknown
 from .study import Study
 
@@ -26,7 +25,6 @@ def draw(studies: list[Study], folder: Path) -> None:
     """Draw all charts."""
     figure7(studies, folder)
     compared(studies, COMPARED, folder / "figure9.png", with_bands=True)
-    two_readings(studies, folder)
     methods = (MOTION, DETAIL, LIA_ON_MOTION, *BASELINES)  # whose bands would overlap
     compared(studies, methods, folder / "figure14_detail_and_libigl.png", with_bands=False)
 
@@ -95,22 +93,6 @@ def compared(
             labels |= dict(zip(handles[1], handles[0], strict=True))
         figure.legend(labels.values(), labels.keys(), loc="outside lower center", ncols=4)
         save(figure, path, is_chart=True)
-
-
-def two_readings(studies: list[Study], folder: Path) -> None:
-    """Draw the error of the two readings of the weights along the frames."""
-    with new_figure(13.5, 4.0 * len(studies) + 0.6) as figure:
-        axes = figure.subplots(len(studies), len(PAPER_SHARES), sharey="row", squeeze=False)
-        for row, study in zip(axes, studies, strict=True):
-            for axis, share in zip(row, PAPER_SHARES, strict=True):
-                for method, label in ((MOTION, "re-estimated"), (ONCE, "once only")):
-                    along_frames(axis, study.at(method, share), method, label)
-                axis.set(yscale="log", xlabel="frame", title=f"{percent(share)} known")
-            row[0].set_ylim(top=min(row[0].get_ylim()[1], _LARGEST_SHOWN))
-            row[0].set(ylabel=f"{study.subject.name}: {NMSVE_LABEL}")
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=2)
-        save(figure, folder / "figure13_two_readings.png", is_chart=True)
 
 
 def along_frames(axis: Axes, run: Run, method: Method, label: str) -> None:

@@ -1,4 +1,4 @@
-"""The figures that show meshes: 8, 10 and 11 of the paper, 12 and 15 with detail and libigl."""
+"""The figures of the paper that show meshes: 8, 10 and 11."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,10 +25,10 @@ from dynmesh.draw.figures import (
 from dynmesh.sequence import Positions
 
 from ..cells import percent
-from ..methods import BASELINES, DETAIL, LIA, LIA_ON_MOTION, LSM, MOTION
+from ..methods import LIA, LSM, MOTION
 from ..runner import Run, vertex_error
 from ..style import new_figure, nmsve_caption, save
-from ..subjects import PAPER_SHARES, SCENARIOS, Subject
+from ..subjects import PAPER_SHARES, Subject
 from .study import Study, pictured_frames
 
 T = TypeVar("T")
@@ -42,10 +42,6 @@ def draw(study: Study, folder: Path) -> None:
     figure8(study, folder)
     figure10(study, folder)
     figure11(study, folder)
-    for name in SCENARIOS:
-        beside_libigl(study, name, folder / f"figure12_{name}_{study.subject.name}.png")
-    loss = percent(PAPER_SHARES[0])
-    beside_libigl(study, loss, folder / f"figure15_{study.subject.name}.png")
 
 
 def figure8(study: Study, folder: Path) -> None:
@@ -102,31 +98,6 @@ def figure11(study: Study, folder: Path) -> None:
     titles = ["original", *(f"{percent(share)} known" for share in PAPER_SHARES)]
     heading = f"{subject.name}, frame {number}, completed by motion"
     sheet(heading, [row], [titles], [captions], folder / f"figure11_{subject.name}.png")
-
-
-def beside_libigl(study: Study, loss: str, path: Path) -> None:
-    """Draw the original and what methods make of one frame, and what is known and their errors."""
-    # The camera does not see the back, so the picture is taken from there.
-    behind = 180 if loss == "camera" else 0
-    subject = replace(study.subject, azimuth=study.subject.azimuth + behind)
-    number = pictured_frames(subject)["figure8"]
-    wanted = (MOTION, DETAIL, *((LIA_ON_MOTION,) if loss in SCENARIOS else ()), *BASELINES)
-    methods = [method for method in wanted if (method, loss) in study.runs]
-    found = [study.runs[method, loss] for method in methods]
-    view = view_of(subject, [number])
-    meshes = surfaces(subject, number, [run.frames[number] for run in found], view)
-    dots = observed(subject, number, found[0], view)
-    heat, limit = heatmaps(subject, number, found, view)
-    columns = len(found) + 1
-    captions = ["known (blue)", *(nmsve_caption(run.nmsve[number - 1]) for run in found)]
-    sheet(
-        f"{subject.name}, frame {number}, {SCENARIOS.get(loss, f'{loss} known')}",
-        in_rows(figures.cropped([*meshes, dots, *heat]), columns),
-        [["original", *(method.label for method in methods)], [""] * columns],
-        [[""] * columns, captions],
-        path,
-        limit,
-    )
 
 
 def view_of(subject: Subject, numbers: list[int]) -> View:
