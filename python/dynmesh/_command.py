@@ -118,7 +118,9 @@ def refusal(error: Any) -> InputError:
         return InputError(told, argument=argument, value=value)
     told = str(error)
     if isinstance(error, UnusedCliTokensError):
-        told = f"too many arguments: {' '.join(error.unused_tokens or ())}; put patterns in quotes"
+        first, *others = error.unused_tokens or [""]
+        more = f" and {len(others)} more" if others else ""
+        told = f"too many arguments: {first}{more}; put patterns in quotes"
     return InputError(told)
 
 

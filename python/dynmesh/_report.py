@@ -57,3 +57,9 @@ def as_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, Path) else value
+
+
+def counted(count: int, what: str) -> str:
+    """Returns a number with its noun, such as "1 vertex" or "2 vertices"."""
+    plural = "vertices" if what == "vertex" else f"{what}s"
+    return f"{count} {what if count == 1 else plural}"

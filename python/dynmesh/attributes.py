@@ -151,7 +151,7 @@ def as_mask(known: NDArray[Any]) -> NDArray[np.bool_]:
     if len(others := np.argwhere(known != mask)):
         *frame, vertex = others[0].tolist()
         raise InputError(
-            f"must be 0 or 1, but vertex {vertex} has {known[*frame, vertex]}",
+            f"must be 0 or 1 for each vertex, but vertex {vertex} has {known[*frame, vertex]}",
             argument="known",
             frame=frame[0] if frame else None,
         )

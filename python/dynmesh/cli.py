@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -100,7 +101,11 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(130)
     if isinstance(report, Report):
-        _show(report, quiet, as_json)
+        try:
+            _show(report, quiet, as_json)
+            sys.stdout.flush()
+        except BrokenPipeError:  # who reads it has seen enough
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(_EXIT_CODES.get(report.quality, 3))
 
 

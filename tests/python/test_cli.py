@@ -116,3 +116,30 @@ def test_an_interruption_while_modules_load_gives_no_traceback(module: str, tmp_
     command = [str(Path(sys.executable).with_name("dynmesh")), "--version"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, "", "")
+
+
+def test_who_reads_the_output_may_stop(folder: Path) -> None:
+    words = [sys.executable, "-m", "dynmesh", "info", str(folder / "truth.npz"), "--json"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.stderr is not None
+        assert process.stderr.read() == b""
+    assert process.returncode == 0
+
+
+def test_what_else_new_users_write(folder: Path, tmp_path: Path) -> None:
+    """A message names the option that is missing, and what was exchanged."""
+    truth = str(folder / "truth.npz")
+    assert "--input: is needed" in run("evaluate", truth, truth, "--only", "missing", code=2).stderr
+    (tmp_path / "scan.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n")
+    (tmp_path / "scan.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n0 0 0\n"
+    )
+    files = tmp_path / "scan.ply", tmp_path / "scan.xyz", tmp_path / "made.obj"
+    assert "comes before the scan" in run("register", *files, code=1).stderr
+    many = [f"{number}.png" for number in range(20)]
+    said = run("track", *many, "--template", "a.obj", code=2).stderr
+    assert "put patterns in quotes" in said
+    assert "9.png" not in said

@@ -143,6 +143,7 @@ def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     for path, message in (
         ("body.ply", r"one file holds one frame, not 3: write body_%04d\.ply"),
+        ("shot2.0101.ply", r"write shot2\.%04d\.ply"),
         ("a*.ply", r"a glob can only be read; write to frame_%04d\.ply"),
     ):
         with pytest.raises(ValueError, match=message):

@@ -13,8 +13,8 @@ import numpy as np
 
 from .. import files
 from .._errors import InputError, KindError, locating
+from .._report import counted
 from ..attributes import FUSED
-from ..diagnosis.finding import counted
 from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, PathLike, Reader, Source
 from ..files.header import Header

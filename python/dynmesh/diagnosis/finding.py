@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .._report import counted
 from ..files import Header
 
 Severity = Literal["error", "warning"]
@@ -109,12 +110,6 @@ class Finding:
             advice,
             worst,
         )
-
-
-def counted(count: int, what: str) -> str:
-    """Returns a number with its noun, such as "1 vertex" or "2 vertices"."""
-    plural = "vertices" if what == "vertex" else f"{what}s"
-    return f"{count} {what if count == 1 else plural}"
 
 
 def listed(what: str, places: Sequence[int] | Indices) -> str:

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .._report import counted
 from ..files import Header
 from ..sequence import Mask, Positions
-from .finding import Finding, counted, frames_listed, listed, percent
+from .finding import Finding, frames_listed, listed, percent
 from .mesh import Mesh
 
 _RECENT = 3  # frames; vertices last seen earlier do not count for the motion

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .._report import counted
 from ..files import Frame, Header
 from ..files.frame import LARGEST
 from ..sequence import Mask
-from .finding import Finding, counted, frames_listed, listed, percent, stretches
+from .finding import Finding, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
 _BACKWARDS = (

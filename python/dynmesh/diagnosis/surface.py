@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .finding import Finding, counted, listed
+from .._report import counted
+from .finding import Finding, listed
 from .mesh import Mesh
 
 _TOUCHING = (

@@ -17,7 +17,7 @@ from .frame import Frame
 from .header import Header, MeshFile
 from .naming import naming
 from .new_output import exchange, unfinished_folder
-from .numbered import FrameNames, find_files, names_to_write
+from .numbered import FrameNames, find_files, names_to_write, numbered_like
 from .reader import Reader
 from .template import find_template
 from .times import numbers_of_files
@@ -164,10 +164,8 @@ class FramesWriter(Writer):
 
     def _begin(self) -> None:
         if self.header.n_frames > 1 and not self._names.numbered:
-            stem, suffix = self.path.stem, self.path.suffix
-            raise ValueError(
-                f"one file holds one frame, not {self.header.n_frames}: write {stem}_%04d{suffix}"
-            )
+            names = numbered_like(self.path.name) or f"{self.path.stem}_%04d{self.path.suffix}"
+            raise ValueError(f"one file holds one frame, not {self.header.n_frames}: write {names}")
         if self._names.folder.exists() and not self._names.folder.is_dir():
             raise ValueError(f"{self._names.folder} exists and is not a folder")
         if len(self.header.faces) == 0:

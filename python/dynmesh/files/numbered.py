@@ -83,11 +83,16 @@ def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
     found = matching(path) if not path.is_dir() else []
     for suffix in suffixes if path.is_dir() else ():
         found = found or files_in(path, suffix)
-    last = _last_number.search(found[0].stem) if found else None
-    if last is None or "%" in found[0].name:
+    return numbered_like(found[0].name) if found else None
+
+
+def numbered_like(name: str) -> str | None:
+    """Returns the pattern of the names of frames like this one; None if it has no number."""
+    stem, suffix = Path(name).stem, Path(name).suffix
+    last = _last_number.search(stem)
+    if last is None or "%" in name:
         return None
-    stem, width = found[0].stem, len(last[0])
-    return f"{stem[: last.start()]}%0{width}d{stem[last.end() :]}{found[0].suffix}"
+    return f"{stem[: last.start()]}%0{len(last[0])}d{stem[last.end() :]}{suffix}"
 
 
 def files_in(folder: Path, suffix: str) -> list[Path]:

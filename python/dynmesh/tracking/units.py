@@ -47,7 +47,11 @@ class Units(NamedTuple):
         pairs = self._explaining(ratio, size)
         if not pairs:
             return told
-        return f"{told}, as if the template were in {pairs[0][0]} and the scan in {pairs[0][1]}"
+        ours, theirs = pairs[0]
+        return (
+            f"{told}, as if the template were in {ours} and the scan in {theirs}: state the units "
+            "if they are"
+        )
 
     def _explaining(self, ratio: float, size: float) -> list[tuple[str, str]]:
         """Returns units of the template and of the scan, the most likely pair first.

@@ -10,7 +10,7 @@ from .._command import How, Output, What
 from .._errors import InputError, KindError
 from .._keywords import with_known_keywords
 from .._progress import tracked
-from .._report import Report
+from .._report import Report, counted
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
 from ..files.memory import Collected, SequenceReader
@@ -36,7 +36,7 @@ class ConversionReport(Report):
 
     def lines(self) -> list[str]:
         """Says what was written."""
-        return [f"{self.frames} frames of {self.vertices} vertices", *super().lines()]
+        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
 @with_known_keywords

@@ -154,9 +154,9 @@ def evaluate(
             check_comparable(observed, truth)
         elif only == "missing" and not ours.has_provenance:
             raise InputError(
-                "says of no vertex whether it was observed; give the sequence that was completed, "
-                "or complete it with provenance",
-                file=ours.path,
+                f"is needed, as {ours.path} says of no vertex whether it was observed; or complete "
+                "that with provenance",
+                argument="partial",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
         remarks = tuple(suspicions(ours, truth))

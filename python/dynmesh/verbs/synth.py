@@ -7,7 +7,7 @@ from typing import Literal
 from .. import files, synth
 from .._command import Output, What
 from .._keywords import with_known_keywords
-from .._report import Report
+from .._report import Report, counted
 from ..files import PathLike
 
 
@@ -27,7 +27,7 @@ class SynthReport(Report):
 
     def lines(self) -> list[str]:
         """Says what was written."""
-        return [f"{self.frames} frames of {self.vertices} vertices", *super().lines()]
+        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
 @with_known_keywords
