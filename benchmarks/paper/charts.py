@@ -18,8 +18,6 @@ from .study import Study
 
 Floats = NDArray[np.float64]
 
-_LARGEST_SHOWN = 1e5  # in the unit of the figures; larger errors are outside the picture
-
 
 def draw(studies: list[Study], folder: Path) -> None:
     """Draw all charts."""
