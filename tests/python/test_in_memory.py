@@ -90,7 +90,7 @@ def test_errors_by_frame_of_missing_vertices_alone(
     whole = dynmesh.evaluate(completed, truth)
     assert whole.frames == N - 1
     assert whole.mean == pytest.approx(apart[1:].mean())
-    with pytest.raises(ValueError, match="completed: "):
+    with pytest.raises(ValueError, match="partial: is needed"):
         dynmesh.evaluate(bare, truth, only="missing")
     for name, sequence in (("bare", bare), ("truth", truth), ("partial", partial)):
         dynmesh.write(tmp_path / f"{name}.npz", sequence)

@@ -209,7 +209,7 @@ def test_a_template_in_inches_and_a_scan_in_metres(
     words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
     said = run(*words, tmp_path / "none.obj", code=1).stderr
     assert re.search(r"the scan is 0\.02\d* times as large as the template, as if", said)
-    assert "as if the template were in inch and the scan in m\n" in said
+    assert "as if the template were in inch and the scan in m:" in said
     units = ("--template-unit", "inch", "--scan-unit", "m")
     run(*words, tmp_path / "made.obj", *units)
     made = dynmesh.read(tmp_path / "made.obj")

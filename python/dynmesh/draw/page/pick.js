@@ -65,6 +65,7 @@ class Side {
 async function sideOf(name, plot, canvas, words) {
   const node = part(name);
   node.append(canvas);
+  plot.resizeHelper();
   const { points, camera, up } = told[name];
   const fit = Math.max(1, node.clientHeight / node.clientWidth);
   plot.setCamera([...camera.map((x) => fit * x), 0, 0, 0, ...up]);
@@ -129,4 +130,5 @@ part('name').textContent = told.title;
   for (const side of sides) side.arrange();
   requestAnimationFrame(follow);
 })();
+for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame); // until both are drawn
 part('pairs').dataset.ready = 'yes';
