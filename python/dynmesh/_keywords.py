@@ -18,7 +18,8 @@ _SAME = {"mask": "known", "masks": "known", "input": "partial", "output": "out",
 def with_known_keywords(function: Callable[P, R]) -> Callable[P, R]:
     """Makes a function say what may be meant by a keyword that it does not have.
 
-    The function then raises KindError, a TypeError, with the keyword as its argument.
+    The function then raises KindError, a TypeError, with the keyword as its argument. All functions
+    that users import from the package do so.
     """
 
     @functools.wraps(function)

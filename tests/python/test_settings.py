@@ -114,6 +114,7 @@ def test_files_are_opened_with_the_same_options_everywhere() -> None:
         (dynmesh.complete, "mask", "known"),
         (dynmesh.complete, "iterations", "extra_iterations"),
         (dynmesh.evaluate, "input", "partial"),
+        (dynmesh.read, "mask", "known"),
         (dynmesh.view, "output", "out"),
         (dynmesh.Completer, "treads", "threads"),
         (dynmesh.Tracker, "uncertanty", "uncertainty"),

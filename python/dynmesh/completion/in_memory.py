@@ -8,7 +8,6 @@ from typing import Any, Unpack, overload
 import numpy as np
 
 from .._errors import InputError, KindError, locating
-from .._keywords import with_known_keywords
 from ..attributes import ATTRIBUTES, as_mask
 from ..completer import Completer
 from ..files.memory import Collected, SequenceReader
@@ -35,7 +34,6 @@ def complete(
     training: Iterable[Positions] | None = None,
     **settings: Unpack[SequenceSettings],
 ) -> Sequence: ...
-@with_known_keywords
 def complete(
     faces: Faces | Sequence,
     frames: Iterable[Positions] | None = None,

@@ -16,7 +16,6 @@ from .._checks import check_integer, check_path
 from .._command import How, Output, arguments_of, bound, option_of
 from .._errors import InputError, in_one_line
 from .._extras import require
-from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report
 from ..files import PathLike
@@ -110,7 +109,6 @@ class BatchReport(Report):
         ]
 
 
-@with_known_keywords
 def batch(
     jobs: PathLike,
     *,

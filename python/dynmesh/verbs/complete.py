@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 
 from .._command import How, Output, What
-from .._keywords import with_known_keywords
 from .._report import Report
 from ..calibration import in_words
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
@@ -121,7 +120,6 @@ class FileReport(Report):
             )
 
 
-@with_known_keywords
 def complete_file(
     path: PathLike,
     output: PathLike,

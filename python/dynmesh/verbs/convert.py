@@ -8,7 +8,6 @@ from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
 from .._errors import InputError, KindError
-from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report, counted
 from ..files import PathLike, Source
@@ -39,7 +38,6 @@ class ConversionReport(Report):
         return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
-@with_known_keywords
 def convert_file(
     path: PathLike,
     output: PathLike,
@@ -146,7 +144,6 @@ def _convert_clouds(
     return ConversionReport(output=output, frames=len(made), vertices=n_points // len(made))
 
 
-@with_known_keywords
 def convert(
     sequence: Sequence,
     *,

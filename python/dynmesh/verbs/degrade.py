@@ -10,7 +10,6 @@ from .. import files
 from .._checks import check_between, check_integer, check_not_negative
 from .._command import How, Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report
 from ..completion.start import frame_at
@@ -48,7 +47,6 @@ class DegradeReport(Report):
         return [*self.told, *super().lines()]
 
 
-@with_known_keywords
 def degrade_file(
     path: PathLike,
     output: PathLike,

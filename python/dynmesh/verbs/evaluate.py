@@ -11,7 +11,6 @@ import numpy as np
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from .._report import Report, as_json
 from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
@@ -94,7 +93,6 @@ def _shown(correlation: float | None) -> str:
     return "none" if correlation is None else f"{correlation:.3g}"
 
 
-@with_known_keywords
 def evaluate(
     completed: OneSequence,
     reference: OneSequence,

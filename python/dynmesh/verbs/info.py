@@ -11,7 +11,6 @@ import numpy as np
 from .. import files
 from .._command import Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report
 from ..calibration import Distances, estimated, in_words
@@ -70,7 +69,6 @@ class InfoReport(Report):
 _MOVES = {True: "moves", False: "does not move"}
 
 
-@with_known_keywords
 def info(
     path: PathLike,
     *,

@@ -11,7 +11,6 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from .._report import Report
 from ..completion.start import template_of
 from ..draw.page import require_page
@@ -71,7 +70,6 @@ class RegisterReport(Report):
         return told | {"transform": found.transform.tolist()}
 
 
-@with_known_keywords
 def register_file(
     template: PathLike,
     scan: PathLike,

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from .._report import Report
 from ..draw.rig_page import rig_page
 from ..files import PathLike
@@ -86,7 +85,6 @@ class RigReport(Report):
         )
 
 
-@with_known_keywords
 def rig(
     scans: PathLike,
     *,

@@ -10,7 +10,6 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
-from .._keywords import with_known_keywords
 from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
 from ..draw.picture import drawn, evenly_spaced
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-@with_known_keywords
 def view(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,
@@ -121,7 +119,6 @@ def view(
     return replace(made, output=output)
 
 
-@with_known_keywords
 def picture(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,

@@ -6,7 +6,6 @@ from typing import Literal
 
 from .. import files, synth
 from .._command import Output, What
-from .._keywords import with_known_keywords
 from .._report import Report, counted
 from ..files import PathLike
 
@@ -30,7 +29,6 @@ class SynthReport(Report):
         return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
-@with_known_keywords
 def synth_file(
     name: Literal["ocean", "walker"],
     output: PathLike,

@@ -11,7 +11,6 @@ from .. import files
 from .._checks import check_flag, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
-from .._keywords import with_known_keywords
 from .._progress import tracked
 from .._report import Report
 from ..completion.training import Training, TrainingFiles, paths_of
@@ -149,7 +148,6 @@ def _degrees(rotation: NDArray[np.float64]) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
-@with_known_keywords
 def track_file(
     scans: PathLike,
     output: PathLike,
