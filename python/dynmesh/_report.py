@@ -44,6 +44,25 @@ class Report:
         return "\n".join(self.lines())
 
 
+@dataclass(frozen=True, kw_only=True)
+class Written(Report):
+    """What was written, of sequences that were made or changed.
+
+    Attributes:
+        output: the file that was written.
+        frames: number of frames in it.
+        vertices: number of vertices of each; of point clouds, their mean number.
+    """
+
+    output: Path
+    frames: int
+    vertices: int
+
+    def lines(self) -> list[str]:
+        """Says what was written."""
+        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
+
+
 def as_json(value: Any) -> Any:
     """Returns a value as JSON has it."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

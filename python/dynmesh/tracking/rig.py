@@ -5,7 +5,7 @@ Every usual misreading is undone in turn, and the scan compared with the templat
 
 import contextlib
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .. import files
 from .._errors import InputError
+from .._report import Report
 from ..completion.start import template_of
 from ..diagnosis.planes import planes_of_room
 from ..diagnosis.surface_distance import Surface
@@ -176,10 +177,13 @@ def _subject(cloud: _Floats, surface: Surface) -> _Floats:
     return some[:: 1 + len(some) // _POINTS]
 
 
-class Judged(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judged(Report):
     """What the first scan with points says of the cameras.
 
     Attributes:
+        quality: "doubtful" if the cameras do not fit as they are stated; "good" if nothing is
+            judged.
         scan: in the unit of the template, as the cameras are stated.
         cameras: the names of those that have an image in it.
         template: its faces and vertices, or None if there is none.
@@ -190,14 +194,40 @@ class Judged(NamedTuple):
         meant: how the scan lies on the template then.
     """
 
-    scan: DepthScan
+    scan: DepthScan = field(repr=False)
     cameras: tuple[str, ...]
-    template: tuple[NDArray[np.integer], Positions] | None = None
+    template: tuple[NDArray[np.integer], Positions] | None = field(default=None, repr=False)
     up: str = "y"
     stated: Fit | None = None
-    rig: Rig | None = None
+    rig: Rig | None = field(default=None, repr=False)
     reading: Reading | None = None
     meant: Fit | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The cameras with their shares of far points."""
+        if self.stated is None:
+            return self.cameras
+        each = zip(self.cameras, self.stated.by_camera, strict=True)
+        return tuple(f"{name}: {far:.0%} far" for name, far in each)
+
+    @property
+    def told(self) -> str:
+        """What was found, in a sentence."""
+        if self.stated is None:
+            return "without a template, nothing is judged"
+        far = f"{self.stated.far:.1%} of the first scan's points are far from the template"
+        if self.reading is not None and self.meant is not None:
+            return f"{self.reading.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
+        if self.rig is not None:
+            return f"the cameras fit: {far}"
+        wrong = np.flatnonzero(np.array(self.stated.by_camera) > FIT)
+        why = "the cameras or the template's pose, shape or unit are not those of the scan"
+        if len(wrong) == 1 < len(self.cameras):
+            why = f"the pose or the intrinsics of camera {self.cameras[wrong[0]]!r} are wrong"
+        return (
+            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: {why}"
+        )
 
 
 def judge_rig(
@@ -217,16 +247,18 @@ def judge_rig(
     number, scan = _first(reader)
     names = tuple(reader.cameras_of(number))
     if template is None:
-        return Judged(scan, names)
+        return Judged(scan=scan, cameras=names)
     with files.open(template) as mesh:
         factor = units_of(reader, mesh, scan_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
         up = mesh.header.up_axis or "y"
     scan = scan.scaled(factor)
     stated = fit_of(scan, surface)
-    judged = Judged(scan, names, (surface.faces, surface.points), up, stated)
+    shown = (surface.faces, surface.points)
+    judged = Judged(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
     if max(stated.by_camera) <= FIT:
-        return judged._replace(rig=rig)
+        return judged
+    judged = replace(judged, quality="doubtful", rig=None)
     tried = []
     for reading in readings_of(rig):
         meant = reading.right(rig)
@@ -240,7 +272,7 @@ def judge_rig(
     best, reading, meant = min(tried, key=lambda one: one[0].far)
     if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
         return judged
-    return judged._replace(rig=meant, reading=reading, meant=best)
+    return replace(judged, rig=meant, reading=reading, meant=best)
 
 
 def _first(reader: DepthReader) -> tuple[int, DepthScan]:

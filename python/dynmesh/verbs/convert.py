@@ -1,7 +1,7 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from .. import files
@@ -9,7 +9,7 @@ from .._checks import check_path
 from .._command import How, Output, What
 from .._errors import InputError, KindError
 from .._progress import tracked
-from .._report import Report, counted
+from .._report import Written
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
 from ..files.memory import Collected, SequenceReader
@@ -19,23 +19,8 @@ from ..scans.conversion import clouds_in, converted
 from ..sequence import Sequence
 
 
-@dataclass(frozen=True, kw_only=True)
-class ConversionReport(Report):
-    """What :func:`convert_file` has done.
-
-    Attributes:
-        output: the file that was written.
-        frames: number of frames in it.
-        vertices: number of vertices of each; of point clouds, their mean number.
-    """
-
-    output: Path
-    frames: int
-    vertices: int
-
-    def lines(self) -> list[str]:
-        """Says what was written."""
-        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
+class ConversionReport(Written):
+    """What :func:`convert_file` has done."""
 
 
 def convert_file(

@@ -87,16 +87,14 @@ def view(
     if pick is not None:
         _check_pick(pick, scans, {"reference": reference, "input": input, "colour": colour})
     if scans is not None and not isinstance(scans, ScanReader):
-        is_single = pick is not None and Path(scans).is_file()
-        scans = (
-            open_single(Path(scans), cameras)
-            if is_single
-            else open_scans(scans, cameras=cameras, gaps="lost")
-        )
+        if pick is not None and Path(scans).is_file():
+            scans = open_single(Path(scans), cameras)
+        else:
+            scans = open_scans(scans, cameras=cameras, gaps="lost")
     with _opened(sequence, reference, input, source or {}) as (own, truth, given):
         if pick is not None and scans is not None:
-            named = {"title": title, "up": up}
-            made = pick_page(own, scans, Path(pick).name, azimuth, max_vertices, **named)
+            look = azimuth, max_vertices
+            made = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
         else:
             made = page(
                 own,

@@ -1,32 +1,12 @@
 """The built-in sequences, written to files."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from .. import files, synth
 from .._command import Output, What
-from .._report import Report, counted
+from .._report import Written
 from ..files import PathLike
-
-
-@dataclass(frozen=True, kw_only=True)
-class SynthReport(Report):
-    """What :func:`synth_file` has done.
-
-    Attributes:
-        output: the file that was written.
-        frames: number of frames in it.
-        vertices: number of vertices of each.
-    """
-
-    output: Path
-    frames: int
-    vertices: int
-
-    def lines(self) -> list[str]:
-        """Says what was written."""
-        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
 def synth_file(
@@ -36,7 +16,7 @@ def synth_file(
     frames: What[int | None] = None,
     seed: What[int] = 0,
     overwrite: Output[bool] = False,
-) -> SynthReport:
+) -> Written:
     """Makes a built-in sequence: an ocean, or a figure that walks and does a handstand.
 
     Args:
@@ -57,6 +37,6 @@ def synth_file(
     sequence = make(seed=seed) if frames is None else make(frames, seed=seed)
     remarks = target.write(sequence, overwrite=overwrite)
     n_frames, n_vertices, _ = sequence.vertices.shape
-    return SynthReport(
+    return Written(
         output=Path(output), frames=n_frames, vertices=n_vertices, remarks=tuple(remarks)
     )
