@@ -15,30 +15,6 @@
 
 namespace dynmesh {
 
-/// Least-squares meshes (Sorkine and Cohen-Or 2004): minimises |L x|^2 + sum over the known
-/// vertices of |x_i - given_i|^2, with L = D - R, eq. (2). Known vertices move. Each known mask
-/// requires one sparse Cholesky factorisation, whose ordering is computed once, in the constructor.
-class DYNMESH_EXPORT LeastSquaresMesh {
- public:
-  explicit LeastSquaresMesh(const Topology& topology);
-  ~LeastSquaresMesh();
-  LeastSquaresMesh(LeastSquaresMesh&&) noexcept;
-  LeastSquaresMesh& operator=(LeastSquaresMesh&&) noexcept;
-  LeastSquaresMesh(const LeastSquaresMesh&) = delete;
-  LeastSquaresMesh& operator=(const LeastSquaresMesh&) = delete;
-
-  /// All views are (k, 3), and `completed` may be the same view as `points`. Throws
-  /// std::invalid_argument if a view has another number of rows, if a known position is not finite,
-  /// or if a component of the mesh has no known vertex, since its position would then be
-  /// undetermined.
-  void complete(Points<const double> points, KnownMask known, Points<const double> previous,
-                Points<double> completed);
-
- private:
-  struct System;
-  std::unique_ptr<System> system_;
-};
-
 enum class Objective {
   harmonic,      ///< (L x)_i = 0 at every unknown vertex
   least_squares  ///< minimise |L x| over all rows
@@ -55,28 +31,53 @@ DYNMESH_EXPORT Objective objective_from_name(std::string_view name);
 /// for any other name.
 DYNMESH_EXPORT Weights weights_from_name(std::string_view name);
 
+/// What both methods solve with. They differ in `complete`.
+class DYNMESH_EXPORT Baseline {
+ public:
+  ~Baseline();
+  Baseline(Baseline&&) noexcept;
+  Baseline& operator=(Baseline&&) noexcept;
+  Baseline(const Baseline&) = delete;
+  Baseline& operator=(const Baseline&) = delete;
+
+ protected:
+  Baseline(const Topology& topology, Objective objective, Weights weights,
+           Points<const double> reference);
+
+  struct System;
+  std::unique_ptr<System> system_;
+};
+
+/// Least-squares meshes (Sorkine and Cohen-Or 2004): minimises |L x|^2 + sum over the known
+/// vertices of |x_i - given_i|^2, with L = D - R, eq. (2). Known vertices move. Each known mask
+/// requires one sparse Cholesky factorisation, whose ordering is computed once, in the constructor.
+class DYNMESH_EXPORT LeastSquaresMesh : public Baseline {
+ public:
+  explicit LeastSquaresMesh(const Topology& topology)
+      : Baseline(topology, Objective::least_squares, Weights::uniform, {}) {}
+
+  /// All views are (k, 3), and `completed` may be the same view as `points`. Throws
+  /// std::invalid_argument if a view has another number of rows, if a known position is not finite,
+  /// or if a component of the mesh has no known vertex, since its position would then be
+  /// undetermined.
+  void complete(Points<const double> points, KnownMask known, Points<const double> previous,
+                Points<double> completed);
+};
+
 /// Laplacian interpolation (Oostendorp, van Oosterom and Huiskamp 1989): known vertices keep their
 /// positions, and the others are placed so that the surface is smooth. Each known mask takes one
 /// sparse Cholesky factorisation, which is reused while the mask does not change.
-class DYNMESH_EXPORT LaplacianInterpolation {
+class DYNMESH_EXPORT LaplacianInterpolation : public Baseline {
  public:
   /// `reference` is the frame, (k, 3), on which `inverse_distance` is measured. It must be null for
   /// `uniform`.
   LaplacianInterpolation(const Topology& topology, Objective objective, Weights weights,
-                         Points<const double> reference);
-  ~LaplacianInterpolation();
-  LaplacianInterpolation(LaplacianInterpolation&&) noexcept;
-  LaplacianInterpolation& operator=(LaplacianInterpolation&&) noexcept;
-  LaplacianInterpolation(const LaplacianInterpolation&) = delete;
-  LaplacianInterpolation& operator=(const LaplacianInterpolation&) = delete;
+                         Points<const double> reference)
+      : Baseline(topology, objective, weights, reference) {}
 
   /// Like LeastSquaresMesh::complete, except that known vertices are returned exactly as given.
   void complete(Points<const double> points, KnownMask known, Points<const double> previous,
                 Points<double> completed);
-
- private:
-  struct System;
-  std::unique_ptr<System> system_;
 };
 
 }  // namespace dynmesh

@@ -11,10 +11,9 @@
 
 namespace dynmesh {
 
-/// What both methods solve with.
-struct BaselineSystem {
+struct Baseline::System {
   Topology topology;
-  SparseMatrix energy;
+  SparseMatrix energy;  // L, or L^2
   Workers workers{1};
   MaskedFactor factor{energy, workers};
 };
@@ -98,14 +97,12 @@ SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
 
 }  // namespace
 
-struct LeastSquaresMesh::System : BaselineSystem {};
-
-LeastSquaresMesh::LeastSquaresMesh(const Topology& topology)
-    : system_(new System{
-          {topology, energy_of(topology.cells, Objective::least_squares, Weights::uniform, {})}}) {}
-LeastSquaresMesh::~LeastSquaresMesh() = default;
-LeastSquaresMesh::LeastSquaresMesh(LeastSquaresMesh&&) noexcept = default;
-LeastSquaresMesh& LeastSquaresMesh::operator=(LeastSquaresMesh&&) noexcept = default;
+Baseline::Baseline(const Topology& topology, Objective objective, Weights weights,
+                   Points<const double> reference)
+    : system_(new System{topology, energy_of(topology.cells, objective, weights, reference)}) {}
+Baseline::~Baseline() = default;
+Baseline::Baseline(Baseline&&) noexcept = default;
+Baseline& Baseline::operator=(Baseline&&) noexcept = default;
 
 void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
                                 Points<const double> previous, Points<double> completed) {
@@ -133,16 +130,6 @@ Weights weights_from_name(std::string_view name) {
   if (name == "inverse_distance") return Weights::inverse_distance;
   refuse("weights", "must be 'uniform' or 'inverse_distance', not '" + std::string(name) + "'");
 }
-
-struct LaplacianInterpolation::System : BaselineSystem {};
-
-LaplacianInterpolation::LaplacianInterpolation(const Topology& topology, Objective objective,
-                                               Weights weights, Points<const double> reference)
-    : system_(new System{{topology, energy_of(topology.cells, objective, weights, reference)}}) {}
-LaplacianInterpolation::~LaplacianInterpolation() = default;
-LaplacianInterpolation::LaplacianInterpolation(LaplacianInterpolation&&) noexcept = default;
-LaplacianInterpolation& LaplacianInterpolation::operator=(LaplacianInterpolation&&) noexcept =
-    default;
 
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,
                                       Points<const double> previous, Points<double> completed) {
