@@ -61,7 +61,6 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   fill(panel, workspace.local);
   for (Index d = head_[p]; d != none;) {
     const Index following = next_[d];
-    if (following != none) prefetch(following);
     const Index n = n_common(d, panel);
     subtract_rows(panel, d, n, 0, panels_[d].n_below - reached_[d], workspace.local, workspace);
     queue(d, reached_[d] + n, border);
@@ -71,20 +70,6 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   kernels_.dense.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
                               panel.columns, &inverse_[panel.first], workspace.packed.data());
   queue(p, 0, border);
-}
-
-/// Lets the processor load the unprocessed rows of an earlier panel, which are often in main
-/// memory.
-void MaskedFactor::prefetch(Index d) const {
-  constexpr std::size_t most = 8192;  // bytes, a quarter of a first-level cache
-  constexpr std::size_t line = 64;
-  const Panel& panel = panels_[d];
-  const auto rows = at(panel.n_below - reached_[d]);
-  const auto* first = reinterpret_cast<const char*>(
-      &factor_[panel.data + at(panel.columns + reached_[d]) * at(panel.columns)]);
-  const std::size_t size = std::min(most, rows * at(panel.columns) * sizeof(double));
-  for (std::size_t i = 0; i < size; i += line) __builtin_prefetch(first + i);
-  __builtin_prefetch(&rows_[panel.below + reached_[d]]);
 }
 
 /// The number of multiplications for the contributions of all earlier panels.

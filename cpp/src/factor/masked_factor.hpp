@@ -128,7 +128,6 @@ class MaskedFactor {
 
   // factorization.cpp
   void factor_alone(Index panel, Border* border, Workspace& workspace);
-  void prefetch(Index descendant) const;
   [[nodiscard]] double multiplications_before(Index panel) const;
   void factor_together(Index panel, Workspace& workspace);
   void fill(const Panel& panel, std::vector<Index>& local);
