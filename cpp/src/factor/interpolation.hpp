@@ -5,6 +5,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <vector>
 
 #include "factor/masked_factor.hpp"
 
@@ -34,7 +35,21 @@ inline SparseMatrix laplacian(const Cells& cells) {
 /// Sets `values` where `is_free` so that these rows of `energy` times the values are 0: the minimum
 /// of a quadratic energy with the other values fixed. `factor` is that of the energy. Each
 /// component must have a fixed value.
-void interpolate(const SparseMatrix& energy, MaskedFactor& factor,
-                 std::span<const std::uint8_t> is_free, std::span<Vector3<double>> values);
+inline void interpolate(const SparseMatrix& energy, MaskedFactor& factor,
+                        std::span<const std::uint8_t> is_free, std::span<Vector3<double>> values) {
+  factor.factorize(is_free);
+  const auto order = factor.order();
+  if (order.empty()) return;
+  std::vector<Vector3<double>> solution;
+  for (const Index v : order) {
+    Vector3<double> pull;  // of the fixed values
+    for (SparseMatrix::InnerIterator e(energy, v); e; ++e) {
+      if (is_free[e.row()] == 0) pull = pull - e.value() * values[e.row()];
+    }
+    solution.push_back(pull);
+  }
+  factor.solve(solution, 1);
+  for (std::size_t r = 0; r < order.size(); ++r) values[order[r]] = solution[r];
+}
 
 }  // namespace dynmesh
