@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sequence import Mask, Positions
-from .connection import connected
 from .finding import Indices
 
 _FAR = 4.0  # times the median edge
@@ -43,6 +42,22 @@ def stray_zeros(points: Positions, observed: Mask, faces: NDArray[np.integer[Any
     far = total > _FAR * count * (np.median(elsewhere) if len(elsewhere) else 0.0)
     alone = (count == 0) & (np.bincount(group[zero], minlength=k) > 1)
     return np.asarray(zero & (far | alone)[group])
+
+
+def connected(n: int, a: Indices, b: Indices) -> Indices:
+    """Labels `n` items with the smallest member of their group; a[i] and b[i] are connected."""
+    label = np.arange(n)
+    while True:
+        before = label.copy()
+        smaller = np.minimum(before[a], before[b])
+        # Update the old roots too, so that whole groups are joined and not only their ends.
+        for end in (a, b):
+            np.minimum.at(label, before[end], smaller)
+            np.minimum.at(label, end, smaller)
+        while not np.array_equal(root := label[label], label):
+            label = root
+        if np.array_equal(label, before):
+            return label
 
 
 def edges_of(faces: NDArray[np.integer[Any]]) -> Indices:
