@@ -10,6 +10,7 @@ from . import (
     cases,
     paper,
     registration_table,
+    tracking_conditions,
     tracking_table,
     whole_frame,
 )
@@ -21,6 +22,7 @@ TABLES: dict[str, Callable[[], None]] = {
     "calibration": calibration.main,
     "registration": registration_table.main,
     "tracking": tracking_table.main,
+    "tracking-conditions": tracking_conditions.main,
     "whole-frame": whole_frame.main,
 }
 """What makes each table, with arguments of its own."""

@@ -58,7 +58,6 @@ class TrackingReport(FrameReport):
         disagreeing: the share that is near the surface, but whose normal is that of another one.
         distance: the root mean square distance from the surface of those that are not far, in the
             unit of the positions; NaN without any.
-        aligned: whether the template was not where the first scan is, and was moved there rigidly.
         recovered: whether the template was lost and found again by a registration.
     """
 
@@ -67,7 +66,6 @@ class TrackingReport(FrameReport):
     far: float
     disagreeing: float
     distance: float
-    aligned: bool
     recovered: bool
 
 
@@ -145,10 +143,9 @@ class Tracker(Stream):
     Bad input raises ValueError, or TypeError for a wrong type, with a message that says what is
     wrong, where, and with which value. The tracker is then unchanged.
 
-    The first scan must be where the template is. If it is not, a rigid alignment is tried and
-    reported as `report.aligned`; if that fails, the scan is refused with the distance. Later scans
-    that are far away, or empty, count as frames in which nothing was observed, as does `skip`: the
-    template stays where it is.
+    The first scan must be where the template is; :func:`find_alignment` and :func:`register` put it
+    there. Scans that are far away, or empty, count as frames in which nothing was observed, as does
+    `skip`: the template stays where it is.
 
     A tracker may be used by one thread at a time. A call while another thread is using it raises
     RuntimeError. It can be pickled and copied; see Completer.
@@ -209,10 +206,8 @@ class Tracker(Stream):
                 known, and its point is not used. If None, normals are estimated from the 12 nearest
                 points, which takes longer than everything else, and turned to the viewpoints;
                 without viewpoints they match either side of the surface.
-            viewpoints: the positions of the sensors, (c, 3). With them, vertices that no sensor can
-                see are not compared with the scan, and sheets, such as cloth or a mask, are also
-                compared where they are seen from behind. Give them if they are known. In the axes
-                and the unit of the template.
+            viewpoints: the positions of the sensors, (c, 3), to which estimated normals turn, and
+                of which `agreement_of_sensors` tells, in the axes and the unit of the template.
             out: an array (k, 3) of the tracker's dtype to which the tracked frame is written. If
                 None, a new array is allocated.
 

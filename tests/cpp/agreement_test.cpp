@@ -12,6 +12,7 @@
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
+#include "tracking/surface_places.hpp"
 #include "tracking/vertex_normals.hpp"
 
 namespace dynmesh::testing {
@@ -26,7 +27,6 @@ struct Above {
   Workers workers{1};
   TrackingConstants constants;
   PointScan scan;
-  std::vector<std::uint32_t> corners;  // of the face of each point
 
   Above() : normals(mesh.size()) { find_vertex_normals(faces, x, normals); }
 
@@ -36,14 +36,15 @@ struct Above {
     const auto unit = (1 / std::sqrt(squared_norm(normal))) * normal;
     scan.points.push_back((1.0 / 3) * (corner(0) + corner(1) + corner(2)) + height * unit);
     scan.normals.push_back(sign * unit);
-    corners.push_back(static_cast<std::uint32_t>(faces[f][0]));
   }
 
-  [[nodiscard]] Agreements compare(std::span<const std::uint32_t> near = {}) {
+  [[nodiscard]] Agreements compare() {
     scan.index();
     const auto edge = mean_edge_length<double>(topology.cells, x);
-    return SurfaceComparison(faces, topology.cells, const_cast<Workers&>(workers), constants)
-        .compare({x, normals, {}, edge}, scan, near);
+    SurfacePlaces places(faces, x);
+    places.follow(x);
+    return dynmesh::compare(scan, places.nearest_to_all(x, scan, workers), normals,
+                            std::vector<std::uint8_t>(x.size()), edge, constants);
   }
 };
 
@@ -58,23 +59,6 @@ TEST_CASE("distances from a surface are those that points were given") {
   CHECK(found.far_share == doctest::Approx(0.25).epsilon(0.02));
   CHECK(found.disagreeing == doctest::Approx(0.075).epsilon(0.02));
   CHECK(found.distance == doctest::Approx(0.02 * edge));
-}
-
-TEST_CASE("a vertex that is given saves time and changes nothing") {
-  Above above;
-  const double edge = mean_edge_length<double>(above.topology.cells, above.x);
-  for (std::size_t f = 0; f < 800; ++f) above.add(f, (f % 7 == 0 ? 1.3 : 0.05) * edge);
-  const auto expected = above.compare().all;
-  auto near = above.corners;
-  for (const bool is_wrong : {false, true}) {
-    // Some are missing, and some are on the other side of the torus.
-    for (std::size_t i = 0; is_wrong && i < near.size(); i += 3) near[i] = (near[i] + 300) % 576;
-    for (std::size_t i = 1; i < near.size(); i += 5) near[i] = Measurement::no_guess;
-    const auto found = above.compare(near).all;
-    CHECK(found.far_share == expected.far_share);
-    CHECK(found.disagreeing == expected.disagreeing);
-    CHECK(found.distance == doctest::Approx(expected.distance));
-  }
 }
 
 TEST_CASE("outliers do not count, but a part that the surface lacks does") {

@@ -12,8 +12,6 @@
 #include "meshes.hpp"
 #include "scans.hpp"
 #include "support/workers.hpp"
-#include "tracking/correspondences.hpp"
-#include "tracking/depth_images.hpp"
 #include "tracking/membrane.hpp"
 
 namespace dynmesh::testing {
@@ -148,50 +146,6 @@ Samples part_of(const Samples& scan, double end) {
   return part;
 }
 
-TEST_CASE("cloth in free space is drawn back, and stays where nothing was measured behind") {
-  const auto sheet = flat_sheet(12);
-  const auto faces = triangles_of(sheet);
-  const auto topology = build_topology(sheet.faces(), sheet.size());
-  const std::vector<std::uint8_t> all(sheet.size(), 1);
-  const auto truth = rows_of(sheet.vertices);
-  auto x = truth;
-  const std::size_t first_moved = sheet.size() - 12;  // one side
-  for (std::size_t v = first_moved; v < x.size(); ++v) x[v].x += 2;
-  const Camera camera = {150, 150, 47.5, 47.5, 0, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, -40}};
-  Workers workers(1);
-  const TrackingConstants constants;
-  for (const float behind : {60.0F, 41.0F, 0.0F}) {
-    DepthImages images;
-    const auto pixels = images.add(camera, 96, 96);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const auto point = camera.at(i / 96, i % 96, 40);
-      pixels[i] = std::max(std::abs(point.x), std::abs(point.y)) < 5.6 ? 40 : behind;
-    }
-    images.prepare(0.5, workers);
-    Correspondences correspondences(faces, topology, workers, constants);
-    correspondences.reset(correspondences.prepare(truth, all), all);
-    correspondences.begin(images, 1);
-    correspondences.find_visible(x);
-    const auto found = correspondences.find(x, {0.9, 1, 1, 1});
-    const std::vector<Correspondence> before(found.begin(), found.end());
-    correspondences.draw_out_of_free_space(x, 1);
-    for (std::size_t v = 0; v < x.size(); ++v) {
-      CAPTURE(v);
-      CAPTURE(behind);
-      if (behind == 60 && v >= first_moved) {
-        CHECK(found[v].weight == 1);
-        CHECK(std::sqrt(squared_norm(found[v].point - truth[v])) < 0.5);
-        const auto way = found[v].point - x[v];
-        CHECK(dot(found[v].normal, way) == doctest::Approx(std::sqrt(squared_norm(way))));
-      } else {
-        CHECK((v < first_moved) == (before[v].weight > 0));
-        CHECK(found[v].weight == before[v].weight);
-        CHECK(squared_norm(found[v].point - before[v].point) == 0);
-      }
-    }
-  }
-}
-
 TEST_CASE("cloth that folds is followed, where one side of it or the other is measured") {
   const auto sheet = flat_sheet(14);
   Tracker<double> tracker(sheet.faces(), sheet.points());
@@ -204,43 +158,6 @@ TEST_CASE("cloth that folds is followed, where one side of it or the other is me
     }
     scan.viewpoints = {1, 2, 40, 1, 2, -40, 40, 2, 1};
     CHECK(largest_difference(track(tracker, scan), truth) < 0.8);
-  }
-}
-
-TEST_CASE("a boundary beyond the end of a scan is drawn back, unless it has left the picture") {
-  const auto sheet = flat_sheet(12);
-  const auto large = flat_sheet(40);
-  const auto faces = triangles_of(sheet);
-  const auto topology = build_topology(sheet.faces(), sheet.size());
-  const std::vector<std::uint8_t> all(sheet.size(), 1);
-  const double mean_edge = mean_edge_length<double>(topology.cells, rows_of(sheet.vertices));
-  Workers workers(1);
-  const TrackingConstants constants;
-  // Of the middle of the side at x = 5.5, where the scan ends at `end`.
-  const auto reach_where = [&](double end, double stretch, double side) {
-    auto x = sheet.vertices;
-    for (std::size_t i = 0; i < x.size(); i += 3) x[i] = 5.5 + stretch * (x[i] - 5.5);
-    const auto samples = part_of(scan_of(large, translated(large.vertices, 0.1, 0.0, 0.0)), end);
-    PointScan scan;
-    scan.points = rows_of(samples.points);
-    scan.normals = rows_of(samples.normals);
-    for (auto& normal : scan.normals) normal = side * normal;
-    scan.sensors = {{1, 2, 40}};
-    scan.index();
-    Correspondences correspondences(faces, topology, workers, constants);
-    correspondences.reset(correspondences.prepare(rows_of(sheet.vertices), all), all);
-    correspondences.begin(scan, mean_edge);
-    correspondences.find_visible(rows_of(x));
-    correspondences.find(rows_of(x), {1, 1, 1, 1});
-    return correspondences.find_reaches(rows_of(x))[sheet.size() - 6];
-  };
-  for (const double side : {1.0, -1.0}) {
-    const auto reach = reach_where(4, 1, side);
-    CHECK(reach.outward.x == doctest::Approx(1));
-    CHECK(std::abs(reach.end.x - 4) < 0.4);
-    CHECK(squared_norm(reach_where(5.4, 1, side).outward) == 0);
-    CHECK(squared_norm(reach_where(0.5, 1, side).outward) == 0);
-    CHECK(squared_norm(reach_where(4, 0.8, side).outward) == 0);
   }
 }
 
@@ -322,8 +239,8 @@ TEST_CASE("the membrane pulls down the slope of its energy, and not where cloth 
     mesh.vertices[v] += 0.5 * mesh.vertices[v + 1];  // acute triangles, none of which is flipped
   }
   Workers workers(1);
-  const std::vector<std::uint8_t> all(mesh.size(), 1);
-  Membrane membrane(triangles_of(mesh), rows_of(mesh.vertices), 1, all, 1, workers);
+  Membrane membrane(triangles_of(mesh), rows_of(mesh.vertices), 1,
+                    std::vector<double>(mesh.size(), 1.0), workers);
   const auto force_at = [&](const std::vector<double>& x) {
     std::vector<Vector3<double>> forces(mesh.size());
     membrane.add_forces(rows_of(x), forces);

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
-#include "stream/disconnected.hpp"
 #include "meshes.hpp"
+#include "stream/disconnected.hpp"
 
 namespace dynmesh::testing {
 namespace {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "support/geometry.hpp"
+
 namespace dynmesh::testing {
 namespace {
 
@@ -40,10 +42,10 @@ TEST_CASE("between sensors that face each other, and without sensors, either sid
     if (any) scan.sensors = {{2, 2, 9}, {40, 2, -9}};
     estimated(scan);
     for (const double side : {1.0, -1.0}) {
-      const auto found = scan.nearest({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8, Measurement::no_guess);
-      CHECK(found.weight == 1);
-      CHECK(found.point.x == 2);
-      CHECK(scan.is_undecided(found.number));
+      const auto found = scan.find({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8);
+      CHECK(found.any);
+      CHECK(scan.point(found.index).x == 2);
+      CHECK(scan.is_undecided(found.index));
     }
   }
 }

@@ -45,7 +45,7 @@ TEST_CASE("each tip that a result left out is tried for every tip of the templat
   for (std::size_t moving = 0; moving < 3; ++moving) {
     REQUIRE(found[moving].landmarks.size() == 3);
     for (std::size_t i = 0; i < 3; ++i) {
-      const Landmark& landmark = found[moving].landmarks[i];
+      const TemplateLandmark& landmark = found[moving].landmarks[i];
       const auto vertex = static_cast<std::size_t>(tips.vertices[i]);
       const auto& expected = i == moving ? left_out : x[vertex];
       CHECK(landmark.vertex == tips.vertices[i]);

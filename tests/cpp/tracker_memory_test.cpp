@@ -1,4 +1,4 @@
-/// What frames of tracking allocate, and that a frame that runs out of memory changes nothing.
+/// A frame of tracking that runs out of memory changes nothing.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -77,39 +77,6 @@ TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
     }
     CHECK(failures > 2);
   }
-}
-
-TEST_CASE("frames of tracking allocate for their search trees only") {
-  Sequence sequence;
-  SUBCASE("alone") {}
-  SUBCASE("with training and errors") { sequence.is_trained = true; }
-  auto tracker = sequence.begun();
-  sequence.push(tracker);
-  sequence.push_depth(tracker);
-  std::vector<std::size_t> made;
-  for (int n = 0; n < 3; ++n) {
-    const std::size_t before = allocations();
-    tracker.skip({sequence.out.data(), sequence.mesh.size()});
-    CHECK(allocations() <= before + 40);  // of the tree of the vertices
-    sequence.push(tracker);
-    made.push_back(allocations() - before);
-  }
-  CHECK(made[0] == made[1]);
-  CHECK(made[1] == made[2]);
-}
-
-TEST_CASE("training and errors allocate nothing in a frame") {
-  std::array<std::size_t, 2> made{};
-  for (const bool is_trained : {false, true}) {
-    Sequence sequence;
-    sequence.is_trained = is_trained;
-    auto tracker = sequence.begun();
-    for (int n = 0; n < 2; ++n) sequence.push(tracker);
-    const std::size_t before = allocations();
-    sequence.push(tracker);
-    made[is_trained ? 1 : 0] = allocations() - before;
-  }
-  CHECK(made[0] == made[1]);
 }
 
 }  // namespace

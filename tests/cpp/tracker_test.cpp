@@ -45,23 +45,6 @@ TEST_CASE("where nothing was measured, the template stays") {
   CHECK(tracker.age()[0] == 0);
 }
 
-TEST_CASE("a first scan elsewhere is aligned, or refused with the distance") {
-  const auto mesh = bumpy_torus(24);
-  const auto truth = translated(turned(mesh.vertices, 0.05), 30.0, 2.0, 1.0);
-  Tracker<double> tracker(mesh.faces(), mesh.points());
-  const auto found = track(tracker, scan_of(mesh, truth));
-  CHECK(tracker.report().aligned);
-  CHECK(largest_difference(found, truth) < 0.3 * mean_edge(mesh));
-
-  tracker.reset(mesh.points());
-  auto in_millimetres = scan_of(mesh, mesh.vertices);
-  for (double& c : in_millimetres.points) c *= 1000;
-  const auto before = tracker.state();
-  const auto message = message_of([&] { track(tracker, in_millimetres); });
-  CHECK(message.find("points: the template is far from the first scan") == 0);
-  CHECK(tracker.state() == before);
-}
-
 TEST_CASE("a template that is lost is registered anew, at most once in ten frames") {
   const auto mesh = bumpy_torus(24);
   const auto first = scan_of(mesh, turned(mesh.vertices, 0.03));

@@ -1,4 +1,4 @@
-#include "tracking/visibility.hpp"
+#include "registration/visibility.hpp"
 
 #include <doctest/doctest.h>
 

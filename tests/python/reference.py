@@ -269,6 +269,8 @@ class Detail:
             missing = max(missing, 1e-4 - (sum(sides) - 2 * max(sides)))
         lengths = {edge: length + missing for edge, length in lengths.items()}
         triangles, lengths = flip_to_delaunay(faces, lengths)
+        # The intrinsic Delaunay triangulation.
+        self.triangles, self.lengths = triangles, lengths
         laplacian = np.zeros((self.k, self.k))
         is_edge = np.zeros((self.k, self.k), dtype=bool)
         area = np.zeros(self.k)
@@ -288,6 +290,7 @@ class Detail:
         area = np.maximum(area, 0.2 * area.mean())
         floor = -0.001 * laplacian[is_edge].mean()
         self.edge_weights = np.where(is_edge, np.maximum(-laplacian, floor), 0.0)
+        self.laplacian = laplacian
         return laplacian / np.sqrt(area)[:, None]
 
     def _fit(self, frame: Array) -> None:

@@ -193,14 +193,14 @@ def test_what_explains_the_points_by_stretching_is_not_found(
 
 
 @pytest.mark.parametrize(
-    ("axis", "above", "is_free"),
+    ("axis", "above"),
     [
-        pytest.param(0, 0.18, False, id="an arm is drawn to the points of the trunk"),
-        pytest.param(2, 1.5, True, id="a head stays where it was"),
+        pytest.param(0, 0.18, id="an arm"),
+        pytest.param(2, 1.5, id="a head"),
     ],
 )
-def test_what_was_not_scanned(
-    rng: np.random.Generator, axis: int, above: float, is_free: bool
+def test_what_was_not_scanned_stays_where_it_was(
+    rng: np.random.Generator, axis: int, above: float
 ) -> None:
     mesh, _ = person()
     points, normals = scan(mesh, mesh.vertices, rng)
@@ -208,7 +208,7 @@ def test_what_was_not_scanned(
     found = dynmesh.register(mesh.faces, mesh.vertices, points[kept], normals[kept], align=False)
     assert found.far < 0.01
     assert found.hole > 0.03
-    assert (found.overlap < 0.005) == is_free
+    assert found.overlap < 0.005
     assert found.quality == "doubtful"
     assert "of the template" in found.reason
 

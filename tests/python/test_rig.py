@@ -141,7 +141,7 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
 ) -> None:
     scans, body = folder / "depth", folder / "body.obj"
     wrong = tmp_path / "wrong.json"
-    for misread in ("depths", "inverted", "neighbours"):
+    for misread in ("depths", "inverted", "transposed"):
         rig = MISREAD[misread][0](read_cameras(scans / "cameras.json"))
         write_cameras(wrong, rig)
         words = ("track", scans, tmp_path / "o.npz", "--template", body, "--overwrite")

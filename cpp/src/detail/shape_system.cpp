@@ -46,6 +46,37 @@ void ShapeSystem::multiply_transposed(int fields) {
   });
 }
 
+void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
+  workers_.for_each_in_chunks(
+      cells_.size(), [&](std::size_t v) { scaled_residual_[v] = operator_.scale[v] * detail[v]; });
+  multiply_transposed(1);
+  scatter_to(x);
+}
+
+void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
+  apply(x, 1, scaled_residual_);
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    scaled_residual_[v] = operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
+  });
+  multiply_transposed(1);
+  scatter_to(product);
+}
+
+void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
+  const auto order = solved();
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
+    solution_[r] = right_side[static_cast<std::size_t>(order[r])];
+  });
+  factor_->precondition(solution_, 1);
+  scatter_to(x);
+}
+
+void ShapeSystem::scatter_to(std::span<Vector3<double>> x) const {
+  const auto order = solved();
+  workers_.for_each_in_chunks(
+      order.size(), [&](std::size_t r) { x[static_cast<std::size_t>(order[r])] = solution_[r]; });
+}
+
 /// Solves for the steps, and brings them into the order of vertices.
 ShapeSystem::Field ShapeSystem::solve_and_scatter(int fields) {
   factor_->solve(solution_, fields);

@@ -81,9 +81,6 @@ class ShapeSystem {
           Vector3<double>& value = solution_[fields * r + f];
           value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
-        if (!anchors.forces.empty()) {
-          solution_[fields * r] = solution_[fields * r] + anchors.forces[v];
-        }
       }
     }
     return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
@@ -103,6 +100,13 @@ class ShapeSystem {
   /// valid.
   void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
 
+  /// While all vertices are solved for, with fields (k,): K^T of a detail, N + mu C of positions,
+  /// where mu is the weight of the membrane, and what the factor in single precision makes of a
+  /// right-hand side.
+  void apply_transposed(Field detail, std::span<Vector3<double>> x);
+  void multiply(Field x, std::span<Vector3<double>> product);
+  void precondition(Field right_side, std::span<Vector3<double>> x);
+
   /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
   [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
 
@@ -112,11 +116,11 @@ class ShapeSystem {
 
  private:
   void multiply_transposed(int fields);
+  void scatter_to(std::span<Vector3<double>> x) const;
   Field solve_and_scatter(int fields);
   Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
   template <int fields>
   Field descend_to_planes(const Anchors& anchors);
-  void begin_with_guess(const Anchors& anchors);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);
 
   const Cells& cells_;

@@ -17,8 +17,8 @@
 
 namespace dynmesh {
 
-std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const Measurement& scan,
-                                            const std::vector<Landmark>& landmarks,
+std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const PointScan& scan,
+                                            const std::vector<TemplateLandmark>& landmarks,
                                             const RegistrationConstants& constants) {
   const auto frame = shape.frame;
   const RigidStart in_place = start_in_place(shape.faces, frame, scan, constants.rigid);
@@ -49,7 +49,7 @@ std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const Me
   return found;
 }
 
-TipsOfBoth tips_of_both(const TemplateShape& shape, const Measurement& scan, std::size_t points,
+TipsOfBoth tips_of_both(const TemplateShape& shape, const PointScan& scan, std::size_t points,
                         const TipConstants& constants) {
   PointScan sample;
   sample_scan(scan, Eigen::Isometry3d::Identity(), points, sample);

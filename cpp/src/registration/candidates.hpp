@@ -10,7 +10,7 @@
 #include "registration/coarse_fit.hpp"
 #include "registration/constants.hpp"
 #include "registration/tips.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -18,7 +18,7 @@ namespace dynmesh {
 /// the coarse mesh.
 struct Candidate {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  std::vector<Landmark> landmarks = {};
+  std::vector<TemplateLandmark> landmarks = {};
   double distance = 0;  ///< of the rigid start, if it was sought
   double score = 0;
   std::vector<Vector3<double>> x = {};
@@ -33,8 +33,8 @@ struct TemplateShape {
 
 /// The rigid motions that bring the surface to the points; where it is in place already, only that
 /// one.
-std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const Measurement& scan,
-                                            const std::vector<Landmark>& landmarks,
+std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const PointScan& scan,
+                                            const std::vector<TemplateLandmark>& landmarks,
                                             const RegistrationConstants& constants);
 
 /// The tips of the limbs of a template, and of a scan.
@@ -46,7 +46,7 @@ struct TipsOfBoth {
 
 /// About `points` of the scan and as many places of the template tell what is connected. Other
 /// numbers find other tips, where limbs touch or are thin.
-TipsOfBoth tips_of_both(const TemplateShape& shape, const Measurement& scan, std::size_t points,
+TipsOfBoth tips_of_both(const TemplateShape& shape, const PointScan& scan, std::size_t points,
                         const TipConstants& constants);
 
 /// Landmarks that bring the tips to those of the scan, in the most likely ways, and the motions

@@ -13,7 +13,7 @@ namespace {
 
 TrackingConstants for_bending(const RegistrationConstants& constants) {
   TrackingConstants bending;
-  bending.membrane = constants.bending_membrane;
+  bending.cloth_membrane = constants.bending_membrane;
   return bending;
 }
 
@@ -26,23 +26,19 @@ CoarseFit::CoarseFit(const CoarseMesh& mesh, Workers& workers,
       constants_(constants),
       bending_(for_bending(constants)),
       mean_edge_(mean_edge_length<double>(mesh.topology.cells, mesh.positions)),
-      correspondences_(mesh.faces, mesh.topology, workers, tracking_),
-      shape_(mesh.topology, workers, tracking_, {}, false, std::numeric_limits<double>::epsilon()),
-      bent_(mesh.topology, workers, bending_, {}, false, std::numeric_limits<double>::epsilon()) {
-  const std::vector<std::uint8_t> nobody(mesh.positions.size(), 0);
-  const std::vector<std::uint8_t> everybody(mesh.positions.size(), 1);
-  correspondences_.reset(nullptr, nobody);
-  shape_.reset(mesh.faces, mesh.positions, mean_edge_, nobody);
-  bent_.reset(mesh.faces, mesh.positions, mean_edge_, everybody);
-  // The rotations of the template, to which each fit returns.
-  shape_.begin_frame();
-  bent_.begin_frame();
-}
+      nobody_(mesh.positions.size(), 0),
+      everybody_(mesh.positions.size(), 1),
+      shape_(mesh.faces, mesh.topology, workers, tracking_, mesh.positions, mean_edge_, nobody_, {},
+             false, std::numeric_limits<double>::epsilon()),
+      bent_(mesh.faces, mesh.topology, workers, bending_, mesh.positions, mean_edge_, everybody_,
+            {}, false, std::numeric_limits<double>::epsilon()),
+      matches_(mesh.faces, mesh.topology, workers, tracking_, mesh.positions, mean_edge_, nobody_,
+               shape_.clusters()) {}
 
-std::vector<NonrigidStep::Landmark> CoarseFit::targets(std::span<const Landmark> landmarks,
-                                                       double weight) const {
-  std::vector<NonrigidStep::Landmark> result;
-  for (const Landmark& landmark : landmarks) {
+std::vector<Landmark> CoarseFit::targets(std::span<const TemplateLandmark> landmarks,
+                                         double weight) const {
+  std::vector<Landmark> result;
+  for (const TemplateLandmark& landmark : landmarks) {
     const std::size_t coarse = at(mesh_.of_vertex[at(landmark.vertex)]);
     result.push_back(
         {coarse, landmark.position + (mesh_.positions[coarse] - landmark.start), weight});
@@ -50,7 +46,7 @@ std::vector<NonrigidStep::Landmark> CoarseFit::targets(std::span<const Landmark>
   return result;
 }
 
-CoarseFit::Fitted CoarseFit::fit(const PointScan& scan, std::span<const Landmark> landmarks,
+CoarseFit::Fitted CoarseFit::fit(const PointScan& scan, std::span<const TemplateLandmark> landmarks,
                                  int passes) {
   Fitted fitted;
   fitted.x = mesh_.positions;
@@ -66,11 +62,11 @@ CoarseFit::Fitted CoarseFit::fit(const PointScan& scan, std::span<const Landmark
 }
 
 /// The positions of the landmarks move to their targets during most of the steps.
-void CoarseFit::bend(std::span<const Landmark> landmarks, std::span<Vector3<double>> x) {
-  const std::vector<Reach> no_reaches(x.size());
-  std::vector<Correspondence> no_points(x.size());
-  bent_.undo_frame();
-  bent_.forget_factor();
+void CoarseFit::bend(std::span<const TemplateLandmark> landmarks, std::span<Vector3<double>> x) {
+  SurfaceRows no_points;
+  no_points.index(x.size());
+  bent_.begin_frame();
+  bent_.factorize(no_points, targets(landmarks, constants_.bending_weight), 1);
   for (int step = 0; step < constants_.bending_steps; ++step) {
     const double share =
         std::min(1.0, (step + 1) / (constants_.bending_share * constants_.bending_steps));
@@ -79,29 +75,26 @@ void CoarseFit::bend(std::span<const Landmark> landmarks, std::span<Vector3<doub
       const auto start = mesh_.positions[target.vertex];
       target.target = start + share * (target.target - start);
     }
-    bent_.take({no_points, no_reaches, 1, 1, moving}, false, x);
+    bent_.take(no_points, moving, 0, x);
   }
 }
 
-void CoarseFit::draw(const PointScan& scan, std::span<const Landmark> landmarks, int passes,
+void CoarseFit::draw(const PointScan& scan, std::span<const TemplateLandmark> landmarks, int passes,
                      std::span<Vector3<double>> x) {
-  correspondences_.begin(scan, mean_edge_);
-  shape_.undo_frame();
+  matches_.begin(scan);
+  shape_.begin_frame();
   for (int pass = 0; pass < passes; ++pass) {
     const double progress = static_cast<double>(pass) / std::max(1, passes - 1);
-    const bool is_early = 2 * pass < passes;
     const double weight =
         constants_.first_coarse_weight *
         std::pow(tracking_.last_weight / constants_.first_coarse_weight, progress);
-    if (pass % constants_.passes_with_a_factor == 0) {
-      shape_.forget_factor();
-      correspondences_.find_visible(x);
-    }
-    const double radius = is_early ? tracking_.wide_radius : tracking_.narrow_radius;
-    const auto found = correspondences_.find(x, {radius, tracking_.scale, tracking_.side, weight});
-    if (is_early) correspondences_.draw_towards_unexplained(x, weight, weight);
+    SurfaceRows& rows = matches_.find(x, {.radius = tracking_.radius_before(passes - 1 - pass),
+                                          .walked = tracking_.walked,
+                                          .weight = weight,
+                                          .cloth_weight = weight});
     const auto held = targets(landmarks, (1 - progress) * constants_.coarse_landmark_weight);
-    shape_.take({found, {}, weight, weight, held}, false, x);
+    if (pass % constants_.passes_with_a_factor == 0) shape_.factorize(rows, held, 1);
+    shape_.take(rows, held, 0, x);
   }
 }
 

@@ -9,14 +9,14 @@
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
 #include "support/workers.hpp"
-#include "tracking/correspondences.hpp"
+#include "tracking/matches.hpp"
 #include "tracking/nonrigid_step.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
 /// A position to which a vertex of the template belongs.
-struct Landmark {
+struct TemplateLandmark {
   Index vertex = 0;
   Vector3<double> start;  ///< in the template
   Vector3<double> position;
@@ -39,14 +39,14 @@ class CoarseFit {
   };
   /// First bends the template until its landmarks are at their positions, and then takes passes to
   /// the points of the scan. The number of points matters for the time.
-  Fitted fit(const PointScan& scan, std::span<const Landmark> landmarks, int passes);
+  Fitted fit(const PointScan& scan, std::span<const TemplateLandmark> landmarks, int passes);
 
  private:
-  void bend(std::span<const Landmark> landmarks, std::span<Vector3<double>> x);
-  void draw(const PointScan& scan, std::span<const Landmark> landmarks, int passes,
+  void bend(std::span<const TemplateLandmark> landmarks, std::span<Vector3<double>> x);
+  void draw(const PointScan& scan, std::span<const TemplateLandmark> landmarks, int passes,
             std::span<Vector3<double>> x);
-  [[nodiscard]] std::vector<NonrigidStep::Landmark> targets(std::span<const Landmark> landmarks,
-                                                            double weight) const;
+  [[nodiscard]] std::vector<Landmark> targets(std::span<const TemplateLandmark> landmarks,
+                                              double weight) const;
   [[nodiscard]] double far_share(const PointScan& scan, Field x) const;
 
   const CoarseMesh& mesh_;
@@ -55,9 +55,10 @@ class CoarseFit {
   TrackingConstants tracking_;
   TrackingConstants bending_;
   double mean_edge_;
-  Correspondences correspondences_;
+  std::vector<std::uint8_t> nobody_, everybody_;  // is of cloth
   NonrigidStep shape_;
   NonrigidStep bent_;  // with a membrane, for landmarks
+  Matches matches_;
 };
 
 }  // namespace dynmesh

@@ -121,12 +121,12 @@ struct RegistrationConstants {
   /// So many rounds tell which of other poses may be better.
   int rounds_of_others = 2;
   /// The weight of a correspondence in the first iteration of a push.
-  double first_weight = 0.02;
-  /// How often the first iteration is repeated at most: large motions are found before.
-  int most_searches = 3;
-  /// As in TrackingConstants: the way from the template is longer than that from a last frame.
-  int rotation_fits = 3;
-
+  double first_weight = 0.2;
+  /// The width of a pixel where the surface is drawn to find out what hides what, how far behind
+  /// the front a vertex may lie, and the same for a vertex of a sheet that is seen from behind.
+  double pixel = 1;
+  double thickness = 1.5;
+  double back_thickness = 0.5;
   /// About so many points are examined.
   std::size_t examined_points = 6000;
   /// The shares of far points from which on a result is doubtful, and ruined, and the share of
@@ -173,14 +173,6 @@ struct RegistrationConstants {
     TrackingConstants constants;
     constants.prediction = 0;
     constants.first_weight = first_weight;
-    constants.most_searches = most_searches;
-    constants.rotation_fits = rotation_fits;
-    return constants;
-  }
-  /// The same, where vertices that lie on the scan are drawn towards unexplained points as well.
-  [[nodiscard]] TrackingConstants drawing() const {
-    TrackingConstants constants = fine();
-    constants.explained = 0;
     return constants;
   }
 };

@@ -34,18 +34,17 @@ double spacing_of(const SeenSurface& surface, std::size_t n_points) {
 
 /// (k,) the squared distance from each vertex to the nearest point whose normal agrees; infinite
 /// beyond a radius.
-std::vector<double> squared_distances(const SeenSurface& surface, const Measurement& scan,
+std::vector<double> squared_distances(const SeenSurface& surface, const PointScan& scan,
                                       double radius, double agreement) {
   std::vector<double> distances(surface.x.size(), std::numeric_limits<double>::infinity());
   for (std::size_t v = 0; v < distances.size(); ++v) {
     // A sheet that is seen from both sides is measured from either.
-    const bool is_either = surface.seen[v] == Sight::both;
-    const auto nearest = is_either
-                             ? scan.nearest_of_both_sides(surface.x[v], surface.normals[v], radius,
-                                                          agreement, Measurement::no_guess)
-                             : scan.nearest(surface.x[v], surface.normals[v], radius, agreement,
-                                            Measurement::no_guess);
-    if (nearest.weight > 0) distances[v] = squared_norm(nearest.point - surface.x[v]);
+    auto nearest = scan.find(surface.x[v], surface.normals[v], radius, agreement);
+    if (surface.seen[v] == Sight::both) {
+      const auto back = scan.find(surface.x[v], -1.0 * surface.normals[v], radius, agreement);
+      if (back.squared_distance < nearest.squared_distance) nearest = back;
+    }
+    distances[v] = nearest.squared_distance;
   }
   return distances;
 }
@@ -142,7 +141,7 @@ void find_stretched(const SeenSurface& surface, std::span<const double> distance
 
 }  // namespace
 
-Coverage coverage_of(const SeenSurface& surface, const Measurement& scan,
+Coverage coverage_of(const SeenSurface& surface, const PointScan& scan,
                      const TrackingConstants& tracking, const RegistrationConstants& constants) {
   const double sparse = std::min(constants.empty_spacings * spacing_of(surface, scan.size()),
                                  constants.largest_empty_radius * size_of(surface.x));

@@ -7,8 +7,8 @@
 
 #include "mesh/triangle.hpp"
 #include "registration/constants.hpp"
-#include "tracking/measurement.hpp"
-#include "tracking/visibility.hpp"
+#include "registration/visibility.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -53,7 +53,7 @@ struct Coverage {
   }
 };
 
-Coverage coverage_of(const SeenSurface& surface, const Measurement& scan,
+Coverage coverage_of(const SeenSurface& surface, const PointScan& scan,
                      const TrackingConstants& tracking, const RegistrationConstants& constants);
 
 }  // namespace dynmesh

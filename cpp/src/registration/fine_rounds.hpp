@@ -2,13 +2,14 @@
 #pragma once
 
 #include <dynmesh/types.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "mesh/training_frames.hpp"
 #include "registration/constants.hpp"
 #include "stream/stream.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {
@@ -29,19 +30,24 @@ class FineRounds {
   };
   /// Begins with the positions `start` of the template `first_frame`, both in the order of
   /// `stream`, in which the result is then the last frame. Takes at most so many rounds.
-  Result run(const Measurement& scan, Field first_frame, Field start, int most_rounds);
+  Result run(const PointScan& scan, Field first_frame, Field start, int most_rounds);
 
   /// (k,) the standard errors of the result.
   [[nodiscard]] std::span<const double> standard_errors() const {
-    return surface_.shape().error_bars().of_vertices();
+    return surface_->shape().error_bars().of_vertices();
   }
 
  private:
-  double take(const Measurement& scan);
+  double take(const PointScan& scan);
 
   const RegistrationConstants& constants_;
   Stream<double>& stream_;
-  SurfaceTracking surface_;
+  std::vector<Triangle> faces_;
+  TrainingFrames training_;
+  bool has_uncertainty_;
+  double epsilon_;
+  TrackingConstants tracking_;
+  std::optional<SurfaceTracking> surface_;
   std::vector<double> written_;
 };
 

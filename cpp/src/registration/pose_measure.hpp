@@ -12,7 +12,7 @@
 #include "registration/targets.hpp"
 #include "support/workers.hpp"
 #include "tracking/agreement.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -26,17 +26,19 @@ class PoseMeasure {
 
   [[nodiscard]] double mean_edge() const { return mean_edge_; }
   /// The misfit of a surface, before it is drawn into the scan.
-  [[nodiscard]] double misfit_of(Field x, const Measurement& scan) const;
+  [[nodiscard]] double misfit_of(Field x, const PointScan& scan) const;
   /// Compares the positions of a pose with the scan, and sets what they tell.
-  void measure(const Measurement& scan, Pose& pose) const;
+  void measure(const PointScan& scan, Pose& pose) const;
   /// Whether the vertex of a landmark is not where the caller says. What no sensor measured follows
   /// the shape alone.
-  [[nodiscard]] bool has_misplaced_landmarks(const Pose& pose, const Measurement& scan) const;
+  [[nodiscard]] bool has_misplaced_landmarks(const Pose& pose, const PointScan& scan) const;
   /// Whether two surfaces differ by more than a little, on average.
   [[nodiscard]] bool are_elsewhere(Field a, Field b) const;
 
  private:
-  [[nodiscard]] RegistrationQuality quality_of(const Pose& pose, const Measurement& scan) const;
+  [[nodiscard]] Agreement agreement_of(const PointScan& scan, Field x, Field normals,
+                                       std::span<const std::uint8_t> is_either) const;
+  [[nodiscard]] RegistrationQuality quality_of(const Pose& pose, const PointScan& scan) const;
 
   std::span<const Triangle> faces_;
   const Topology& topology_;
@@ -44,7 +46,7 @@ class PoseMeasure {
   const Targets& targets_;
   const RegistrationConstants& constants_;
   TrackingConstants tracking_;
-  SurfaceComparison comparison_;
+  Workers& workers_;
   double mean_edge_;
 };
 

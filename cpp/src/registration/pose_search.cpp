@@ -26,11 +26,6 @@ Candidate candidate_of(const Pose& pose) { return {.motion = pose.motion, .x = p
 /// The better of two poses comes first.
 std::pair<bool, double> rank_of(const Pose& pose) { return {pose.is_ruined(), pose.misfit()}; }
 
-/// The same for what was bent from the same pose.
-std::pair<RegistrationQuality, double> rank_of_variant(const Pose& pose) {
-  return {pose.quality, pose.unexplained()};
-}
-
 /// Where a part is missing, edges that nobody measured may have any length.
 bool has_exchanged_limbs(const Pose& pose, const RegistrationConstants& constants) {
   return pose.coverage.has_bridges(constants) &&
@@ -45,23 +40,21 @@ PoseSearch::PoseSearch(const ScaledTemplate& scaled, const Targets& targets,
     : template_(scaled),
       targets_(targets),
       settings_(settings),
-      epsilon_(epsilon),
       stream_(stream),
       constants_(constants),
       measure_(scaled.faces, *stream.topology, scaled.frame, targets, stream.workers, constants),
       mesh_(coarse_mesh_of(scaled.faces, scaled.frame, constants.most_coarse_vertices)),
       coarse_(mesh_, stream.workers, constants),
-      rounds_(rounds_of(constants.fine())) {}
+      rounds_(scaled.faces, stream, scaled.training, settings.uncertainty, epsilon, constants,
+              constants.fine()) {}
 
-Pose PoseSearch::run(const Measurement& scan) {
-  Pose pose =
-      targets_.vertices.empty() && settings_.align ? without_landmarks(scan) : with_landmarks(scan);
-  draw_out(scan, pose);
-  return pose;
+Pose PoseSearch::run(const PointScan& scan) {
+  return targets_.vertices.empty() && settings_.align ? without_landmarks(scan)
+                                                      : with_landmarks(scan);
 }
 
 /// With landmarks, or in place.
-Pose PoseSearch::with_landmarks(const Measurement& scan) {
+Pose PoseSearch::with_landmarks(const PointScan& scan) {
   const auto landmarks = targets_.landmarks_of(template_.frame);
   if (!settings_.align) {
     return best_of(scan, {{Motion::Identity(), landmarks}}, constants_.most_rounds);
@@ -87,7 +80,7 @@ Pose PoseSearch::with_landmarks(const Measurement& scan) {
   return pose;
 }
 
-Pose PoseSearch::without_landmarks(const Measurement& scan) {
+Pose PoseSearch::without_landmarks(const PointScan& scan) {
   Pose pose =
       best_of(scan, candidates_by_points(shape(), scan, {}, constants_), constants_.most_rounds);
   const double far = pose.agreement.far_share;
@@ -106,7 +99,7 @@ TemplateShape PoseSearch::shape() const {
 }
 
 /// Brings tips of limbs to those of the scan: those that the result left out, and all of them.
-void PoseSearch::try_tips(const Measurement& scan, Pose& best) {
+void PoseSearch::try_tips(const PointScan& scan, Pose& best) {
   const TipConstants& c = constants_.tips;
   for (std::size_t i = 0; i < c.points.size() && (i == 0 || !best.is_good()); ++i) {
     const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
@@ -119,7 +112,7 @@ void PoseSearch::try_tips(const Measurement& scan, Pose& best) {
 }
 
 /// Brings one tip of the template to one that the result left out, as long as that helps.
-void PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
+void PoseSearch::repair(const PointScan& scan, const TipsOfBoth& tips, Pose& best) {
   const TipConstants& c = constants_.tips;
   for (int n = 0; n < c.repairs && !best.is_good(); ++n) {
     auto others = candidates_by_tips_left_out(shape(), tips, best.motion, best.x, c);
@@ -128,12 +121,12 @@ void PoseSearch::repair(const Measurement& scan, const TipsOfBoth& tips, Pose& b
 }
 
 /// Lets two tips change places, if that helps.
-void PoseSearch::exchange(const Measurement& scan, const TipsOfBoth& tips, Pose& best) {
+void PoseSearch::exchange(const PointScan& scan, const TipsOfBoth& tips, Pose& best) {
   try_others(scan, candidates_by_exchanged_tips(shape(), tips, best.motion, best.x), best);
 }
 
 /// Replaces the best pose by one from other candidates if that is better, and tells whether.
-bool PoseSearch::try_others(const Measurement& scan, std::vector<Candidate> others, Pose& best) {
+bool PoseSearch::try_others(const PointScan& scan, std::vector<Candidate> others, Pose& best) {
   if (others.empty()) return false;
   Pose other = best_of(scan, std::move(others), constants_.rounds_of_others);
   const double limit = constants_.close_share * best.misfit() + constants_.close_difference;
@@ -153,20 +146,8 @@ bool PoseSearch::try_others(const Measurement& scan, std::vector<Candidate> othe
   return is_better;
 }
 
-/// Draws every vertex towards the points that none explains, also those that lie on the scan
-/// already, such as a nose that was pushed into the head, and keeps what is better.
-void PoseSearch::draw_out(const Measurement& scan, Pose& pose) {
-  if (pose.ambiguous || pose.agreement.far_share <= constants_.doubtful_far ||
-      pose.agreement.far_share >= constants_.ruined_far) {
-    return;
-  }
-  FineRounds rounds = rounds_of(constants_.drawing());
-  Pose other = finished(scan, candidate_of(pose), constants_.most_rounds, rounds);
-  if (rank_of_variant(other) < rank_of_variant(pose)) pose = std::move(other);
-}
-
 /// Draws the surface into the scan from each likely candidate, and returns the best pose.
-Pose PoseSearch::best_of(const Measurement& scan, std::vector<Candidate> tried, int most_rounds) {
+Pose PoseSearch::best_of(const PointScan& scan, std::vector<Candidate> tried, int most_rounds) {
   tried = likely(scan, std::move(tried));
   Pose best = finished(scan, tried[0], most_rounds, rounds_);
   bool is_ambiguous = false;
@@ -186,7 +167,7 @@ Pose PoseSearch::best_of(const Measurement& scan, std::vector<Candidate> tried, 
 
 /// Bends the template on its coarse mesh from each candidate. Those with which it may fit come back
 /// with its positions, the most likely one first.
-std::vector<Candidate> PoseSearch::likely(const Measurement& scan, std::vector<Candidate> tried) {
+std::vector<Candidate> PoseSearch::likely(const PointScan& scan, std::vector<Candidate> tried) {
   if (tried.size() > 1) {
     for (Candidate& candidate : tried) {
       candidate.score =
@@ -211,20 +192,20 @@ std::vector<Candidate> PoseSearch::likely(const Measurement& scan, std::vector<C
 }
 
 /// Bends the template in its own axes.
-CoarseFit::Fitted PoseSearch::fitted(const Candidate& candidate, const Measurement& scan,
+CoarseFit::Fitted PoseSearch::fitted(const Candidate& candidate, const PointScan& scan,
                                      std::size_t n_points, int passes) {
   const Motion back = candidate.motion.inverse();
   PointScan sample;
   sample_scan(scan, back, n_points, sample);
   auto landmarks = candidate.landmarks;
-  for (Landmark& landmark : landmarks) {
+  for (TemplateLandmark& landmark : landmarks) {
     landmark.position = from_eigen(back * to_eigen(landmark.position));
   }
   return coarse_.fit(sample, landmarks, passes);
 }
 
 /// Draws the surface into the scan, and measures the result.
-Pose PoseSearch::finished(const Measurement& scan, const Candidate& candidate, int most_rounds,
+Pose PoseSearch::finished(const PointScan& scan, const Candidate& candidate, int most_rounds,
                           FineRounds& rounds) {
   const auto result =
       rounds.run(scan, moved(candidate.motion, template_.frame), candidate.x, most_rounds);
@@ -241,11 +222,6 @@ Pose PoseSearch::finished(const Measurement& scan, const Candidate& candidate, i
   pose.converged = result.converged;
   measure_.measure(scan, pose);
   return pose;
-}
-
-FineRounds PoseSearch::rounds_of(const TrackingConstants& tracking) const {
-  return {template_.faces, stream_, template_.training, settings_.uncertainty, epsilon_,
-          constants_,      tracking};
 }
 
 }  // namespace dynmesh

@@ -17,7 +17,7 @@
 #include "registration/pose_measure.hpp"
 #include "registration/targets.hpp"
 #include "stream/stream.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -35,30 +35,26 @@ class PoseSearch {
              const RegistrationSettings& settings, double epsilon, Stream<double>& stream,
              const RegistrationConstants& constants);
 
-  Pose run(const Measurement& scan);
+  Pose run(const PointScan& scan);
 
  private:
-  Pose with_landmarks(const Measurement& scan);
-  Pose without_landmarks(const Measurement& scan);
-  void try_tips(const Measurement& scan, Pose& best);
-  void repair(const Measurement& scan, const TipsOfBoth& tips, Pose& best);
-  void exchange(const Measurement& scan, const TipsOfBoth& tips, Pose& best);
-  bool try_others(const Measurement& scan, std::vector<Candidate> others, Pose& best);
-  void draw_out(const Measurement& scan, Pose& pose);
-  Pose best_of(const Measurement& scan, std::vector<Candidate> tried, int most_rounds);
-  [[nodiscard]] std::vector<Candidate> likely(const Measurement& scan,
-                                              std::vector<Candidate> tried);
-  [[nodiscard]] CoarseFit::Fitted fitted(const Candidate& candidate, const Measurement& scan,
+  Pose with_landmarks(const PointScan& scan);
+  Pose without_landmarks(const PointScan& scan);
+  void try_tips(const PointScan& scan, Pose& best);
+  void repair(const PointScan& scan, const TipsOfBoth& tips, Pose& best);
+  void exchange(const PointScan& scan, const TipsOfBoth& tips, Pose& best);
+  bool try_others(const PointScan& scan, std::vector<Candidate> others, Pose& best);
+  Pose best_of(const PointScan& scan, std::vector<Candidate> tried, int most_rounds);
+  [[nodiscard]] std::vector<Candidate> likely(const PointScan& scan, std::vector<Candidate> tried);
+  [[nodiscard]] CoarseFit::Fitted fitted(const Candidate& candidate, const PointScan& scan,
                                          std::size_t n_points, int passes);
-  Pose finished(const Measurement& scan, const Candidate& candidate, int most_rounds,
+  Pose finished(const PointScan& scan, const Candidate& candidate, int most_rounds,
                 FineRounds& rounds);
-  [[nodiscard]] FineRounds rounds_of(const TrackingConstants& tracking) const;
   [[nodiscard]] TemplateShape shape() const;
 
   const ScaledTemplate& template_;
   const Targets& targets_;
   const RegistrationSettings& settings_;
-  double epsilon_;
   Stream<double>& stream_;
   const RegistrationConstants& constants_;
   PoseMeasure measure_;

@@ -4,14 +4,14 @@
 #include <dynmesh/registration.hpp>
 #include <dynmesh/types.hpp>
 
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
 /// As `register_template`, which see for the arguments and errors, without landmarks and training.
 template <class Real>
 Registration<Real> register_measurement(Faces faces, Points<const Real> positions,
-                                        const Measurement& measured,
+                                        const PointScan& measured,
                                         const RegistrationSettings& settings);
 
 }  // namespace dynmesh

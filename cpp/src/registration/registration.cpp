@@ -49,12 +49,13 @@ class Work {
     return mean_edge_length<double>(stream_.topology->cells, template_.frame);
   }
 
-  Registration<Real> run(const Measurement& scan) {
+  Registration<Real> run(const PointScan& scan) {
     if (scan.size() < constants_.fewest_points) {
       throw std::invalid_argument("points: there are " + std::to_string(scan.size()) +
                                   ", but a registration needs at least " +
                                   std::to_string(constants_.fewest_points));
     }
+    if (!scan.is_indexed()) scan.index();
     const double unit = unit_of(template_.frame, scan, settings_.scale, constants_);
     for (auto& x : template_.frame) x = unit * x;
     check_places(targets_.positions, scan, size_of(template_.frame), constants_);
@@ -114,14 +115,14 @@ class Work {
 
 template <class Real>
 Registration<Real> register_measurement(Faces faces, Points<const Real> positions,
-                                        const Measurement& measured,
+                                        const PointScan& measured,
                                         const RegistrationSettings& settings) {
   return Work<Real>(faces, positions, {}, settings, nullptr).run(measured);
 }
 
-template Registration<float> register_measurement(Faces, Points<const float>, const Measurement&,
+template Registration<float> register_measurement(Faces, Points<const float>, const PointScan&,
                                                   const RegistrationSettings&);
-template Registration<double> register_measurement(Faces, Points<const double>, const Measurement&,
+template Registration<double> register_measurement(Faces, Points<const double>, const PointScan&,
                                                    const RegistrationSettings&);
 
 template <class Real>
@@ -148,8 +149,11 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
   for (const DepthImage& image : images) {
     copy_depths(image, measured.add(camera_of(image), image.height, image.width));
   }
-  measured.prepare(TrackingConstants{}.jump * work.mean_edge(), work.workers());
-  return work.run(measured);
+  const TrackingConstants constants;
+  PointScan scan;
+  measured.convert(constants.jump * work.mean_edge(), constants.pixels_per_vertex * positions.count,
+                   work.workers(), scan);
+  return work.run(scan);
 }
 
 template Registration<float> register_template(Faces, Points<const float>, const Scan<float>&,

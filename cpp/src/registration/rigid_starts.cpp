@@ -52,7 +52,7 @@ OrientedPoints some_of_surface(std::span<const Triangle> faces, Field x, int n) 
   return some;
 }
 
-OrientedPoints some_of_scan(const Measurement& scan, int n) {
+OrientedPoints some_of_scan(const PointScan& scan, int n) {
   OrientedPoints some;
   for (const std::size_t i : some_of(scan.size(), n)) {
     some.add(scan.point(i), scan.normal(i), scan.is_undecided(i));
@@ -197,7 +197,7 @@ bool differ(const Motion& a, const Motion& b, const RigidStartConstants& constan
 }
 
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surface,
-                                     const Measurement& scan, const RigidStartConstants& c) {
+                                     const PointScan& scan, const RigidStartConstants& c) {
   std::vector<RigidStart> starts;
   {
     const OrientedPoints ours = some_of_surface(faces, surface, c.coarse_surface);
@@ -222,7 +222,7 @@ std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surf
   return best_of(std::move(starts), c);
 }
 
-RigidStart start_in_place(std::span<const Triangle> faces, Field surface, const Measurement& scan,
+RigidStart start_in_place(std::span<const Triangle> faces, Field surface, const PointScan& scan,
                           const RigidStartConstants& c) {
   const OrientedPoints ours = some_of_surface(faces, surface, c.fine_surface);
   const SixDimensions space(ours, c.fine_normal);

@@ -8,7 +8,7 @@
 
 #include "mesh/triangle.hpp"
 #include "registration/constants.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -23,11 +23,11 @@ struct RigidStart {
 /// et al. 2002). Surfaces with symmetries have several. Equal input gives equal results.
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces,
                                      std::span<const Vector3<double>> surface,
-                                     const Measurement& scan, const RigidStartConstants& constants);
+                                     const PointScan& scan, const RigidStartConstants& constants);
 
 /// The motion that `rigid_starts` finds from the identity.
 RigidStart start_in_place(std::span<const Triangle> faces, std::span<const Vector3<double>> surface,
-                          const Measurement& scan, const RigidStartConstants& constants);
+                          const PointScan& scan, const RigidStartConstants& constants);
 
 /// Whether two motions turn the template by different angles, or in different ways.
 bool differ(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,

@@ -46,7 +46,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
-void sample_scan(const Measurement& scan, const Eigen::Isometry3d& motion, std::size_t n,
+void sample_scan(const PointScan& scan, const Eigen::Isometry3d& motion, std::size_t n,
                  PointScan& sample) {
   const auto brought = [&](const Vector3<double>& point) {
     return from_eigen(motion * to_eigen(point));

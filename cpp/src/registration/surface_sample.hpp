@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "mesh/triangle.hpp"
-#include "tracking/measurement.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
@@ -24,7 +23,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
                              std::size_t n);
 
 /// Fills `sample`, which is empty, with about n points of the scan, moved, and its search tree.
-void sample_scan(const Measurement& scan, const Eigen::Isometry3d& motion, std::size_t n,
+void sample_scan(const PointScan& scan, const Eigen::Isometry3d& motion, std::size_t n,
                  PointScan& sample);
 
 }  // namespace dynmesh

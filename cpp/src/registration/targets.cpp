@@ -49,7 +49,7 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
 template void check_landmarks(const Landmarks<float>&, std::size_t);
 template void check_landmarks(const Landmarks<double>&, std::size_t);
 
-void check_places(std::span<const Vector3<double>> positions, const Measurement& scan, double size,
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size,
                   const RegistrationConstants& constants) {
   Vector3<double> least = scan.point(0);
   Vector3<double> most = least;
@@ -89,8 +89,8 @@ bool Targets::determine_a_rotation() const {
   return widest > collinear * longest * longest;
 }
 
-std::vector<Landmark> Targets::landmarks_of(std::span<const Vector3<double>> frame) const {
-  std::vector<Landmark> landmarks;
+std::vector<TemplateLandmark> Targets::landmarks_of(std::span<const Vector3<double>> frame) const {
+  std::vector<TemplateLandmark> landmarks;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     landmarks.push_back({vertices[i], frame[static_cast<std::size_t>(vertices[i])], positions[i]});
   }

@@ -11,7 +11,7 @@
 
 namespace dynmesh {
 
-double unit_of(std::span<const Vector3<double>> frame, const Measurement& scan, bool may_scale,
+double unit_of(std::span<const Vector3<double>> frame, const PointScan& scan, bool may_scale,
                const RegistrationConstants& constants) {
   std::vector<Vector3<double>> points;
   const std::size_t stride = 1 + scan.size() / constants.examined_points;

@@ -74,11 +74,13 @@ template <class Real>
 void copy(const Scan<Real>& scan, PointScan& measured, Workers& workers) {
   copy(scan.points, measured.points);
   copy(scan.viewpoints, measured.sensors);
-  measured.index();
+  measured.sensor_numbers.clear();
+  measured.forget_index();
   if (scan.normals.data != nullptr) {
     copy_directions(scan.normals, measured.normals);
     measured.undecided.clear();
   } else {
+    measured.index();
     measured.estimate_normals(workers);
   }
 }

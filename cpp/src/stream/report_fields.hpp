@@ -44,7 +44,6 @@ template <class Visit>
 void for_each_field(const TrackingReport& report, const Visit& visit) {
   for_each_field(static_cast<const FrameReport&>(report), visit);
   for_each_field(report.agreement, visit);
-  visit("aligned", report.aligned);
   visit("recovered", report.recovered);
 }
 

@@ -17,52 +17,41 @@ double wrong_share(const Agreement& agreement) {
 }  // namespace
 
 template <class Real>
-Recovery<Real>::Recovery(SurfaceTracking& surface, const Numbering& numbering,
-                         std::size_t n_vertices, const TrackerSettings& settings)
-    : surface_(surface),
-      numbering_(numbering),
-      is_wanted_(settings.recover),
-      threads_(settings.threads),
-      none_good_(static_cast<std::uint8_t>(surface.constants().frames_between_recoveries)),
-      good_(settings.recover ? n_vertices : 0),
-      pause_(none_good_) {}
-
-template <class Real>
-void Recovery<Real>::begin(const Frame& first_frame) noexcept {
-  if (is_wanted_) std::ranges::copy(first_frame, good_.begin());
-  pause_ = none_good_;
+Recovery<Real>::Recovery(const Frame& first_frame, const TrackerSettings& settings)
+    : is_wanted_(settings.recover), threads_(settings.threads) {
+  if (is_wanted_) good_ = first_frame;
 }
 
 /// The share of a frame without points is NaN.
 template <class Real>
 bool Recovery<Real>::is_due(const Agreement& agreement) const {
-  return is_wanted_ && pause_ == 0 && agreement.far_share > surface_.constants().lost_far;
+  return is_wanted_ && pause_ == 0 && agreement.far_share > TrackingConstants().lost_far;
 }
 
 template <class Real>
-bool Recovery<Real>::improve(const Measurement& measurement, SurfaceTracking::Found& found) {
+bool Recovery<Real>::improve(SurfaceTracking& surface, const PointScan& measurement,
+                             SurfaceTracking::Found& found) const {
   const double lost = wrong_share(found.agreements.all);
-  surface_.undo();
-  const auto start = registered(measurement);
-  if (start) {
-    Writer writer(surface_.memory_size() + sizeof(std::uint64_t));
-    surface_.write_memory(writer);
-    const auto bytes = writer.take_sealed();
-    Reader reader(bytes);
-    const auto memory = surface_.read_memory(reader);
-    const std::vector<Vector3<double>> last(surface_.last().begin(), surface_.last().end());
-    surface_.place(*start);
+  if (const auto start = registered(surface, measurement)) {
+    Writer writer(surface.memory_size() + sizeof(std::uint64_t));
+    surface.write_memory(writer);
+    const auto memory = writer.take_sealed();
+    const std::vector<Vector3<double>> last(surface.last().begin(), surface.last().end());
+    const auto return_to_last = [&] {
+      Reader reader(memory);
+      surface.read_memory(reader, last);
+    };
+    surface.place(*start);
     try {
-      found = surface_.track(measurement);
+      found = surface.track(measurement);
     } catch (...) {
-      surface_.recall(memory, last);
+      return_to_last();
       throw;
     }
     if (wrong_share(found.agreements.all) < lost) return true;
-    surface_.undo();
-    surface_.recall(memory, last);
+    return_to_last();
   }
-  found = surface_.track(measurement);
+  found = surface.track(measurement);
   return false;
 }
 
@@ -70,10 +59,10 @@ bool Recovery<Real>::improve(const Measurement& measurement, SurfaceTracking::Fo
 /// something of another size.
 template <class Real>
 std::optional<std::vector<Vector3<double>>> Recovery<Real>::registered(
-    const Measurement& measurement) const {
+    const SurfaceTracking& surface, const PointScan& measurement) const {
   std::vector<Real> coordinates;
   for (const auto& x : good_) coordinates.insert(coordinates.end(), {x.x, x.y, x.z});
-  const auto faces = surface_.faces();
+  const auto faces = surface.faces();
   std::vector<Vector3<double>> positions(good_.size());
   try {
     const auto found = register_measurement<Real>({faces.data()->data(), faces.size()},
@@ -94,12 +83,12 @@ template <class Real>
 void Recovery<Real>::remember(const Frame& completed, const Agreement& agreement,
                               bool was_due) noexcept {
   if (!is_wanted_) return;
-  const auto& constants = surface_.constants();
+  constexpr TrackingConstants constants;
   const bool is_good = agreement.far_share <= constants.lost_far;
   if (is_good) std::ranges::copy(completed, good_.begin());
   if (was_due) {
     pause_ = static_cast<std::uint8_t>(constants.frames_between_recoveries - 1);
-  } else if (pause_ == none_good_) {
+  } else if (pause_ == until_good) {
     if (is_good) pause_ = 0;
   } else if (pause_ > 0) {
     --pause_;
@@ -112,30 +101,22 @@ std::size_t Recovery<Real>::memory_size() const {
 }
 
 template <class Real>
-void Recovery<Real>::write_memory(Writer& writer) const {
+void Recovery<Real>::write_memory(Writer& writer, const Numbering& numbering) const {
   if (!is_wanted_) return;
-  writer.write(to_caller_order(numbering_, good_));
+  writer.write(to_caller_order(numbering, good_));
   writer.write(pause_);
 }
 
 template <class Real>
-typename Recovery<Real>::Memory Recovery<Real>::read_memory(Reader& reader) const {
-  Memory memory;
-  if (!is_wanted_) return memory;
-  memory.good.resize(good_.size());
-  reader.read(memory.good);
-  memory.pause = reader.read<std::uint8_t>();
-  if (!std::ranges::all_of(memory.good, is_in_range<Real>) || memory.pause > none_good_) {
+void Recovery<Real>::read_memory(Reader& reader, const Numbering& numbering) {
+  if (!is_wanted_) return;
+  reader.read(good_);
+  pause_ = reader.read<std::uint8_t>();
+  if (!std::ranges::all_of(good_, is_in_range<Real>) ||
+      (pause_ != until_good && pause_ >= TrackingConstants().frames_between_recoveries)) {
     refuse_state("does not contain a valid last good frame");
   }
-  memory.good = to_internal_order(numbering_, memory.good);
-  return memory;
-}
-
-template <class Real>
-void Recovery<Real>::recall(Memory memory) noexcept {
-  good_ = std::move(memory.good);
-  pause_ = memory.pause;
+  good_ = to_internal_order(numbering, good_);
 }
 
 template class Recovery<float>;

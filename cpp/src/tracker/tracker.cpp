@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
 #include <limits>
@@ -18,6 +20,7 @@
 #include "tracker/recovery.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
+#include "tracking/robust_size.hpp"
 #include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {
@@ -27,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '6'}, "tracker"};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '7'}, "tracker"};
 
 constexpr std::size_t size_of_agreement = sizeof(std::uint64_t) + 3 * sizeof(double);
 
@@ -57,6 +60,28 @@ Agreement read_agreement(Reader& reader) {
   return found;
 }
 
+/// Refuses a first scan that lies elsewhere than the template. Later ones may show that
+/// the subject has left.
+void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found,
+                      const SurfaceTracking& surface) {
+  const double far_share = found.agreements.all.far_share;
+  const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
+                          static_cast<double>(found.observed.size());
+  const TrackingConstants& constants = surface.constants();
+  if (!(far_share > constants.most_far_at_first)) return;
+  if (!(observed < constants.least_observed_at_first)) return;
+  const auto distance = std::sqrt(squared_norm(median_of(scan.points) - median_of(surface.last())));
+  std::array<char, 320> text{};
+  (void)std::snprintf(
+      text.data(), text.size(),
+      "points: the template is far from the first scan: it is more than a mean edge "
+      "from %.3g %% of the points, and their middles are %.4g apart, %.4g mean "
+      "edges of the template; both must be in the same axes and unit of length, "
+      "and the template in the pose of the scan",
+      100 * far_share, distance, distance / surface.mean_edge());
+  throw std::invalid_argument(text.data());
+}
+
 }  // namespace
 
 /// Tracks frames after the public functions have checked the arguments.
@@ -65,28 +90,30 @@ struct Tracker<Real>::Parts {
   using Frame = std::vector<Vector3<Real>>;
 
   /// `first_frame` and the training frames, x y z of each vertex, are in the caller's order.
-  Parts(Faces faces, const Frame& first_frame, Topology topology, const TrackerSettings& chosen,
-        std::span<const std::vector<Real>> training = {})
+  Parts(Faces mesh_faces, const Frame& first_frame, Topology topology,
+        const TrackerSettings& chosen, std::span<const std::vector<Real>> training_frames = {})
       : settings(chosen),
         stream(first_frame, std::move(topology), DisconnectedRule::follow, chosen.threads,
                chosen.uncertainty),
-        surface(faces_in_internal_order(faces, stream.numbering), *stream.topology, stream.workers,
-                {}, take_in_internal_order(training, stream.numbering), chosen.uncertainty,
-                std::numeric_limits<Real>::epsilon()),
-        recovery(surface, stream.numbering, first_frame.size(), chosen),
+        faces(faces_in_internal_order(mesh_faces, stream.numbering)),
+        training(take_in_internal_order(training_frames, stream.numbering)),
         completed(first_frame.size()),
-        training_hash(hash_of_frames(training)) {
+        training_hash(hash_of_frames(training_frames)) {
     begin(first_frame);
   }
 
+  [[nodiscard]] std::unique_ptr<SurfaceTracking> surface_of(const Frame& first_frame);
   void begin(const Frame& first_frame);
-  TrackingReport track(const Measurement& measurement, Points<Real> tracked,
-                       Clock::time_point start);
+  void begin(typename Stream<Real>::Prepared prepared,
+             std::unique_ptr<SurfaceTracking> begun) noexcept;
+  TrackingReport track(const PointScan& measurement, Points<Real> tracked, Clock::time_point start);
   [[nodiscard]] double mean_standard_error() const;
 
   TrackerSettings settings;
   Stream<Real> stream;
-  SurfaceTracking surface;
+  std::vector<Triangle> faces;  // in the internal order, as the training frames
+  TrainingFrames training;
+  std::unique_ptr<SurfaceTracking> surface;
   Recovery<Real> recovery;
   PointScan scan;
   DepthImages images;
@@ -96,14 +123,28 @@ struct Tracker<Real>::Parts {
   std::vector<Agreement> of_sensors;
 };
 
+/// Tracking that begins with a frame in the internal order.
+template <class Real>
+std::unique_ptr<SurfaceTracking> Tracker<Real>::Parts::surface_of(const Frame& first_frame) {
+  return std::make_unique<SurfaceTracking>(
+      faces, *stream.topology, stream.workers, widened(first_frame), TrackingConstants{}, training,
+      settings.uncertainty, std::numeric_limits<Real>::epsilon());
+}
+
 /// Begins a sequence. If memory is exhausted, nothing has changed.
 template <class Real>
 void Tracker<Real>::Parts::begin(const Frame& first_frame) {
   auto prepared = stream.prepare(first_frame);
-  surface.reset(widened(prepared.first_frame));
-  // Nothing below can throw.
+  auto begun = surface_of(prepared.first_frame);
+  begin(std::move(prepared), std::move(begun));
+}
+
+template <class Real>
+void Tracker<Real>::Parts::begin(typename Stream<Real>::Prepared prepared,
+                                 std::unique_ptr<SurfaceTracking> begun) noexcept {
+  surface = std::move(begun);
   stream.begin(std::move(prepared));
-  recovery.begin(stream.first_frame);
+  recovery = Recovery<Real>(stream.first_frame, settings);
   report = {};
   of_sensors.clear();
   stream.count(report);
@@ -112,11 +153,12 @@ void Tracker<Real>::Parts::begin(const Frame& first_frame) {
 /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between calls
 /// changes before it is done.
 template <class Real>
-TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Points<Real> tracked,
+TrackingReport Tracker<Real>::Parts::track(const PointScan& measurement, Points<Real> tracked,
                                            Clock::time_point start) {
-  SurfaceTracking::Found found = surface.track(measurement);
+  SurfaceTracking::Found found = surface->track(measurement);
+  if (stream.n_frames == 0) check_first_scan(measurement, found, *surface);
   const bool is_lost = recovery.is_due(found.agreements.all);
-  const bool recovered = is_lost && recovery.improve(measurement, found);
+  const bool recovered = is_lost && recovery.improve(*surface, measurement, found);
   std::ranges::copy(found.observed, stream.known.begin());
   stream.generations.classify(stream.topology->cells, stream.known);
   const auto generation = stream.generations.of_vertices();
@@ -128,19 +170,18 @@ TrackingReport Tracker<Real>::Parts::track(const Measurement& measurement, Point
                  : stream.previous[v];
   }
   stream.write(tracked);
-  surface.measure_errors(stream.generations);
+  surface->measure_errors(stream.generations);
   std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
-  surface.remember(completed, stream.generations.anchors() > 0);
+  surface->remember(completed, stream.generations.anchors() > 0);
   stream.advance();
   recovery.remember(stream.previous, found.agreements.all, is_lost);
   TrackingReport made;
   stream.count(made);
   made.iterations = static_cast<std::size_t>(found.iterations);
   made.agreement = found.agreements.all;
-  made.aligned = found.aligned;
   made.recovered = recovered;
-  made.stages.prior_weight = surface.shape().rest().prior_weight();
-  made.stages.prior_share = surface.shape().rest().prior_share();
+  made.stages.prior_weight = surface->shape().rest().prior_weight();
+  made.stages.prior_share = surface->shape().rest().prior_share();
   made.standard_error = mean_standard_error();
   made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report = made;
@@ -153,7 +194,7 @@ template <class Real>
 double Tracker<Real>::Parts::mean_standard_error() const {
   double sum = 0;
   std::size_t n = 0;
-  for (const double value : surface.shape().error_bars().of_vertices()) {
+  for (const double value : surface->shape().error_bars().of_vertices()) {
     if (!std::isfinite(value)) continue;
     sum += value * value;
     ++n;
@@ -216,17 +257,18 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   for (const DepthImage& image : images) {
     copy_depths(image, measured.add(camera_of(image), image.height, image.width));
   }
-  measured.prepare(parts_->surface.constants().jump * parts_->surface.mean_edge(),
-                   parts_->stream.workers);
-  return parts_->track(measured, tracked, start);
+  const TrackingConstants& constants = parts_->surface->constants();
+  measured.convert(constants.jump * parts_->surface->mean_edge(),
+                   constants.pixels_per_vertex * n_vertices(), parts_->stream.workers,
+                   parts_->scan);
+  return parts_->track(parts_->scan, tracked, start);
 }
 
 template <class Real>
 TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  parts_->images.clear();
-  return parts_->track(parts_->images, tracked, start);
+  return parts_->track({}, tracked, start);
 }
 
 template <class Real>
@@ -266,7 +308,7 @@ std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
     throw std::invalid_argument("standard_error: requires uncertainty=True");
   }
-  return parts_->stream.in_caller_order(parts_->surface.shape().error_bars().of_vertices());
+  return parts_->stream.in_caller_order(parts_->surface->shape().error_bars().of_vertices());
 }
 template <class Real>
 const TrackingReport& Tracker<Real>::report() const {
@@ -280,8 +322,8 @@ std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
 
 template <class Real>
 std::size_t Tracker<Real>::state_size() const {
-  const std::size_t of_report = size_of_agreement + 2 * sizeof(std::uint8_t);
-  const std::size_t of_memory = parts_->surface.memory_size() + parts_->recovery.memory_size();
+  const std::size_t of_report = size_of_agreement + sizeof(std::uint8_t);
+  const std::size_t of_memory = parts_->surface->memory_size() + parts_->recovery.memory_size();
   return size_of_state<TrackerSettings>(parts_->stream, of_report + of_memory);
 }
 
@@ -291,10 +333,9 @@ std::vector<std::byte> Tracker<Real>::state() const {
   write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
                parts_->report);
   write(writer, parts_->report.agreement);
-  writer.write(static_cast<std::uint8_t>(parts_->report.aligned ? 1 : 0));
   writer.write(static_cast<std::uint8_t>(parts_->report.recovered ? 1 : 0));
-  parts_->surface.write_memory(writer);
-  parts_->recovery.write_memory(writer);
+  parts_->surface->write_memory(writer);
+  parts_->recovery.write_memory(writer, parts_->stream.numbering);
   return writer.take_sealed();
 }
 
@@ -306,21 +347,20 @@ void Tracker<Real>::restore(std::span<const std::byte> state) {
   TrackingReport report;
   static_cast<FrameReport&>(report) = stored.report;
   report.agreement = read_agreement(reader);
-  const auto aligned = reader.read<std::uint8_t>();
-  report.aligned = aligned != 0;
   const auto recovered = reader.read<std::uint8_t>();
   report.recovered = recovered != 0;
-  if (aligned > 1 || recovered > (parts_->settings.recover ? 1 : 0))
+  if (recovered > (parts_->settings.recover ? 1 : 0))
     refuse_state("reports what no tracker can report");
-  const auto memory = parts_->surface.read_memory(reader);
-  auto recovery = parts_->recovery.read_memory(reader);
-  const auto last = widened(stored.previous);
-  parts_->begin(stored.first_frame);
+  auto prepared = parts_->stream.prepare(stored.first_frame);
+  auto surface = parts_->surface_of(prepared.first_frame);
+  surface->read_memory(reader, widened(stored.previous));
+  Recovery<Real> recovery(prepared.first_frame, parts_->settings);
+  recovery.read_memory(reader, parts_->stream.numbering);
   // Nothing below can throw.
+  parts_->begin(std::move(prepared), std::move(surface));
   parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
                         stored.n_frames);
-  parts_->surface.recall(memory, last);
-  parts_->recovery.recall(std::move(recovery));
+  parts_->recovery = std::move(recovery);
   parts_->report = report;
   parts_->stream.count(parts_->report);
   parts_->report.standard_error = parts_->mean_standard_error();

@@ -104,7 +104,7 @@ Surface surface_of(std::span<const Triangle> faces, Field frame) {
 /// with the normals of the surface there.
 struct Pairs {
   Cloud ours;
-  std::vector<Correspondence> theirs;
+  std::vector<SurfaceRow> theirs;  ///< at the places of `ours`
 };
 
 /// The nearest pairs. The others, a fixed share, are dropped.
@@ -126,10 +126,11 @@ Pairs pairs_of(const Sample& surface, const Motion& motion, const Sample& scan,
   found.resize(std::min(found.size(), std::max<std::size_t>(share, 3)));
   Pairs pairs;
   for (const Pair& pair : found) {
-    pairs.ours.push_back(moved(motion, surface.points()[pair.ours]));
+    const auto place = static_cast<std::uint32_t>(pairs.ours.size());
     const Eigen::Vector3d normal = motion.linear() * to_eigen(surface.normals()[pair.ours]);
-    pairs.theirs.push_back({scan.points()[pair.theirs], from_eigen(normal), 1,
-                            static_cast<std::uint32_t>(pair.theirs)});
+    pairs.theirs.push_back(
+        {{place, place, place}, {1, 0, 0}, from_eigen(normal), scan.points()[pair.theirs], 1});
+    pairs.ours.push_back(moved(motion, surface.points()[pair.ours]));
   }
   return pairs;
 }
@@ -140,7 +141,7 @@ Motion drawn_to_points(const Sample& surface, Motion motion, const Sample& scan,
   for (int step = 0; step < constants.coarse_steps; ++step) {
     const Pairs pairs = pairs_of(surface, motion, scan, constants);
     std::vector<Vector3<double>> theirs;
-    for (const Correspondence& c : pairs.theirs) theirs.push_back(c.point);
+    for (const SurfaceRow& row : pairs.theirs) theirs.push_back(row.point);
     motion = to_eigen(fit_rigid_motion<double>(pairs.ours, theirs)) * motion;
   }
   return motion;
@@ -156,7 +157,7 @@ Placed drawn_to_planes(const Sample& surface, Motion motion, const Sample& scan,
                        const AlignmentConstants& constants) {
   for (int step = 0; step < constants.fine_steps; ++step) {
     const Pairs pairs = pairs_of(surface, motion, scan, constants);
-    const SmallMotion small = fit_to_planes(pairs.ours, pairs.theirs, constants.caution);
+    const SmallMotion small = fit_to_planes(pairs.theirs, pairs.ours, constants.caution);
     motion = Eigen::Translation3d(to_eigen(small.centre + small.shift)) * rotation_of(small) *
              Eigen::Translation3d(-to_eigen(small.centre)) * motion;
   }

@@ -2,7 +2,9 @@
 /// lengths of frame 0.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace dynmesh {
 
@@ -11,87 +13,92 @@ struct TrackingConstants {
   /// The share of the last motion with which the next one begins.
   double prediction = 0.6;
 
-  /// How often the whole surface is moved rigidly before it bends.
-  int rigid_steps = 2;
-  /// How far these steps search for points, and the distance at which a point counts half.
-  double rigid_radius = 12;
+  /// How often at most the whole surface is moved rigidly before it bends, and the distance at
+  /// which a point counts half there.
+  int rigid_steps = 6;
   double rigid_scale = 4;
+  /// It lies still where a step moves no vertex farther.
+  double rigid_rest = 0.3;
   /// What the planes do not determine of a rigid motion stays small: this share of the mean
   /// diagonal is added to its system.
   double rigid_caution = 1e-3;
   /// Six points determine a rigid motion, if all are good; fewer than this are not used.
-  int least_rigid = 12;
-  /// About so many vertices are used for a rigid motion.
-  int rigid_vertices = 2048;
+  std::size_t least_rigid = 12;
 
-  /// How often correspondences are found and rotations fitted, at least, and the steps of
-  /// conjugate gradients for each.
-  int iterations = 4;
-  int steps = 6;
-  /// How often, after the first iteration, rotations are fitted for the same correspondences. More
-  /// often takes longer, and keeps the surface from sliding along itself.
-  int rotation_fits = 1;
-  /// The weight of a correspondence in the first iteration and in the last; it grows by equal
-  /// factors. The stiff surface first comes to lie right as a whole.
-  double first_weight = 0.0025;
-  double last_weight = 0.4;
-  [[nodiscard]] double weight_at(double progress) const {
-    return first_weight * std::pow(last_weight / first_weight, progress);
+  /// How often points are matched: so often at least and at most, and so many times more for each
+  /// mean edge within which this share of the points is at first.
+  int fewest_iterations = 2;
+  int fewest_cloth_iterations = 8;
+  int most_iterations = 12;
+  double iterations_per_edge = 3;
+  double far_share = 0.95;
+  /// How often rotations are fitted for the same matches of cloth,
+  /// after the first iteration, which keeps it from sliding along itself.
+  int cloth_fits = 3;
+  /// The most steps of conjugate gradients for a fit, and the share of the error at which they end.
+  int steps = 20;
+  double settled = 3e-3;
+  /// The preconditioner has so much of the weights of the points at a vertex, which tell one of its
+  /// three coordinates each.
+  double preconditioned = 0.67;
+  /// It is factored for the middle of the weights of some iterations, and again where they have
+  /// grown so many times.
+  double factored_growth = 8;
+  /// The weight of a point in the last iteration, how much smaller it is in each one before, and
+  /// its smallest value: the stiff surface first comes to lie right as a whole. The membrane of
+  /// cloth lets its weights be larger, since it keeps the noise of the points and wrong matches
+  /// from folding the surface.
+  double last_weight = 2;
+  double weight_growth = 2.2;
+  double first_weight = 0.05;
+  double cloth_weights = 45;
+  [[nodiscard]] double weight_before(int left) const {
+    return std::max(first_weight, last_weight * std::pow(weight_growth, -left));
   }
-  [[nodiscard]] double cloth_weight_at(double progress) const {
-    return first_cloth_weight * std::pow(last_cloth_weight / first_cloth_weight, progress);
-  }
-  /// How far the first half of the iterations searches for points, and the second.
-  double wide_radius = 8;
+  /// How near a place must be, and agree with its point, to be taken for the nearest one without a
+  /// search of the whole surface.
+  double walked = 0.3;
+  /// How far the last iteration looks for points, how much farther each one before, and the first.
   double narrow_radius = 3;
-  /// The distance within which a vertex keeps the point of the last iteration. A point that is
-  /// nearer lies on nearly the same plane. Cloth slides along itself, so it keeps none.
-  double kept_distance = 0.5;
-  /// The distance at which a correspondence counts half.
-  double scale = 1.5;
-  /// The distance along the surface at which it counts half. Measured points lie closer than that,
-  /// so what is farther aside was not measured.
-  double side = 1.5;
-  /// The number of vertices that may share a point, as a multiple of the mean one, and 1 at least.
-  /// Where more do, the weight of each falls with the square of their number.
-  double vertices_per_point = 1.5;
-  /// The least cosine between the normal of a vertex and that of its point.
-  double agreement = 0.8;
+  double radius_growth = 1.2;
+  double wide_radius = 8;
+  [[nodiscard]] double radius_before(int left) const {
+    return std::min(wide_radius, narrow_radius * std::pow(radius_growth, left));
+  }
+  /// A point counts a quarter at so many times the median of the distances of the points around it,
+  /// within these bounds.
+  double usual_distances = 4;
+  double least_scale = 0.3;
+  double largest_scale = 1.5;
+  /// The least cosine between the normal of a point and that of the surface at its place. A point
+  /// that is farther than `near` looks for a place that agrees if the nearest one does not.
+  double agreement = 0.7;
+  double near = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
+  /// Folds of cloth come and go, and frame 0 knows none of them.
   double pull = 0.3;
-  /// The iteration in which the modes of a training sequence are fitted, counted from 0. Its weight
-  /// is small, so that the noise of the points and what is between them say little.
-  int fitting_iteration = 1;
+  double cloth_pull = 0.1;
+  /// mu, the weight of the shape of triangles.
+  double membrane = 0.01;
+  double cloth_membrane = 8;
+  /// The weight with which vertices are held where they are. It decides only where nothing else
+  /// does.
+  double hold = 1e-7;
+  /// Components are tied at the vertices whose distance to others is the smallest or greater by at
+  /// most this, at so many at least and at most, with this weight where they touch.
+  double tied_within = 1.5;
+  std::size_t fewest_ties = 4;
+  std::size_t most_ties = 16;
+  double tie_weight = 0.3;
+  /// The weight of a point where the modes of a training sequence are fitted, in the second
+  /// iteration: small, so that the noise of the points and what is between them say little.
+  double mode_weight = 0.014;
   /// The size up to which coefficients of the modes are kept that the points do not determine. The
   /// shape of the last frame keeps hidden parts as they were; modes that keep them as well would
   /// confirm positions that were found wrongly.
   double largest_kept = 0;
-
-  /// A measured point is unexplained if the nearest vertex is at least this far, and it draws the
-  /// vertex if that is nearer than the second. The distance at which it counts half, and its weight
-  /// compared with other correspondences.
-  double least_unexplained = 1.5;
-  /// It does not draw a vertex that has a point of its own this near: it is of something else.
-  double explained = 1.5;
-  double drawing_radius = 24;
-  double drawing_scale = 12;
-  double drawing_weight = 1;
-  /// If the share of the points that is unexplained exceeds that of the visible vertices without a
-  /// point by more than this, they are of other things, and nothing is drawn.
-  double largest_limb = 0.25;
-  /// About so many of the points are examined.
-  int examined_points = 4096;
-  /// The first iteration is repeated while more than this share of the points is unexplained, so
-  /// often at most.
-  double lost_share = 0.02;
-  int most_searches = 12;
-
-  /// The width of a pixel where the surface is drawn to find out what hides what, and how far
-  /// behind the front a vertex may lie, and before what a camera measured.
-  double pixel = 1;
-  double thickness = 1.5;
-  /// The same for a vertex of a sheet that is seen from behind.
-  double back_thickness = 0.5;
+  /// Components whose points have a smaller sum of weights, each at most 1, are not drawn to them.
+  double fewest = 12;
 
   /// A measured point is far from the surface beyond this.
   double far_distance = 1;
@@ -103,21 +110,15 @@ struct TrackingConstants {
   /// undecided, below the second.
   double least_cosine = 0;
   double least_undecided_cosine = 0.3;
-
-  /// A vertex counts as observed if its point is at most this far.
+  /// About so many of the points are examined.
+  int examined_points = 4096;
+  /// A vertex counts as observed if a point lies at most this far from a triangle that it is of.
   double observed_distance = 1;
-  /// Components are not solved for if the weights of their correspondences, each at most 1, have a
-  /// smaller sum.
-  double fewest = 12;
 
-  /// In the first frame, at least this share of the vertices that a sensor sees (or of the points,
-  /// if they are fewer) must have a correspondence, or a rigid alignment of the whole template is
-  /// tried.
-  double least_found = 0.1;
-  /// The number of its steps, and the share that it must reach.
-  int alignment_steps = 40;
-  double least_aligned = 0.3;
-
+  /// A first scan is refused if a larger share of its points is far, and a smaller one of the
+  /// vertices is observed.
+  double most_far_at_first = 0.5;
+  double least_observed_at_first = 0.1;
   /// A frame of which a larger share of the points is far from the surface is lost, and the number
   /// of frames of which at most one is registered anew for that.
   double lost_far = 0.05;
@@ -126,43 +127,21 @@ struct TrackingConstants {
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
   double largest_slippage = 0.04;
-  /// As the constants above without "cloth". A membrane lets the weights be larger, since it keeps
-  /// the noise of the points and wrong correspondences from folding the surface.
-  double first_cloth_weight = 0.5;
-  double last_cloth_weight = 10;
-  double narrow_cloth_radius = 1;
-  int cloth_rotation_fits = 3;
-  int cloth_steps = 5;
-  /// mu, the weight of the shape of triangles.
-  double membrane = 8;
-  /// As `pull`, for cloth. Folds come and go, and frame 0 knows none of them.
-  double cloth_pull = 0.1;
-
-  /// The weight of the reach of a boundary vertex, compared with its correspondence.
-  double reach_weight = 2;
-  /// Where the sum of the edges of a boundary vertex is shorter along the surface, there is no way
-  /// outwards.
+  /// The weight of a row that draws the boundary of cloth to where the points end, compared with
+  /// that of a point, and how far a vertex of it may lie beyond them: at least so far, so that it
+  /// does not follow their spacing, and at most so far; what is farther was not seen.
+  double boundary_weight = 4;
   double least_outward = 0.2;
-  /// The measured surface is followed in steps of this length, by points that are at most so far
-  /// from the steps and so far above or below the vertex.
-  double reach_step = 0.5;
-  double reach_radius = 0.75;
-  double reach_height = 0.5;
-  /// It ends where no point is found over this length. Farther than the second length, it counts
-  /// as going on: then it is the template that ends, as at a cut limb.
-  double reach_gap = 1.2;
-  double farthest_reach = 8;
-  /// A boundary vertex beyond the measured surface lies at least this far from its end, so that it
-  /// does not follow the spacing of the points, and at most so far: what is farther has left the
-  /// picture.
   double least_overshoot = 0.2;
+  /// Points farther than this beyond the boundary tell that the scan goes on there: it is less than
+  /// `narrow_radius`, within which they are found.
+  double farthest_end = 2.5;
   double farthest_overshoot = 3;
-  /// It is not drawn back where the surface is already shorter there than this share of its length
-  /// in frame 0, as it would become while it leaves the picture.
-  double least_stretch = 0.9;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;
+  /// Of depth images, about so many points for each vertex are used.
+  std::size_t pixels_per_vertex = 4;
 };
 
 /// The constants of the rigid alignment that is tried from several rotations.

@@ -9,7 +9,7 @@
 namespace dynmesh {
 
 Membrane::Membrane(std::span<const Triangle> faces, Field first_frame, double mean_edge,
-                   std::span<const std::uint8_t> is_cloth, double mu, Workers& workers)
+                   std::span<const double> mu, Workers& workers)
     : workers_(workers) {
   // Triangles that are narrower than this share of their side have no plane.
   constexpr double least_height = 1e-6;
@@ -17,9 +17,8 @@ Membrane::Membrane(std::span<const Triangle> faces, Field first_frame, double me
     Rest rest{};
     for (std::size_t s = 0; s < 3; ++s) {
       rest.corners[s] = static_cast<std::size_t>(triangle.vertices[s]);
-      rest.weights[s] = mu * triangle.cotangent(s) / 2;
+      rest.weights[s] = mu[rest.corners[s]] * triangle.cotangent(s) / 2;
     }
-    if (is_cloth[rest.corners[0]] == 0) continue;
     const auto& origin = first_frame[rest.corners[0]];
     const auto first = first_frame[rest.corners[1]] - origin;
     const auto second = first_frame[rest.corners[2]] - origin;

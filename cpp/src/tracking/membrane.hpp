@@ -1,4 +1,4 @@
-/// A force that keeps the triangles of cloth in shape.
+/// A force that keeps the triangles of a surface in shape.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ class Membrane {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `is_cloth` (k,) are the vertices that have it. `workers` must outlive this object; `mu` is the
-  /// weight of the energy.
+  /// `mu` (k,) is the weight of the energy, the same in all of a component. `workers` must outlive
+  /// this object.
   Membrane(std::span<const Triangle> faces, Field first_frame, double mean_edge,
-           std::span<const std::uint8_t> is_cloth, double mu, Workers& workers);
+           std::span<const double> mu, Workers& workers);
 
   /// Adds half of the negative gradient at X.
   void add_forces(Field x, std::span<Vector3<double>> forces);

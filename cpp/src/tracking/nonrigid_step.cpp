@@ -6,202 +6,157 @@
 #include <utility>
 
 #include "support/geometry.hpp"
+#include "tracking/ties.hpp"
 
 namespace dynmesh {
 namespace {
 
-DetailConstants constants_for(const TrackingConstants& tracking) {
-  DetailConstants constants;
-  constants.training.largest_kept = tracking.largest_kept;
-  return constants;
+Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
+  const Vector3<double> axis = {q.x, q.y, q.z};
+  const auto twice = 2.0 * cross(axis, x);
+  return x + q.w * twice + cross(axis, twice);
+}
+
+/// (k,) `of_cloth` for the vertices of cloth, `of_bodies` for others.
+std::vector<double> chosen(std::span<const std::uint8_t> is_cloth, double of_cloth,
+                           double of_bodies) {
+  std::vector<double> values(is_cloth.size());
+  std::ranges::transform(is_cloth, values.begin(),
+                         [&](std::uint8_t cloth) { return cloth != 0 ? of_cloth : of_bodies; });
+  return values;
 }
 
 }  // namespace
 
-NonrigidStep::NonrigidStep(const Topology& topology, Workers& workers,
-                           const TrackingConstants& constants, TrainingFrames training,
-                           bool has_uncertainty, double epsilon)
+NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
+                           Workers& workers, const TrackingConstants& constants, Field first_frame,
+                           double mean_edge, std::span<const std::uint8_t> is_cloth,
+                           TrainingFrames training, bool has_uncertainty, double epsilon)
     : topology_(topology),
       workers_(workers),
-      constants_(constants),
-      detail_constants_(constants_for(constants)),
       system_(topology.cells, workers),
       rotations_(topology.cells, workers),
-      epsilon_(epsilon),
       rest_(topology.cells, workers, detail_constants_, std::move(training)),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
-      is_cloth_(topology.cells.size()),
-      shape_(topology.cells.size()),
-      last_rotations_(topology.cells.size()),
-      anchors_(topology.cells.size(), true),
-      wanted_(topology.cells.size()),
-      turned_(topology.cells.size()),
-      kx_(topology.cells.size()),
-      planes_(topology.cells.size()),
-      forces_(topology.cells.size()),
-      held_(topology.cells.size()),
-      found_in_(topology.report.components),
-      factored_weights_(topology.cells.size()) {
+      membrane_(faces, first_frame, mean_edge,
+                chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
+      pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
+      shape_(first_frame.size()),
+      remembered_(first_frame.size()),
+      anchors_(first_frame.size(), true),
+      wanted_(first_frame.size()),
+      turned_(first_frame.size()),
+      kx_(first_frame.size()),
+      planes_(first_frame.size()),
+      forces_(first_frame.size()) {
+  detail_constants_.training.largest_kept = constants.largest_kept;
   system_.take_planes(constants.steps);
-}
-
-void NonrigidStep::reset(std::span<const Triangle> faces, Field first_frame, double mean_edge,
-                         std::span<const std::uint8_t> is_cloth) {
-  const bool any_cloth = std::ranges::count(is_cloth, 1) > 0;
-  std::vector<double> stiffness;
-  if (any_cloth) {
-    for (const auto is : is_cloth) stiffness.push_back(is != 0 ? constants_.membrane : 0);
-  }
-  auto prepared = system_.prepare(faces, first_frame, detail_constants_, std::move(stiffness));
-  std::unique_ptr<Membrane> membrane;
-  if (any_cloth) {
-    membrane = std::make_unique<Membrane>(faces, first_frame, mean_edge, is_cloth,
-                                          constants_.membrane, workers_);
-    outward_.resize(first_frame.size());
-  }
-  auto prepared_rotations = rotations_.prepare(first_frame);
-  const Rounding rounding(prepared.k, mean_edge, epsilon_);
-  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding));
-  // Nothing below can throw.
+  auto prepared = system_.prepare(faces, first_frame, detail_constants_,
+                                  chosen(is_cloth, constants.cloth_membrane, constants.membrane));
+  rounding_ = Rounding(prepared.k, mean_edge, epsilon);
+  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding_));
   system_.reset(std::move(prepared));
-  membrane_ = std::move(membrane);
-  std::ranges::copy(is_cloth, is_cloth_.begin());
-  rounding_ = rounding;
-  rotations_.reset(std::move(prepared_rotations), first_frame, mean_edge);
-  system_.take_planes(any_cloth ? constants_.cloth_steps : constants_.steps);
+  rotations_.reset(rotations_.prepare(first_frame), first_frame, mean_edge);
+  std::ranges::copy(rotations_.quaternions(), remembered_.begin());
+  surface_system_.emplace(system_, topology.cells, workers, constants,
+                          find_ties(topology, first_frame, mean_edge, constants), first_frame,
+                          rotations_.clusters());
+  for (const Tie& tie : surface_system_->ties()) {
+    tied_.push_back(first_frame[tie.i] - first_frame[tie.j]);
+  }
   system_.apply(first_frame, 1, shape_);
   rest_.set_first(shape_);
   error_bars_.reset();
 }
 
 void NonrigidStep::begin_frame() {
-  std::ranges::copy(rotations_.quaternions(), last_rotations_.begin());
+  std::ranges::copy(remembered_, rotations_.quaternions().begin());
   rest_.begin_frame();
-  is_factored_ = false;
-  last_step_.clear();
 }
 
-void NonrigidStep::undo_frame() {
-  std::ranges::copy(last_rotations_, rotations_.quaternions().begin());
-  rest_.undo_frame();
-}
-
-bool NonrigidStep::take(const Measured& measured, bool fits_modes, std::span<Vector3<double>> x) {
-  const auto found = measured.found;
-  hold(measured.landmarks);
-  if (!choose_components(measured)) return false;
+bool NonrigidStep::take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
+                        std::span<Vector3<double>> x) {
+  if (rows.empty() && landmarks.empty()) return false;
   rotations_.fit(x);
-  if (fits_modes && rest_.is_trained()) fit_modes(found, x);
+  if (mode_weights > 0 && rest_.is_trained()) {
+    fit_modes(rows, mode_weights, x);
+    surface_system_->factorize_again();
+  }
   for (std::size_t v = 0; v < x.size(); ++v) {
-    const double pull = is_cloth_[v] != 0 ? constants_.cloth_pull : constants_.pull;
-    wanted_[v] = shape_[v] + pull * (rest_.shape()[v] - shape_[v]);
+    wanted_[v] = shape_[v] + pulls_[v] * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
-  system_.apply(x, 1, kx_);
-  for (std::size_t v = 0; v < x.size(); ++v) anchors_.weights[v] = found[v].weight;
-  std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
-  anchors_.normals = planes_;
-  if (membrane_) pull_cloth(measured, x);
-  if (!measured.landmarks.empty()) {
-    if (!membrane_) std::ranges::fill(forces_, Vector3<double>{});
-    for (const Landmark& l : measured.landmarks) {
-      forces_[l.vertex] = forces_[l.vertex] + l.weight * (l.target - x[l.vertex]);
-    }
-    anchors_.forces = forces_;
-    anchors_.held = held_;
-  }
-  anchors_.guess = last_step_;
-  const Field steps = system_.solve<1, 1>(
-      [&](std::size_t v, std::size_t) { return turned_[v] - kx_[v]; },
-      [&](std::size_t v, std::size_t) { return found[v].point - x[v]; }, anchors_);
-  anchors_.normals = anchors_.outward = anchors_.forces = anchors_.guess = {};
-  anchors_.held = {};
-  last_step_.assign(steps.begin(), steps.end());
+  find_forces(x);
+  const Field steps = surface_system_->solve(rows, landmarks, x, forces_);
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
 }
 
-void NonrigidStep::hold(std::span<const Landmark> landmarks) {
-  std::ranges::fill(held_, 0.0);
-  for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
-}
-
-/// Draws the boundaries of cloth to where the measured surface ends, and its triangles into shape.
-void NonrigidStep::pull_cloth(const Measured& measured, Field x) {
-  const double root = std::sqrt(constants_.reach_weight * measured.cloth_weight);
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    const Reach& reach = measured.reaches[v];
-    outward_[v] = root * reach.outward;
-    forces_[v] = root * dot(reach.outward, reach.end - x[v]) * outward_[v];
+/// Half of the negative gradient of the energies of the shape, the membrane and the ties.
+void NonrigidStep::find_forces(Field x) {
+  system_.apply(x, 1, kx_);
+  for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
+  system_.apply_transposed(kx_, forces_);
+  membrane_.add_forces(x, forces_);
+  const auto ties = surface_system_->ties();
+  for (std::size_t t = 0; t < ties.size(); ++t) {
+    const Tie& tie = ties[t];
+    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tied_[t]) +
+                               rotated(rotations_.quaternions()[tie.j], tied_[t]));
+    const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
+    forces_[tie.i] = forces_[tie.i] + force;
+    forces_[tie.j] = forces_[tie.j] - force;
   }
-  membrane_->add_forces(x, forces_);
-  anchors_.outward = outward_;
-  anchors_.forces = forces_;
 }
 
-/// Chooses the components with enough correspondences, of which those that are far away count less,
-/// and factors their system if they are others than in the last step.
-bool NonrigidStep::choose_components(const Measured& measured) {
-  const auto found = measured.found;
+/// The rows as anchors, one for each vertex that they touch: the point of their mean plane that is
+/// nearest to the vertex.
+void NonrigidStep::observe_planes(const SurfaceRows& rows, Field x) {
+  std::vector<std::uint8_t> is_drawn(topology_.report.components);
   const auto component = [&](std::size_t v) {
     return static_cast<std::size_t>(topology_.component[v]);
   };
-  std::ranges::fill(found_in_, 0.0);
-  for (const Landmark& landmark : measured.landmarks) {
-    if (landmark.weight > 0) found_in_[component(landmark.vertex)] += constants_.fewest;
-  }
-  for (std::size_t v = 0; v < found.size(); ++v)
-    found_in_[component(v)] +=
-        found[v].weight / (is_cloth_[v] != 0 ? measured.cloth_weight : measured.weight);
-  anchors_.n_solved = 0;
-  bool is_the_same = is_factored_;
-  for (std::size_t v = 0; v < found.size(); ++v) {
-    const bool is_solved = found_in_[component(v)] >= constants_.fewest;
-    is_the_same = is_the_same && (anchors_.is_solved[v] != 0) == is_solved;
-    anchors_.is_solved[v] = is_solved ? 1 : 0;
-    if (!is_solved) found[v].weight = 0;
-    anchors_.n_solved += is_solved ? 1 : 0;
-  }
-  if (anchors_.n_solved == 0) return false;
-  if (!is_the_same) {
-    for (std::size_t v = 0; v < found.size(); ++v) {
-      anchors_.weights[v] = found[v].weight + held_[v];
+  std::vector<double> along(x.size());
+  std::ranges::fill(planes_, Vector3<double>{});
+  std::ranges::fill(anchors_.weights, 0.0);
+  for (const SurfaceRow& row : rows.rows) {
+    is_drawn[component(row.corners[0])] = 1;
+    const double distance = dot(row.normal, row.point - row.on(x));
+    for (std::size_t s = 0; s < 3; ++s) {
+      const auto v = row.corners[s];
+      const double weight = row.weight * row.shares[s];
+      anchors_.weights[v] += weight;
+      along[v] += weight * distance;
+      planes_[v] = planes_[v] + weight * row.normal;
     }
-    std::ranges::copy(anchors_.weights, factored_weights_.begin());
-    system_.factorize(anchors_);
-    is_factored_ = true;
   }
-  return true;
-}
-
-/// The correspondences as anchors: each is the point of its plane that is nearest to the vertex.
-void NonrigidStep::observe_planes(std::span<const Correspondence> found, Field x) {
   anchors_.number = 0;
+  anchors_.n_solved = 0;
   for (std::size_t v = 0; v < x.size(); ++v) {
-    const Correspondence& c = found[v];
-    anchors_.counts[v] = anchors_.is_solved[v];
-    anchors_.observed[v] = x[v] + dot(c.normal, c.point - x[v]) * c.normal;
-    anchors_.weights[v] = c.weight;
-    anchors_.number += c.weight > 0 ? 1 : 0;
+    const double length = std::sqrt(squared_norm(planes_[v]));
+    const bool is_seen = anchors_.weights[v] > 0 && length > 0;
+    planes_[v] = is_seen ? (1 / length) * planes_[v] : Vector3<double>{};
+    anchors_.observed[v] = is_seen ? x[v] + (along[v] / anchors_.weights[v]) * planes_[v] : x[v];
+    if (!is_seen) anchors_.weights[v] = 0;
+    anchors_.is_solved[v] = is_drawn[component(v)];
+    anchors_.counts[v] = is_drawn[component(v)];
+    anchors_.number += is_seen ? 1 : 0;
+    anchors_.n_solved += is_drawn[component(v)];
   }
 }
 
-/// Fits the rest shape by the correspondences. The factor is that of the present weights meanwhile,
-/// and then again the preconditioner of the frame, so that a training sequence that is not used
-/// changes nothing.
-void NonrigidStep::fit_modes(std::span<const Correspondence> found, Field x) {
-  observe_planes(found, x);
+/// Fits the rest shape by the points.
+void NonrigidStep::fit_modes(const SurfaceRows& rows, double mode_weights, Field x) {
+  observe_planes(rows, x);
+  for (double& weight : anchors_.weights) weight *= mode_weights;
   system_.factorize(anchors_);
   rest_.fit({x, shape_, anchors_, rounding_.mean_square(x)}, system_, rotations_);
-  std::ranges::copy(factored_weights_, anchors_.weights.begin());
-  system_.factorize(anchors_);
 }
 
-void NonrigidStep::keep_planes(std::span<const Correspondence> found, Field x) {
-  if (!error_bars_.exist() || !anchors_.any_solved()) return;
-  observe_planes(found, x);
-  system_.factorize(anchors_);
-  std::ranges::transform(found, planes_.begin(), &Correspondence::normal);
+void NonrigidStep::keep_rows(const SurfaceRows& rows, Field x) {
+  if (!error_bars_.exist()) return;
+  observe_planes(rows, x);
+  if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
 void NonrigidStep::measure_errors(const Generations& generations, Field x) {
@@ -219,52 +174,36 @@ void NonrigidStep::measure_errors(const Generations& generations, Field x) {
 
 void NonrigidStep::remember(Field completed) {
   rotations_.fit(completed);
-  system_.apply(completed, 1, wanted_);
+  std::ranges::copy(rotations_.quaternions(), remembered_.begin());
+  rest_.remember();
+  find_shape(completed);
+}
+
+void NonrigidStep::find_shape(Field frame) {
+  system_.apply(frame, 1, wanted_);
   rotations_.turn_back(wanted_, shape_);
 }
 
 std::size_t NonrigidStep::memory_size() const {
-  return (4 * shape_.size() + 2 + rest_.fit_size()) * sizeof(double) + error_bars_.memory_size();
+  return stored_size(*this) + error_bars_.memory_size();
 }
 
 void NonrigidStep::write_memory(Writer& writer) const {
-  for (const Quaternion& q : rotations_.quaternions()) {
-    for (const double number : {q.w, q.x, q.y, q.z}) writer.write(number);
-  }
-  const RestShape::Memory rest = rest_.memory();
-  writer.write(rest.prior_weight);
-  writer.write(rest.prior_share);
-  writer.write(std::span<const double>(rest.fit));
+  write_fields(writer, *this);
   error_bars_.write_memory(writer);
 }
 
-NonrigidStep::Memory NonrigidStep::read_memory(Reader& reader) const {
-  Memory memory;
-  memory.rotations.resize(shape_.size());
+void NonrigidStep::read_memory(Reader& reader, Field last) {
+  read_fields(reader, *this);
+  error_bars_.read_memory(reader);
   constexpr double rounding = 1e-6;
-  for (std::size_t v = 0; v < shape_.size(); ++v) {
-    std::array<double, 4> q{};
-    reader.read(std::span<double>(q));
-    const double norm = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-    if (!(std::abs(norm - 1) <= rounding)) refuse_state("holds a rotation that is none");
-    memory.rotations[v] = {q[0], q[1], q[2], q[3]};
+  for (const auto& [w, x, y, z] : remembered_) {
+    if (std::abs(w * w + x * x + y * y + z * z - 1) <= rounding) continue;
+    refuse_state("holds a rotation that is none");
   }
-  memory.rest.prior_weight = reader.read<double>();
-  memory.rest.prior_share = reader.read<double>();
-  memory.rest.fit.resize(rest_.fit_size());
-  reader.read(std::span<double>(memory.rest.fit));
-  if (!rest_.accepts(memory.rest)) refuse_state("does not contain a valid rest shape");
-  memory.errors = reader;
-  ErrorBars(error_bars_).read_memory(reader);  // or it throws
-  return memory;
-}
-
-void NonrigidStep::recall(Memory memory, Field last) {
-  std::ranges::copy(memory.rotations, rotations_.quaternions().begin());
-  system_.apply(last, 1, wanted_);
-  rotations_.turn_back(wanted_, shape_);
-  rest_.recall(memory.rest);
-  error_bars_.read_memory(memory.errors);
+  rest_.recall();
+  begin_frame();
+  find_shape(last);
 }
 
 }  // namespace dynmesh

@@ -15,31 +15,6 @@ namespace {
 /// hardly change.
 constexpr std::size_t leaf_size = 16;
 
-/// What nanoflann fills: the nearest point whose normal agrees.
-struct NearestAgreeing {
-  using DistanceType = double;
-  using CountType = std::size_t;
-
-  const PointScan& scan;
-  const Vector3<double>& normal;
-  double agreement;
-  PointScan::Nearest nearest;
-  double squared_distance;
-
-  [[nodiscard]] std::size_t size() const { return nearest.any ? 1 : 0; }
-  [[nodiscard]] bool full() const { return true; }
-  [[nodiscard]] double worstDist() const { return squared_distance; }
-  bool addPoint(double squared, std::uint32_t index) {
-    if (!(squared < squared_distance)) return true;
-    const double cosine = dot(scan.normals[index], normal);
-    if (!((scan.is_undecided(index) ? std::abs(cosine) : cosine) >= agreement)) return true;
-    squared_distance = squared;
-    nearest.index = index;
-    nearest.any = true;
-    return true;
-  }
-};
-
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line.
 Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
                              std::span<const std::uint32_t> chosen) {
@@ -74,7 +49,7 @@ bool any_repeated(const std::vector<Vector3<double>>& points, std::span<const st
 
 }  // namespace
 
-void PointScan::index() {
+void PointScan::index() const {
   tree_.reset();
   if (!points.empty()) {
     tree_.emplace(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
@@ -133,6 +108,7 @@ void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
 }
 
 std::size_t PointScan::sensor_of(std::size_t i) const {
+  if (!sensor_numbers.empty()) return sensor_numbers[i];
   std::size_t found = 0;
   double most = -1;
   for (std::size_t s = 0; sensors.size() > 1 && s < sensors.size(); ++s) {
@@ -165,21 +141,11 @@ std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t
 }
 
 PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
-                                   double radius, double agreement, std::uint32_t guess) const {
-  if (!tree_) return {};
-  NearestAgreeing result{*this, normal, agreement, {}, radius * radius};
-  if (guess < points.size()) result.addPoint(squared_norm(points[guess] - position), guess);
-  const double query[3] = {position.x, position.y, position.z};
-  tree_->findNeighbors(result, query, {});
-  if (result.nearest.any) result.nearest.squared_distance = result.squared_distance;
-  return result.nearest;
-}
-
-Correspondence PointScan::nearest(const Vector3<double>& position, const Vector3<double>& normal,
-                                  double radius, double agreement, std::uint32_t guess) const {
-  const Nearest found = find(position, normal, radius, agreement, guess);
-  if (!found.any) return {};
-  return {points[found.index], normals[found.index], 1, found.index};
+                                   double radius, double agreement) const {
+  return find_if(position, radius, [&](std::uint32_t i) {
+    const double cosine = dot(normals[i], normal);
+    return (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement;
+  });
 }
 
 }  // namespace dynmesh

@@ -17,7 +17,6 @@ RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants
       constants_(constants),
       training_(std::move(training)),
       fit_(ShapeFit::Of::rest, cells, workers, constants.training),
-      before_{0, 0, std::vector<double>(fit_size())},
       first_(cells.size()),
       shape_(cells.size()),
       generations_(is_trained() ? cells.size() : 0),
@@ -39,6 +38,10 @@ void RestShape::reset(Modes modes) {
   fit_.reset(std::move(modes));
   prior_weight_ = 0;
   prior_share_ = 0;
+  std::size_t n = 0;
+  known_fields(*this, [&](const auto& visited) { n += numbers_of(visited).size(); });
+  remembered_.resize(n);
+  remember();
 }
 
 void RestShape::set_first(Field first_shape) {
@@ -67,47 +70,29 @@ void RestShape::fit(const Surface& surface, ShapeSystem& system, const Rotations
   set_shape();
 }
 
-RestShape::Memory RestShape::memory() const {
-  Memory memory = {prior_weight_, prior_share_, std::vector<double>(fit_size())};
-  if (is_trained()) store_fit(memory.fit);
-  return memory;
+void RestShape::recall() {
+  begin_frame();
+  const auto is_share = [](double x) { return x >= 0 && x <= 1; };
+  if (!is_share(prior_weight_) || !is_share(prior_share_)) {
+    refuse_state("does not contain a valid rest shape");
+  }
 }
 
-bool RestShape::accepts(const Memory& memory) const {
-  const auto is_share = [&](double x) { return x >= 0 && x <= (is_trained() ? 1 : 0); };
-  return is_share(memory.prior_weight) && is_share(memory.prior_share) &&
-         memory.fit.size() == fit_size() &&
-         std::ranges::all_of(memory.fit, [](double x) { return std::isfinite(x); });
-}
-
-void RestShape::recall(const Memory& memory) {
-  prior_weight_ = memory.prior_weight;
-  prior_share_ = memory.prior_share;
-  if (!is_trained()) return;
-  auto number = memory.fit.begin();
-  ShapeFit::fields(fit_, [&](auto& visited) {
-    for (double& x : numbers_of(visited)) x = *number++;
+void RestShape::remember() {
+  auto number = remembered_.begin();
+  known_fields(*this, [&](const auto& visited) {
+    number = std::ranges::copy(numbers_of(visited), number).out;
   });
-  fit_.recall();
-  set_shape();
 }
 
 void RestShape::begin_frame() {
   if (!is_trained()) return;
-  before_.prior_weight = prior_weight_;
-  before_.prior_share = prior_share_;
-  store_fit(before_.fit);
-}
-
-void RestShape::undo_frame() {
-  if (is_trained()) recall(before_);
-}
-
-void RestShape::store_fit(std::span<double> numbers) const {
-  auto number = numbers.begin();
-  ShapeFit::fields(fit_, [&](const auto& visited) {
-    number = std::ranges::copy(numbers_of(visited), number).out;
+  auto number = remembered_.begin();
+  known_fields(*this, [&](auto& visited) {
+    for (double& x : numbers_of(visited)) x = *number++;
   });
+  fit_.recall();
+  set_shape();
 }
 
 void RestShape::set_shape() {

@@ -63,27 +63,26 @@ class RestShape {
   /// Fits the rest shape by what the anchors say. `rotations` are those of X.
   void fit(const Surface& surface, ShapeSystem& system, const Rotations& rotations);
 
-  /// What later frames depend on.
-  struct Memory {
-    double prior_weight = 0;
-    double prior_share = 0;
-    std::vector<double> fit;  ///< `fit_size()` numbers
-  };
-  [[nodiscard]] std::size_t fit_size() const {
-    return is_trained() ? stored_size(fit_) / sizeof(double) : 0;
+  /// What later frames depend on, as of the last `remember`. Call `recall` after reading it.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    visit(self.remembered_);
   }
-  [[nodiscard]] Memory memory() const;
-  /// Whether `memory` can return this.
-  [[nodiscard]] bool accepts(const Memory& memory) const;
-  void recall(const Memory& memory);
+  void recall();
 
-  /// Keeps what is known before a frame, and returns to it. Neither throws.
+  /// Keeps what is known after a frame, and returns to it. Neither throws.
+  void remember();
   void begin_frame();
-  void undo_frame();
 
  private:
+  template <class Self, class Visit>
+  static void known_fields(Self& self, const Visit& visit) {
+    if (!self.is_trained()) return;
+    visit(self.prior_weight_);
+    visit(self.prior_share_);
+    ShapeFit::fields(self.fit_, visit);
+  }
   void set_shape();
-  void store_fit(std::span<double> numbers) const;
 
   const Cells& cells_;
   Workers& workers_;
@@ -93,7 +92,7 @@ class RestShape {
   ShapeFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
-  Memory before_;                       // of the last frame
+  std::vector<double> remembered_;      // what was known after the last frame
   std::vector<Vector3<double>> first_;  // m_first
   std::vector<Vector3<double>> shape_;
   // With training:

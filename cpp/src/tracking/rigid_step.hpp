@@ -5,9 +5,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "tracking/constants.hpp"
-#include "tracking/correspondences.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/surface_rows.hpp"
 
 namespace dynmesh {
 
@@ -18,25 +16,16 @@ struct SmallMotion {
   Vector3<double> shift;
 };
 
-/// Returns the motion that brings the positions of the vertices closest to the planes of their
-/// correspondences: point-to-plane ICP (Chen and Medioni 1992), linearised. Motions that the planes
-/// hardly determine stay small: `caution` is added to the diagonal, as a share of its mean.
-SmallMotion fit_to_planes(std::span<const Vector3<double>> frame,
-                          std::span<const Correspondence> found, double caution);
+/// Returns the motion that brings the places of rows on a surface X closest to the planes of their
+/// points: point-to-plane ICP (Chen and Medioni 1992), linearised. Motions that the planes hardly
+/// determine stay small: `caution` is added to the diagonal, as a share of its mean.
+SmallMotion fit_to_planes(std::span<const SurfaceRow> rows, std::span<const Vector3<double>> x,
+                          double caution);
 
 /// The proper rotation that its turn stands for.
 Eigen::AngleAxisd rotation_of(const SmallMotion& motion);
 
-/// Applies it as a proper rotation.
-void move_rigidly(const SmallMotion& motion, std::span<Vector3<double>> frame);
-
-/// Moves X as a whole to the points that a search finds, unless there are too few.
-void rigid_step(Correspondences& correspondences, const Search& search,
-                const TrackingConstants& constants, std::span<Vector3<double>> x);
-
-/// A search for a rigid motion. It has six unknowns, so some of the vertices are enough. `radius`
-/// and `scale` are in mean edges.
-Search rigid_search(double radius, double scale, std::size_t n_vertices,
-                    const TrackingConstants& constants);
+/// Applies it as a proper rotation, and returns the largest distance that a vertex moved.
+double move_by(const SmallMotion& motion, std::span<Vector3<double>> frame);
 
 }  // namespace dynmesh

@@ -1,79 +1,48 @@
 #include "tracking/surface_tracking.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "support/geometry.hpp"
 #include "tracking/cloth.hpp"
-#include "tracking/first_scan.hpp"
 #include "tracking/rigid_step.hpp"
 
 namespace dynmesh {
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
-                                 Workers& workers, const TrackingConstants& constants,
-                                 TrainingFrames training, bool has_uncertainty, double epsilon)
+                                 Workers& workers, Field first_frame,
+                                 const TrackingConstants& constants, TrainingFrames training,
+                                 bool has_uncertainty, double epsilon)
     : constants_(constants),
       faces_(std::move(faces)),
-      topology_(topology),
-      correspondences_(faces_, topology, workers, constants_),
-      shape_(topology, workers, constants_, std::move(training), has_uncertainty, epsilon),
-      is_cloth_(topology.cells.size()),
-      last_(topology.cells.size()),
-      before_(topology.cells.size()),
-      x_(topology.cells.size()),
-      observed_(topology.cells.size()) {}
+      mean_edge_(mean_edge_length(topology.cells, first_frame)),
+      is_cloth_(find_cloth(faces_, topology.component, first_frame, constants_)),
+      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
+             std::move(training), has_uncertainty, epsilon),
+      matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
+               shape_.clusters()),
+      is_all_cloth_(std::ranges::count(is_cloth_, 0) == 0),
+      any_cloth_(std::ranges::count(is_cloth_, 1) > 0),
+      last_(first_frame.begin(), first_frame.end()),
+      before_(last_),
+      x_(last_),
+      observed_(last_.size()) {}
 
-void SurfaceTracking::reset(Field first_frame) {
-  const double mean_edge = mean_edge_length(topology_.cells, first_frame);
-  const auto is_cloth = find_cloth(faces_, topology_.component, first_frame, constants_);
-  auto boundary = correspondences_.prepare(first_frame, is_cloth);
-  shape_.reset(faces_, first_frame, mean_edge, is_cloth);
-  // Nothing below can throw.
-  correspondences_.reset(std::move(boundary), is_cloth);
-  mean_edge_ = mean_edge;
-  std::ranges::copy(is_cloth, is_cloth_.begin());
-  is_all_cloth_ = std::ranges::count(is_cloth, 0) == 0;
-  std::ranges::copy(first_frame, last_.begin());
-  std::ranges::copy(first_frame, before_.begin());
-  is_first_ = true;
-}
-
-SurfaceTracking::Found SurfaceTracking::track(const Measurement& measurement) {
+SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement) {
   shape_.begin_frame();
-  try {
-    correspondences_.begin(measurement, mean_edge_);
-    predict();
-    const bool aligned =
-        is_first_ && measurement.size() > 0 &&
-        move_to_first_scan(measurement, correspondences_, constants_, mean_edge_, x_);
-    correspondences_.find_visible(x_);
-    const Search rigid =
-        rigid_search(constants_.rigid_radius, constants_.rigid_scale, x_.size(), constants_);
-    // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
-    const int rigid_steps = is_all_cloth_ ? 0 : constants_.rigid_steps;
-    for (int step = 0; step < rigid_steps; ++step) {
-      rigid_step(correspondences_, rigid, constants_, x_);
-    }
-    // The first step is repeated until nearly all measured points are explained.
-    int steps = 1;
-    while (nonrigid_step(0, true) > constants_.lost_share && steps < constants_.most_searches) {
-      correspondences_.find_visible(x_);
-      ++steps;
-    }
-    for (int i = 1; i < constants_.iterations; ++i, ++steps) {
-      const double progress = static_cast<double>(i) / (constants_.iterations - 1);
-      nonrigid_step(progress, 2 * i < constants_.iterations, i == constants_.fitting_iteration);
-    }
-    shape_.keep_planes(correspondences_.found(), x_);
-    Found found = observe();
-    found.iterations = steps;
-    found.aligned = aligned;
-    return found;
-  } catch (...) {
-    shape_.undo_frame();
-    throw;
+  predict();
+  matches_.begin(measurement);
+  factored_weight_ = 0;
+  const int iterations = approach();
+  for (int i = 0; i < iterations; ++i) {
+    const int fits = i > 0 && any_cloth_ ? constants_.cloth_fits : 1;
+    if (!iterate(iterations - i - 1, fits)) break;
   }
+  shape_.keep_rows(matches_.rows(), x_);
+  Found found = observe();
+  found.iterations = iterations;
+  return found;
 }
 
 /// X = V + prediction (V - V'), from the last two frames.
@@ -83,89 +52,84 @@ void SurfaceTracking::predict() {
   }
 }
 
-/// Finds correspondences for X, and then X for these. Returns the share of the measured points that
-/// no vertex explains, in early steps.
-double SurfaceTracking::nonrigid_step(double progress, bool is_early, bool fits_modes) {
-  const double weight = constants_.weight_at(progress);
-  const double cloth_weight = constants_.cloth_weight_at(progress);
-  const Search of_bodies = {is_early ? constants_.wide_radius : constants_.narrow_radius,
-                            constants_.scale,
-                            constants_.side,
-                            weight,
-                            1,
-                            constants_.kept_distance};
-  const Search of_cloth = {is_early ? constants_.wide_radius : constants_.narrow_cloth_radius,
-                           constants_.scale, constants_.side, cloth_weight};
-  const auto found = correspondences_.find(x_, of_bodies, of_cloth);
-  correspondences_.draw_out_of_free_space(x_, cloth_weight);
-  const double lost =
-      is_early ? correspondences_.draw_towards_unexplained(x_, weight, cloth_weight) : 0;
-  const auto reaches = correspondences_.find_reaches(x_);
-  const NonrigidStep::Measured measured = {found, reaches, weight, cloth_weight};
-  if (!shape_.take(measured, fits_modes, x_)) return 0;
-  // The surface turns while it moves, and cloth slides as its triangles do. The first points are
-  // too wrong for more than one step.
-  const int fits = progress == 0     ? 1
-                   : reaches.empty() ? constants_.rotation_fits
-                                     : constants_.cloth_rotation_fits;
-  for (int fit = 1; fit < fits; ++fit) shape_.take(measured, false, x_);
-  return lost;
+/// Moves X as a whole to the points until it lies still, and returns how many iterations are left:
+/// the farther the points are, the more slowly their weight grows.
+int SurfaceTracking::approach() {
+  const Search search = {.radius = constants_.wide_radius,
+                         .walked = constants_.wide_radius,
+                         .scale = constants_.rigid_scale};
+  for (int step = 0; step < constants_.rigid_steps; ++step) {
+    const SurfaceRows& rows = matches_.find(x_, search);
+    // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
+    if (is_all_cloth_ || rows.rows.size() < constants_.least_rigid) break;
+    const SmallMotion motion = fit_to_planes(rows.rows, x_, constants_.rigid_caution);
+    if (move_by(motion, x_) < constants_.rigid_rest * mean_edge_) break;
+  }
+  const double distance = matches_.distance_of(x_, constants_.far_share);
+  const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
+  const int fewest = any_cloth_ ? constants_.fewest_cloth_iterations : constants_.fewest_iterations;
+  return std::clamp(static_cast<int>(std::ceil(wanted)), fewest, constants_.most_iterations);
 }
 
-/// Which vertices have a measured point in the end.
-SurfaceTracking::Found SurfaceTracking::observe() {
-  const auto found =
-      correspondences_.find(x_, {constants_.observed_distance, constants_.scale, constants_.side, 1,
-                                 1, constants_.observed_distance});
-  auto agreements = correspondences_.compare(x_);
-  for (std::size_t v = 0; v < observed_.size(); ++v) {
-    observed_[v] = shape_.moved()[v] != 0 && found[v].weight > 0 ? 1 : 0;
+/// Matches the points with X, and then finds X for these; `left` iterations are to follow. Returns
+/// false if there are no points.
+bool SurfaceTracking::iterate(int left, int fits) {
+  const double weight = constants_.weight_before(left);
+  SurfaceRows& rows = matches_.find(x_, {.radius = constants_.radius_before(left),
+                                         .walked = constants_.walked,
+                                         .weight = weight,
+                                         .cloth_weight = constants_.cloth_weights * weight});
+  if (!(weight < constants_.factored_growth * factored_weight_)) {
+    const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
+    shape_.factorize(rows, {}, std::sqrt(growth));
+    factored_weight_ = weight;
   }
-  return {x_, observed_, 0, std::move(agreements)};
+  for (int fit = 0; fit < fits; ++fit) {
+    const double mode_weights = left == 1 && fit == 0 ? constants_.mode_weight / weight : 0;
+    if (!shape_.take(rows, {}, mode_weights, x_)) return false;
+  }
+  return true;
+}
+
+/// Which vertices have a measured point in the end, and how far the points are.
+SurfaceTracking::Found SurfaceTracking::observe() {
+  matches_.follow(x_);
+  std::ranges::fill(observed_, std::uint8_t{0});
+  matches_.for_each_near(constants_.observed_distance, [&](const Place& place) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      if (place.shares[s] > 0) observed_[place.corners[s]] = 1;
+    }
+  });
+  return {x_, observed_, 0, matches_.agreements()};
 }
 
 void SurfaceTracking::remember(Field completed, bool moves) {
   std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
   std::ranges::copy(completed, last_.begin());
-  if (moves) is_first_ = false;
   shape_.remember(last_);
 }
 
 void SurfaceTracking::place(Field frame) {
-  std::ranges::copy(frame, last_.begin());
-  std::ranges::copy(frame, before_.begin());
-  is_first_ = false;
-  shape_.remember(last_);
+  shape_.begin_frame();
+  remember(frame, false);
 }
 
 std::size_t SurfaceTracking::memory_size() const {
-  return sizeof(std::uint8_t) + before_.size() * 3 * sizeof(double) + shape_.memory_size();
+  return before_.size() * 3 * sizeof(double) + shape_.memory_size();
 }
 
 void SurfaceTracking::write_memory(Writer& writer) const {
-  writer.write(static_cast<std::uint8_t>(is_first_ ? 1 : 0));
   writer.write(before_);
   shape_.write_memory(writer);
 }
 
-SurfaceTracking::Memory SurfaceTracking::read_memory(Reader& reader) const {
-  Memory memory;
-  const auto is_first = reader.read<std::uint8_t>();
-  memory.is_first = is_first != 0;
-  memory.before.resize(before_.size());
-  reader.read(memory.before);
-  if (is_first > 1 || !std::ranges::all_of(memory.before, is_in_range<double>)) {
+void SurfaceTracking::read_memory(Reader& reader, Field last) {
+  std::ranges::copy(last, last_.begin());
+  reader.read(before_);
+  if (!std::ranges::all_of(before_, is_in_range<double>)) {
     refuse_state("does not contain a valid last frame but one");
   }
-  memory.shape = shape_.read_memory(reader);
-  return memory;
-}
-
-void SurfaceTracking::recall(const Memory& memory, Field last) {
-  std::ranges::copy(last, last_.begin());
-  std::ranges::copy(memory.before, before_.begin());
-  is_first_ = memory.is_first;
-  shape_.recall(memory.shape, last_);
+  shape_.read_memory(reader, last_);
 }
 
 }  // namespace dynmesh

@@ -10,31 +10,26 @@
 #include <vector>
 
 #include "support/workers.hpp"
+#include "tracking/agreement.hpp"
 #include "tracking/constants.hpp"
-#include "tracking/correspondences.hpp"
-#include "tracking/measurement.hpp"
+#include "tracking/matches.hpp"
 #include "tracking/nonrigid_step.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
-/// Correspondences and the rotations of the shape depend on the positions X of a frame, so they and
-/// X are found in turn.
-///
-/// Allocates memory in `reset`, and in `track` if the factor or the measurement is larger than all
-/// earlier ones.
+/// The places of the points on the surface and the rotations of its shape depend on the positions X
+/// of a frame, so they and X are found in turn. Frames allocate memory.
 class SurfaceTracking {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `topology` and `workers` must outlive this object. `training` is a training sequence, or
-  /// empty. `epsilon` is that of the type in which positions are given.
+  /// Begins a sequence. `topology` and `workers` must outlive this object. `training` is a training
+  /// sequence, or empty. `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
-                  const TrackingConstants& constants = {}, TrainingFrames training = {},
-                  bool has_uncertainty = false,
+                  Field first_frame, const TrackingConstants& constants = {},
+                  TrainingFrames training = {}, bool has_uncertainty = false,
                   double epsilon = std::numeric_limits<double>::epsilon());
-
-  /// Begins a sequence. If it throws, nothing has changed.
-  void reset(Field first_frame);
 
   /// What was found in a frame, valid until the next call.
   struct Found {
@@ -42,64 +37,53 @@ class SurfaceTracking {
     std::span<const std::uint8_t> observed;  ///< (k,) 1 for vertices that have a measured point
     int iterations = 0;
     Agreements agreements = {};  ///< how well the positions explain the points
-    bool aligned = false;        ///< whether a rigid alignment of the whole template was needed
   };
 
-  /// Finds the surface in a frame, from the last frames, and does not remember it. If it throws,
-  /// nothing has changed. It throws std::invalid_argument only in the first frame, if the template
-  /// is far from the measurement even after an alignment.
-  Found track(const Measurement& measurement);
+  /// Finds the surface in a frame, from what is remembered of the last ones, and does not remember
+  /// it: frames may be found again, and nothing is lost if this throws.
+  Found track(const PointScan& measurement);
 
-  /// Forgets the frame that `track` has just found.
-  void undo() { shape_.undo_frame(); }
-
-  /// Makes this the last frame, at rest and in any pose, whatever was before.
-  void place(Field frame);
-
-  /// Finds the standard errors of the frame that `track` has just found. `generations` are those of
+  /// Finds the standard errors of the frame that `track` has just found, and does not throw.
+  /// `generations` are those of
   /// its vertices.
   void measure_errors(const Generations& generations) { shape_.measure_errors(generations, x_); }
 
   /// Makes this the last frame. Velocities are 0 if nothing was found in it.
   void remember(Field completed, bool moves);
 
+  /// Makes this the last frame, at rest and in any pose, whatever was before.
+  void place(Field frame);
+
   [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
   [[nodiscard]] std::span<const Triangle> faces() const { return faces_; }
   /// (k,) the last frame.
   [[nodiscard]] Field last() const { return last_; }
-
-  /// What later frames depend on, beside frame 0 and the last frame.
-  struct Memory {
-    bool is_first = true;
-    std::vector<Vector3<double>> before;
-    NonrigidStep::Memory shape;
-  };
-  [[nodiscard]] std::size_t memory_size() const;
-  void write_memory(Writer& writer) const;
-  /// Refuses a memory that `write_memory` cannot have written.
-  [[nodiscard]] Memory read_memory(Reader& reader) const;
-  void recall(const Memory& memory, Field last);
-
   [[nodiscard]] double mean_edge() const { return mean_edge_; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
+  /// What later frames depend on, beside frame 0 and the last frame.
+  [[nodiscard]] std::size_t memory_size() const;
+  void write_memory(Writer& writer) const;
+  /// Reads what `write_memory` wrote, with the last frame. Refuses other numbers, and is of no use
+  /// then.
+  void read_memory(Reader& reader, Field last);
+
  private:
   void predict();
-  double nonrigid_step(double progress, bool is_early, bool fits_modes = false);
+  int approach();
+  bool iterate(int left, int fits);
   Found observe();
 
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
-  const Topology& topology_;
-  Correspondences correspondences_;
-  NonrigidStep shape_;
-  double mean_edge_ = 1;
+  double mean_edge_;
   std::vector<std::uint8_t> is_cloth_;
-  bool is_all_cloth_ = false;
-  bool is_first_ = true;
-  std::vector<Vector3<double>> last_;
-  std::vector<Vector3<double>> before_;  // the frame before the last
-  std::vector<Vector3<double>> x_;       // the current frame
+  NonrigidStep shape_;
+  Matches matches_;
+  bool is_all_cloth_, any_cloth_;
+  double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored
+  std::vector<Vector3<double>> last_, before_;  // the last frame, and the one before it
+  std::vector<Vector3<double>> x_;              // the current frame
   std::vector<std::uint8_t> observed_;
 };
 

@@ -200,7 +200,8 @@ class Fits:
             )
             told.append(
                 f"of cameras {', '.join(named)}, points are farther from the mesh than those of "
-                "the others, so their poses or intrinsics may be wrong"
+                "the others, so the poses or intrinsics of these, or of one that sees the same "
+                "parts, may be wrong"
             )
         if self.advice and (self.suspects or self.first > _BAD_FRAME):
             told.append(self.advice)

@@ -7,21 +7,12 @@
 #include <span>
 #include <vector>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "mesh/triangle.hpp"
 
 namespace dynmesh {
 
 /// What a sensor can see of a vertex.
 enum class Sight : std::uint8_t { hidden, front, back, both };
-
-/// The edges of exactly one face, by their ends in ascending order.
-std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces);
-
-/// (k,) whether the component of each vertex is a sheet, whose back can be seen: its boundary has
-/// at least as many edges as the square root of the number of its vertices. Smaller holes, as of a
-/// neck or of eyes, show little of the inside.
-std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
-                                      std::span<const Index> component);
 
 /// Draws the surface as each sensor sees it, in a small depth image: what is drawn behind something
 /// else is hidden. Allocates memory only in the constructor.

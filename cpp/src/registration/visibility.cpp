@@ -1,4 +1,4 @@
-#include "tracking/visibility.hpp"
+#include "registration/visibility.hpp"
 
 #include <algorithm>
 #include <array>
@@ -28,39 +28,6 @@ struct Axes {
 };
 
 }  // namespace
-
-std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces) {
-  std::vector<std::array<Index, 2>> edges;
-  edges.reserve(3 * faces.size());
-  for (const Triangle& face : faces) {
-    for (std::size_t e = 0; e < 3; ++e) {
-      edges.push_back({std::min(face[e], face[(e + 1) % 3]), std::max(face[e], face[(e + 1) % 3])});
-    }
-  }
-  std::ranges::sort(edges);
-  std::vector<std::array<Index, 2>> single;
-  for (auto first = edges.begin(); first != edges.end();) {
-    const auto next = std::upper_bound(first, edges.end(), *first);
-    if (next - first == 1) single.push_back(*first);
-    first = next;
-  }
-  return single;
-}
-
-std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
-                                      std::span<const Index> component) {
-  std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
-  for (const auto& edge : boundary_edges(faces)) {
-    n_boundary[static_cast<std::size_t>(component[static_cast<std::size_t>(edge[0])])] += 1;
-  }
-  for (const Index of : component) n_vertices[static_cast<std::size_t>(of)] += 1;
-  std::vector<std::uint8_t> is_sheet(component.size());
-  for (std::size_t v = 0; v < component.size(); ++v) {
-    const auto of = static_cast<std::size_t>(component[v]);
-    is_sheet[v] = n_boundary[of] * n_boundary[of] >= n_vertices[of] ? 1 : 0;
-  }
-  return is_sheet;
-}
 
 Visibility::Visibility(std::size_t n_vertices)
     : image_(n_vertices), depths_(std::size_t{most_pixels} * most_pixels) {}

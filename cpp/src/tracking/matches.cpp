@@ -1,0 +1,258 @@
+#include "tracking/matches.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "support/geometry.hpp"
+#include "tracking/cloth.hpp"
+#include "tracking/robust_size.hpp"
+#include "tracking/vertex_normals.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// So many points along the curve are matched one after the other, each from the place of the one
+/// before it: always the same ones, so that results are the same for any number of threads.
+constexpr std::size_t in_a_row = 256;
+
+/// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
+std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
+                                  std::span<const Vector3<double>> frame, double mean_edge) {
+  const auto component = [&](Index v) {
+    return static_cast<std::size_t>(topology.component[static_cast<std::size_t>(v)]);
+  };
+  std::vector<double> volumes(topology.report.components);
+  std::vector<Vector3<double>> origins(volumes.size());
+  for (std::size_t v = frame.size(); v-- > 0;) origins[component(static_cast<Index>(v))] = frame[v];
+  for (const Triangle& face : faces) {
+    const std::size_t c = component(face[0]);
+    const auto arm = [&](std::size_t s) {
+      return (1 / mean_edge) * (frame[static_cast<std::size_t>(face[s])] - origins[c]);
+    };
+    volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
+  }
+  for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
+  return volumes;
+}
+
+/// The numbers of points in an order in which neighbours are near (Morton 1966), so that their
+/// places are near in memory as well.
+std::vector<std::uint32_t> along_curve(std::span<const Vector3<double>> points, double cell) {
+  Vector3<double> least = points.empty() ? Vector3<double>{} : points[0];
+  for (const auto& p : points) {
+    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+  }
+  constexpr int bits = 10;
+  const auto spread = [&](double coordinate) {
+    const auto number = static_cast<std::uint32_t>(std::min(coordinate / cell, 1023.0));
+    std::uint32_t spaced = 0;
+    for (int bit = 0; bit < bits; ++bit) spaced |= (number >> bit & 1U) << (3 * bit);
+    return spaced;
+  };
+  std::vector<std::uint64_t> keys(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto p = points[i] - least;
+    const std::uint64_t code = spread(p.x) | spread(p.y) << 1U | spread(p.z) << 2U;
+    keys[i] = code << 32U | i;
+  }
+  std::ranges::sort(keys);
+  std::vector<std::uint32_t> order(points.size());
+  for (std::size_t r = 0; r < order.size(); ++r) order[r] = static_cast<std::uint32_t>(keys[r]);
+  return order;
+}
+
+}  // namespace
+
+Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
+                 const TrackingConstants& constants, Field first_frame, double mean_edge,
+                 std::span<const std::uint8_t> is_cloth, const Clusters& clusters)
+    : faces_(faces),
+      topology_(topology),
+      workers_(workers),
+      constants_(constants),
+      mean_edge_(mean_edge),
+      is_cloth_(is_cloth),
+      clusters_(clusters),
+      is_sheet_(find_sheets(faces, topology.component)),
+      outside_(find_outsides(faces, topology, first_frame, mean_edge)),
+      boundary_(faces, topology, mean_edge, is_cloth, constants),
+      places_(faces, first_frame),
+      normals_(first_frame.size()) {}
+
+void Matches::begin(const PointScan& measurement) {
+  measurement_ = &measurement;
+  order_ = along_curve(measurement.points, mean_edge_);
+  found_.assign(order_.size(), {});
+  points_.clear();
+  for (const std::uint32_t i : order_) {
+    points_.push_back({measurement.point(i), measurement.normal(i), measurement.is_undecided(i)});
+  }
+}
+
+void Matches::find_normals(Field x) {
+  find_vertex_normals(faces_, x, normals_);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    normals_[v] = outside_[static_cast<std::size_t>(topology_.component[v])] * normals_[v];
+  }
+}
+
+/// The normal of the surface at a place, on the side of that of the point; 0 if they disagree.
+Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) const {
+  auto normal = place.on(normals_);
+  const double length = std::sqrt(squared_norm(normal));
+  if (!(length > 0) || !place.any()) return {};
+  double cosine = dot(normal, points_[point].normal) / length;
+  const bool is_either = is_sheet_[place.corners[0]] != 0 || points_[point].is_undecided;
+  if (is_either && cosine < 0) {
+    normal = -1.0 * normal;
+    cosine = -cosine;
+  }
+  return cosine > constants_.agreement ? (1 / length) * normal : Vector3<double>{};
+}
+
+/// The nearest place within the radius, whatever its normal. The point walks over X from the place
+/// of the last search, or of a neighbour, and only if this does not explain it, all of X is
+/// searched.
+Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
+                                const Search& search) const {
+  const auto& position = points_[point].position;
+  Place within = {.squared = std::pow(search.radius * mean_edge_, 2)};
+  if (from.any()) {
+    const Place place = places_.walk(x, position, from.face);
+    if (place.squared < std::pow(search.walked * mean_edge_, 2)) {
+      const auto normal = agreeing_normal(place, point);
+      if (squared_norm(normal) > 0) return {place, normal};
+    }
+    if (place.squared < within.squared) within = place;
+  }
+  const Place place = places_.nearest(x, position, within, [](const Place&) { return true; });
+  if (!(place.squared < std::pow(search.radius * mean_edge_, 2))) return {};
+  return {place, agreeing_normal(place, point)};
+}
+
+SurfaceRows& Matches::find(Field x, const Search& search) {
+  find_normals(x);
+  places_.follow(x);
+  const double squared_near = std::pow(constants_.near * mean_edge_, 2);
+  auto& rows = rows_.rows;
+  rows.assign(points_.size(), {});
+  const auto find_in_a_row = [&](std::size_t first) {
+    Place before;
+    for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); ++i) {
+      Match match = nearest(x, i, found_[i].any() ? found_[i] : before, search);
+      found_[i] = match.place;
+      if (!found_[i].any()) continue;
+      before = found_[i];
+      if (squared_norm(match.normal) == 0 && found_[i].squared > squared_near) {
+        // Something else is nearer, as the other side of a thin limb is.
+        match.place = places_.nearest(
+            x, points_[i].position, {.squared = std::pow(search.radius * mean_edge_, 2)},
+            [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
+        match.normal = agreeing_normal(match.place, i);
+      }
+      if (squared_norm(match.normal) == 0) continue;
+      const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
+      const auto mean = sign * points_[i].normal + match.normal;
+      rows[i] = {match.place.corners,
+                 match.place.shares,
+                 (1 / std::sqrt(squared_norm(mean))) * mean,
+                 points_[i].position,
+                 1,
+                 std::sqrt(match.place.squared) / mean_edge_,
+                 boundary_.contains(match.place)};
+    }
+  };
+  const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
+  const auto find_blocks = [&](Index first, Index last) {
+    for (Index block = first; block < last; ++block) {
+      find_in_a_row(static_cast<std::size_t>(block) * in_a_row);
+    }
+  };
+  workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
+  std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
+  weigh(x, search);
+  rows_.index(x.size());
+  return rows_;
+}
+
+/// Points that are denser than the vertices count together as much as these.
+void Matches::weigh(Field x, const Search& search) {
+  auto& rows = rows_.rows;
+  const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
+  std::vector<std::uint8_t> touched(normals_.size());
+  std::vector<double> sums(topology_.report.components);
+  const auto component = [&](const SurfaceRow& row) {
+    return static_cast<std::size_t>(topology_.component[row.corners[0]]);
+  };
+  for (SurfaceRow& row : rows) {
+    const double ratio = row.distance / (usual.empty() ? search.scale : usual[cluster_of(row)]);
+    const double far = 1 + ratio * ratio;
+    row.weight = 1 / (usual.empty() ? far : far * far);
+    sums[component(row)] += row.weight;
+    for (const auto corner : row.corners) touched[corner] = 1;
+  }
+  if (!usual.empty()) boundary_.draw(x, normals_, rows);
+  std::erase_if(rows,
+                [&](const SurfaceRow& row) { return sums[component(row)] < constants_.fewest; });
+  const double density = std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
+                                           static_cast<double>(std::max(rows.size(), 1UL)));
+  for (SurfaceRow& row : rows) {
+    row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
+  }
+}
+
+/// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
+/// all are far, and where it has, those that are far are of something else. The median of the
+/// distances around a cluster is found in a histogram, up to where it no longer matters.
+std::vector<double> Matches::usual_distances() const {
+  constexpr std::size_t n_bins = 32;
+  using Histogram = std::array<std::uint32_t, n_bins + 1>;  // the last bin is for what is farther
+  const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
+  std::vector<Histogram> histograms(clusters_.size());
+  for (const SurfaceRow& row : rows_.rows) {
+    const double bin = std::min(row.distance / width, static_cast<double>(n_bins));
+    ++histograms[cluster_of(row)][static_cast<std::size_t>(bin)];
+  }
+  std::vector<double> usual(clusters_.size());
+  for (std::size_t c = 0; c < usual.size(); ++c) {
+    Histogram around = histograms[c];
+    for (const Index other : clusters_.neighbours[static_cast<Index>(c)]) {
+      const Histogram& of_other = histograms[static_cast<std::size_t>(other)];
+      for (std::size_t bin = 0; bin <= n_bins; ++bin) around[bin] += of_other[bin];
+    }
+    double left = std::accumulate(around.begin(), around.end(), 0.0) / 2;
+    std::size_t bin = 0;
+    while (bin < n_bins && left > around[bin]) left -= around[bin++];
+    const double in_bin = around[bin] > 0 ? left / around[bin] : 0;
+    const double median = width * (static_cast<double>(bin) + in_bin);
+    usual[c] = std::clamp(constants_.usual_distances * median, constants_.least_scale,
+                          constants_.largest_scale);
+  }
+  return usual;
+}
+
+double Matches::distance_of(Field x, double share) const {
+  std::vector<double> distances;
+  for (const SurfaceRow& row : rows_.rows) {
+    distances.push_back(std::abs(dot(row.normal, row.point - row.on(x))) / mean_edge_);
+  }
+  return distances.empty() ? 0 : quantile(std::move(distances), share);
+}
+
+void Matches::follow(Field x) {
+  find_normals(x);
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (found_[i].any()) found_[i].squared = squared_norm(points_[i].position - found_[i].on(x));
+  }
+}
+
+Agreements Matches::agreements() const {
+  std::vector<Place> places(found_.size());
+  for (std::size_t i = 0; i < found_.size(); ++i) places[order_[i]] = found_[i];
+  return compare(*measurement_, places, normals_, is_sheet_, mean_edge_, constants_);
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,114 @@
+/// Which place of a tracked surface each measured point lies at.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/rotations.hpp"
+#include "mesh/triangle.hpp"
+#include "support/workers.hpp"
+#include "tracking/agreement.hpp"
+#include "tracking/cloth_boundary.hpp"
+#include "tracking/constants.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/surface_places.hpp"
+#include "tracking/surface_rows.hpp"
+
+namespace dynmesh {
+
+/// How points are matched and weighed; lengths are in mean edges.
+struct Search {
+  double radius = 0;
+  /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
+  /// around it is nearer.
+  double walked = 0;
+  double weight = 1;
+  double cloth_weight = 1;
+  double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+};
+
+/// The matches of the points of one frame with a surface X. Places that were found before in the
+/// frame are where the next search begins.
+class Matches {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// Begins a sequence. All arguments but `first_frame` must outlive this object. (k,) `is_cloth`
+  /// are the vertices whose lengths are kept.
+  Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
+          const TrackingConstants& constants, Field first_frame, double mean_edge,
+          std::span<const std::uint8_t> is_cloth, const Clusters& clusters);
+
+  /// Begins a frame. `measurement` must outlive it.
+  void begin(const PointScan& measurement);
+
+  /// Matches the points with X. The result is valid until the next call.
+  SurfaceRows& find(Field x, const Search& search);
+  [[nodiscard]] const SurfaceRows& rows() const { return rows_; }
+  /// The distance from X below which this share of the points that were matched is, along their
+  /// normals.
+  [[nodiscard]] double distance_of(Field x, double share) const;
+
+  /// Lets the nearest places of the points, whatever their normals, follow X without a search.
+  void follow(Field x);
+  /// Visits those that are so near, in mean edges, and whose normals agree.
+  template <class Visit>
+  void for_each_near(double within, const Visit& visit) const {
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (found_[i].squared > within * within * mean_edge_ * mean_edge_) continue;
+      if (squared_norm(agreeing_normal(found_[i], i)) > 0) visit(found_[i]);
+    }
+  }
+  /// How well X explains the points.
+  [[nodiscard]] Agreements agreements() const;
+
+ private:
+  [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
+  void find_normals(Field x);
+  /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.
+  struct Match {
+    Place place;
+    Vector3<double> normal;
+  };
+  [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
+                              const Search& search) const;
+  void weigh(Field x, const Search& search);
+  [[nodiscard]] std::vector<double> usual_distances() const;
+  /// The cluster of the nearest corner.
+  [[nodiscard]] std::size_t cluster_of(const SurfaceRow& row) const {
+    const auto nearest = std::ranges::max_element(row.shares) - row.shares.begin();
+    return static_cast<std::size_t>(
+        clusters_.of_vertex[row.corners[static_cast<std::size_t>(nearest)]]);
+  }
+
+  std::span<const Triangle> faces_;
+  const Topology& topology_;
+  Workers& workers_;
+  const TrackingConstants& constants_;
+  double mean_edge_;
+  std::span<const std::uint8_t> is_cloth_;
+  const Clusters& clusters_;
+  std::vector<std::uint8_t> is_sheet_;
+  std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
+  ClothBoundary boundary_;
+  SurfacePlaces places_;
+
+  const PointScan* measurement_ = nullptr;
+  std::vector<std::uint32_t> order_;  // of the points, along a curve
+  struct Point {
+    Vector3<double> position, normal;
+    bool is_undecided;
+  };
+  // In this order:
+  std::vector<Point> points_;
+  std::vector<Place> found_;
+  std::vector<Vector3<double>> normals_;
+  SurfaceRows rows_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,143 @@
+#include "tracking/surface_places.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+namespace dynmesh {
+namespace {
+
+Vector3<double> smallest(const Vector3<double>& a, const Vector3<double>& b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+
+Vector3<double> largest(const Vector3<double>& a, const Vector3<double>& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+}  // namespace
+
+SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
+    : faces_(faces), across_(3 * faces.size()), ends_(frame.size() + 1) {
+  find_neighbours(frame.size());
+  divide(frame);
+}
+
+void SurfacePlaces::find_neighbours(std::size_t n_vertices) {
+  for (const Triangle& face : faces_) {
+    for (const Index v : face) ++ends_[static_cast<std::size_t>(v) + 1];
+  }
+  for (std::size_t v = 0; v < n_vertices; ++v) ends_[v + 1] += ends_[v];
+  faces_at_.resize(3 * faces_.size());
+  auto next = ends_;
+  struct Side {
+    std::array<Index, 2> ends;
+    std::uint32_t number;
+  };
+  std::vector<Side> sides;
+  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+    for (std::uint32_t s = 0; s < 3; ++s) {
+      faces_at_[next[static_cast<std::size_t>(faces_[f][s])]++] = f;
+      const auto [a, b] = std::minmax(faces_[f][(s + 1) % 3], faces_[f][(s + 2) % 3]);
+      sides.push_back({{a, b}, 3 * f + s});
+    }
+  }
+  std::ranges::stable_sort(sides, {}, &Side::ends);
+  for (auto first = sides.begin(); first != sides.end();) {
+    const auto end = std::find_if(first, sides.end(),
+                                  [&](const Side& side) { return side.ends != first->ends; });
+    for (auto side = first; side != end; ++side) {
+      across_[side->number] = (side + 1 == end ? first : side + 1)->number / 3;
+    }
+    first = end;
+  }
+}
+
+Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t from) const {
+  Place here = place_on(x, from, point);
+  while (true) {
+    const auto n_zero = (here.shares[0] == 0) + (here.shares[1] == 0) + (here.shares[2] == 0);
+    if (n_zero == 0) return here;
+    Place best = here;
+    const auto try_face = [&](std::uint32_t face) {
+      const Place place = place_on(x, face, point);
+      if (place.squared < best.squared) best = place;
+    };
+    if (n_zero == 1) {
+      const std::uint32_t side = here.shares[0] == 0 ? 0 : here.shares[1] == 0 ? 1 : 2;
+      try_face(across_[3 * here.face + side]);
+    } else {
+      const auto v = here.nearest_corner();
+      for (std::uint32_t i = ends_[v]; i < ends_[v + 1]; ++i) try_face(faces_at_[i]);
+    }
+    if (!(best.squared < here.squared)) return here;
+    here = best;
+  }
+}
+
+void SurfacePlaces::divide(Field frame) {
+  const auto n = static_cast<std::uint32_t>(faces_.size());
+  std::vector<Vector3<double>> centres;
+  for (const Triangle& face : faces_) {
+    Vector3<double> sum;
+    for (const Index v : face) sum = sum + frame[static_cast<std::size_t>(v)];
+    centres.push_back(sum);
+  }
+  order_.resize(n);
+  std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.assign(1, {{}, {}, 0, n});
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const auto [first, count] = std::pair(nodes_[i].first, nodes_[i].count);
+    if (count <= leaf_size) continue;
+    const auto begin = order_.begin() + first;
+    auto least = centres[*begin];
+    auto most = least;
+    for (auto f = begin; f != begin + count; ++f) {
+      least = smallest(least, centres[*f]);
+      most = largest(most, centres[*f]);
+    }
+    const auto size = most - least;
+    const auto axis = size.x >= size.y && size.x >= size.z ? &Vector3<double>::x
+                      : size.y >= size.z                   ? &Vector3<double>::y
+                                                           : &Vector3<double>::z;
+    const std::uint32_t half = count / 2;
+    std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+      return std::pair(centres[a].*axis, a) < std::pair(centres[b].*axis, b);
+    });
+    nodes_[i].first = static_cast<std::uint32_t>(nodes_.size());
+    nodes_[i].count = 0;
+    nodes_.push_back({{}, {}, first, half});
+    nodes_.push_back({{}, {}, first + half, count - half});
+  }
+}
+
+void SurfacePlaces::follow(Field x) {
+  for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    if (node->count == 0) {
+      const Node& left = nodes_[node->first];
+      const Node& right = nodes_[node->first + 1];
+      node->least = smallest(left.least, right.least);
+      node->most = largest(left.most, right.most);
+      continue;
+    }
+    node->least = node->most = x[static_cast<std::size_t>(faces_[order_[node->first]][0])];
+    for (std::uint32_t i = node->first; i < node->first + node->count; ++i) {
+      for (const Index v : faces_[order_[i]]) {
+        node->least = smallest(node->least, x[static_cast<std::size_t>(v)]);
+        node->most = largest(node->most, x[static_cast<std::size_t>(v)]);
+      }
+    }
+  }
+}
+
+std::vector<Place> SurfacePlaces::nearest_to_all(Field x, const PointScan& scan,
+                                                 Workers& workers) const {
+  std::vector<Place> places(scan.size());
+  workers.for_each_in_chunks(scan.size(), [&](std::size_t i) {
+    places[i] = nearest(x, scan.point(i), {}, [](const Place&) { return true; });
+  });
+  return places;
+}
+
+}  // namespace dynmesh

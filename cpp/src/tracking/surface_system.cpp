@@ -1,0 +1,92 @@
+#include "tracking/surface_system.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "support/conjugate_gradients.hpp"
+#include "support/geometry.hpp"
+
+namespace dynmesh {
+
+SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells, Workers& workers,
+                             const TrackingConstants& constants, std::vector<Tie> ties,
+                             Field first_frame, const Clusters& clusters)
+    : shape_(shape),
+      workers_(workers),
+      constants_(constants),
+      ties_(std::move(ties)),
+      anchors_(cells.size(), true),
+      held_(cells.size()),
+      steps_(cells.size()),
+      direction_(cells.size()),
+      product_(cells.size()) {
+  std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
+  anchors_.n_solved = cells.size();
+  factorize({}, {}, 0);
+  coarse_ = std::make_unique<CoarseSpace>(
+      cells, first_frame, clusters,
+      [&](Field x, std::span<Vector3<double>> product) { multiply(x, product); });
+}
+
+void SurfaceSystem::hold(std::span<const Landmark> landmarks) {
+  std::ranges::fill(held_, constants_.hold);
+  for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
+}
+
+void SurfaceSystem::factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks,
+                              double factor) {
+  hold(landmarks);
+  std::ranges::copy(held_, anchors_.weights.begin());
+  for (const SurfaceRow& row : rows.rows) {
+    const double weight = constants_.preconditioned * factor * row.weight;
+    for (std::size_t s = 0; s < 3; ++s) anchors_.weights[row.corners[s]] += weight * row.shares[s];
+  }
+  for (const Tie& tie : ties_) {
+    anchors_.weights[tie.i] += tie.weight;
+    anchors_.weights[tie.j] += tie.weight;
+  }
+  shape_.factorize(anchors_);
+  if (coarse_) coarse_->factorize(rows, factor, held_);
+}
+
+/// product = (N + mu C + ties) x.
+void SurfaceSystem::multiply(Field x, std::span<Vector3<double>> product) const {
+  shape_.multiply(x, product);
+  for (const Tie& tie : ties_) {
+    const auto force = tie.weight * (x[tie.i] - x[tie.j]);
+    product[tie.i] = product[tie.i] + force;
+    product[tie.j] = product[tie.j] - force;
+  }
+}
+
+SurfaceSystem::Field SurfaceSystem::solve(SurfaceRows& rows, std::span<const Landmark> landmarks,
+                                          Field x, std::span<Vector3<double>> force) {
+  hold(landmarks);
+  rows.add_forces(x, force);
+  for (const Landmark& l : landmarks) {
+    force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
+  }
+  std::ranges::fill(steps_, Vector3<double>{});
+  const auto precondition = [&] {
+    shape_.precondition(force, product_);
+    coarse_->add(force, product_);
+  };
+  const auto multiply_direction = [&] {
+    multiply(direction_, product_);
+    rows.add_product(direction_, product_, workers_);
+    for (std::size_t v = 0; v < product_.size(); ++v) {
+      product_[v] = product_[v] + held_[v] * direction_[v];
+    }
+  };
+  const auto advance = [&](const std::array<double, 1>& length) {
+    for (std::size_t v = 0; v < steps_.size(); ++v)
+      steps_[v] = steps_[v] + length[0] * direction_[v];
+  };
+  const ConjugateVectors<Vector3<double>> vectors = {force, product_, direction_, product_};
+  conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
+                         multiply_direction, advance);
+  return steps_;
+}
+
+}  // namespace dynmesh

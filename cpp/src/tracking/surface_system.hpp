@@ -1,0 +1,70 @@
+/// The linear system of a surface that is drawn to measured points while its shape resists.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/rotations.hpp"
+#include "detail/shape_system.hpp"
+#include "support/workers.hpp"
+#include "tracking/coarse_space.hpp"
+#include "tracking/constants.hpp"
+#include "tracking/surface_rows.hpp"
+#include "tracking/ties.hpp"
+
+namespace dynmesh {
+
+/// A position to which a vertex is drawn.
+struct Landmark {
+  std::size_t vertex = 0;
+  Vector3<double> target;
+  double weight = 0;
+};
+
+/// A = N + mu C + ties + rows + landmarks, and a small weight that holds each vertex where nothing
+/// else does. The rows tie the three coordinates together, so A has 3 k unknowns, and is solved by
+/// conjugate gradients. Their preconditioner is the factor of N + mu C with the mean weights of the
+/// rows at the vertices on the diagonal, which has k, and a coarse space.
+class SurfaceSystem {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// All arguments but the last two must outlive this object.
+  SurfaceSystem(ShapeSystem& shape, const Cells& cells, Workers& workers,
+                const TrackingConstants& constants, std::vector<Tie> ties, Field first_frame,
+                const Clusters& clusters);
+
+  [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
+
+  /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
+  /// others with about these weights, until the shape's system is factored for something else.
+  /// `factorize_again` then returns to it.
+  void factorize_again() { shape_.factorize(anchors_); }
+  void factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks, double factor);
+
+  /// The step D for which A D is the sum of `force` (k,), which is lost, and of the forces of the
+  /// rows and landmarks at X. Valid until the next call.
+  Field solve(SurfaceRows& rows, std::span<const Landmark> landmarks, Field x,
+              std::span<Vector3<double>> force);
+
+ private:
+  void hold(std::span<const Landmark> landmarks);
+  void multiply(Field x, std::span<Vector3<double>> product) const;
+
+  ShapeSystem& shape_;
+  Workers& workers_;
+  const TrackingConstants& constants_;
+  std::vector<Tie> ties_;
+  Anchors anchors_;  // all vertices are solved for
+  std::vector<double> held_;
+  std::vector<Vector3<double>> steps_, direction_, product_;
+  std::unique_ptr<CoarseSpace> coarse_;
+};
+
+}  // namespace dynmesh
