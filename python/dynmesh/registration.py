@@ -30,12 +30,14 @@ _MUCH, _FEW = 0.3, 0.05
 """If more of a template has no points, or lies on another part, and fewer points are far, a scan
 shows it partially."""
 
+_STRETCHED = 0.14
+"""If edges change by more on average, the mesh is of another subject."""
+
 _CAUSES = {
     "size": "the template must be {:.2g} times as large to fit, as if it were in another unit or "
     "of a subject of another size",
     "part": "the scan shows a part of the template only, and the place of the rest is a guess",
     "pose": "the scan shows another mesh, or a pose that was not found",
-    "choice": "another pose fits the scan as well",
     "place": "a part of the template is probably wrong or was not measured",
 }
 
@@ -48,22 +50,21 @@ class Registration:
         vertices: (k, 3), with the dtype of the template, in the unit of the points.
         observed: (k,) bool, whether the vertex has a measured point.
         standard_error: (k,) as :attr:`dynmesh.Tracker.standard_error`; None without `uncertainty`.
-        transform: (4, 4) float64, the rigid motion of the template with which the registration
-            began; with `scale`, its rotation is multiplied by the power of ten between the units.
+        transform: (4, 4) float64, the rigid motion that brings the template closest to the
+            vertices; with `scale`, its rotation is multiplied by the scale that was found.
         far: the share of the points that are farther than a mean edge from the mesh.
-        disagreeing: the share of the points that are near the mesh but face the other way.
-        empty: the share of the vertices without a point, among those whose front the sensors should
-            see; without `viewpoints`, among all.
-        hole: the share of the template's area that is the largest connected piece of such
-            vertices, as of a limb that was not measured.
+        unexplained: the share of the points that are farther from the mesh than their noise
+            explains: four times the median distance, but at least a quarter of a mean edge.
+        hole: the share of the template's area that is the largest connected piece without a point,
+            as of a limb that was not measured, among what the sensors should see; without
+            `viewpoints`, among all.
         overlap: the share of the template's area where another part lies as well and faces the same
             way.
-        stretched: the share of the edges that are more than 1.5 times as long as in the template,
-            or as short.
+        stretch: by which share of their length the edges have changed, on average; if it is large,
+            the scan is of another subject, or of another size.
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
-        ambiguous: whether another pose fits the scan as well.
         quality: "good"; "doubtful", if a part is probably wrong or missing; "ruined", if the scan
             shows something else or its pose was not found.
         growth: how many times as large as the template the vertices are, by the median of the
@@ -75,15 +76,13 @@ class Registration:
     standard_error: NDArray[np.floating[Any]] | None
     transform: NDArray[np.float64]
     far: float
-    disagreeing: float
-    empty: float
+    unexplained: float
     hole: float
     overlap: float
-    stretched: float
+    stretch: float
     distance: float
     rounds: int
     converged: bool
-    ambiguous: bool
     quality: Literal["good", "doubtful", "ruined"]
     growth: float
 
@@ -94,33 +93,30 @@ class Registration:
             return ""
         shares = {
             "of the points are farther than a mean edge from the mesh": self.far,
-            "of the points are near the mesh but face the other way": self.disagreeing,
-            "of the vertices that should be seen have no point": self.empty,
+            "of the points are farther from the mesh than their noise explains": self.unexplained,
             "of the template is one piece without a point": self.hole,
             "of the template lies where another part of it lies": self.overlap,
-            "of the edges are more than 1.5 times as long as in the template, or as short": (
-                self.stretched
-            ),
         }
+        if self.stretch > _STRETCHED:
+            shares["of their length is what edges have changed by"] = self.stretch
         told = [
             f"{share:.1%} {what}"
             for what, share in sorted(shares.items(), key=lambda item: -item[1])[:_MOST_NAMED]
             if share >= _LEAST_SHARE
         ]
-        unnamed = "landmarks came to lie elsewhere, or edges far from all points are stretched"
+        unnamed = "landmarks came to lie elsewhere"
         cause = _CAUSES[self.cause].format(self._grown)
         return f"{cause}: {', '.join(told) or unnamed}"
 
     @property
-    def cause(self) -> Literal["size", "part", "pose", "choice", "place"]:
+    def cause(self) -> Literal["size", "part", "pose", "place"]:
         """What is probably wrong: see `reason`, which begins with it."""
         if not 1 / _OTHER_SIZE < self._grown < _OTHER_SIZE:
             return "size"
-        if max(self.hole, self.empty, self.overlap) > _MUCH and self.far < _FEW:
+        if max(self.hole, self.overlap) > _MUCH and self.far < _FEW:
             return "part"
-        if self.quality == "ruined":
-            return "pose"
-        return "choice" if self.ambiguous else "place"
+        is_other = self.quality == "ruined" or self.stretch > _STRETCHED
+        return "pose" if is_other else "place"
 
     @property
     def _grown(self) -> float:
@@ -159,9 +155,8 @@ def register(
         landmarks: vertices of the template, (n,) integers, and (n, 3) their positions in the scan.
             On ends of limbs, they find poses that are far from that of the template more often.
         align: whether the rigid motion is sought. If not, the template must be where the scan is.
-        scale: whether the template may be in another unit of length: if it is more than 1.5 times
-            as large as the scan or as small, it is scaled by the nearest power of ten. Other
-            differences are not undone; if the result is not good, the reason tells them.
+        scale: whether the template may have another size than what was scanned, as in another unit
+            of length.
         viewpoints: (c, 3) the positions of the sensors. Give them if they are known: what no sensor
             can see is then not compared with the scan.
         training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.

@@ -107,12 +107,12 @@ def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Ali
     """Finds the rigid motion that puts a template into a scan, from any rotation and position.
 
     A tracker follows the template from there; `Tracker` itself bridges small distances only. The
-    motion is found by iterative closest points, of which the farthest fifth is ignored (Chetverikov
-    et al. 2002), from 28 rotations; points are first drawn to points (Besl and McKay 1992), and the
-    best results then to tangent planes (Chen and Medioni 1991). Shapes with symmetries match in
-    several rotations, of which one is returned. At most 1000 points and 4000 places of the template
-    are compared, so the time is linear in the size of both, for reading them, plus some hundredths
-    of a second. Computes in double precision.
+    motion is found by iterative closest points in position and normal, of which the farthest fifth
+    is ignored (Chetverikov et al. 2002), from 64 rotations; points are first drawn to points (Besl
+    and McKay 1992), and the best results then to tangent planes (Chen and Medioni 1991). Shapes
+    with symmetries match in several rotations, of which one is returned. At most 1500 points and
+    4000 places of the template are compared, so the time is linear in the size of both, for reading
+    them, plus some tenths of a second. Computes in double precision.
 
     Args:
         faces: the triangles of the template, (m, 3) integers.
@@ -143,9 +143,9 @@ class Tracker(Stream):
     Bad input raises ValueError, or TypeError for a wrong type, with a message that says what is
     wrong, where, and with which value. The tracker is then unchanged.
 
-    The first scan must be where the template is; :func:`find_alignment` and :func:`register` put it
-    there. Scans that are far away, or empty, count as frames in which nothing was observed, as does
-    `skip`: the template stays where it is.
+    The first scan must be where the template is, and is refused if it is not;
+    :func:`find_alignment` and :func:`register` put it there. Later scans that are far away, or
+    empty, count as frames in which nothing was observed, as does `skip`: the template stays.
 
     A tracker may be used by one thread at a time. A call while another thread is using it raises
     RuntimeError. It can be pickled and copied; see Completer.

@@ -45,6 +45,34 @@ TEST_CASE("where nothing was measured, the template stays") {
   CHECK(tracker.age()[0] == 0);
 }
 
+TEST_CASE("a first scan elsewhere is refused, later ones are not") {
+  const auto mesh = bumpy_torus(24);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  const auto before = tracker.state();
+  auto elsewhere = scan_of(mesh, translated(mesh.vertices, 30.0, 2.0, 1.0));
+  auto in_millimetres = scan_of(mesh, mesh.vertices);
+  for (double& c : in_millimetres.points) c *= 1000;
+  for (const auto& scan : {elsewhere, in_millimetres}) {
+    CHECK(message_of([&] { track(tracker, scan); }).starts_with("points: "));
+    CHECK(tracker.state() == before);
+  }
+  // What else is in a scan does not count.
+  auto with_others = scan_of(mesh, mesh.vertices);
+  for (int copy = 1; copy < 4; ++copy) {
+    const auto other = translated(with_others.points, 60.0 * copy, 0.0, 0.0);
+    elsewhere.points.insert(elsewhere.points.end(), other.begin(), other.end());
+    elsewhere.normals.insert(elsewhere.normals.end(), with_others.normals.begin(),
+                             with_others.normals.end());
+  }
+  with_others.points.insert(with_others.points.end(), elsewhere.points.begin(),
+                            elsewhere.points.end());
+  with_others.normals.insert(with_others.normals.end(), elsewhere.normals.begin(),
+                             elsewhere.normals.end());
+  CHECK(largest_difference(track(tracker, with_others), mesh.vertices) < 0.1 * mean_edge(mesh));
+  CHECK(tracker.report().agreement.far_share > 0.5);
+  CHECK_NOTHROW(track(tracker, in_millimetres));
+}
+
 TEST_CASE("a template that is lost is registered anew, at most once in ten frames") {
   const auto mesh = bumpy_torus(24);
   const auto first = scan_of(mesh, turned(mesh.vertices, 0.03));

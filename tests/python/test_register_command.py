@@ -280,9 +280,9 @@ def test_a_mirrored_set_of_landmarks(torus: Mesh) -> None:
     ("cause", "changed"),
     [
         ("size", {"growth": 2.0, "quality": "ruined"}),
-        ("part", {"hole": 0.45, "empty": 0.5}),
-        ("pose", {"far": 0.3, "empty": 0.5, "quality": "ruined"}),
-        ("choice", {"ambiguous": True}),
+        ("part", {"hole": 0.45}),
+        ("pose", {"far": 0.3, "hole": 0.5, "quality": "ruined"}),
+        ("pose", {"stretch": 0.2}),
         ("place", {"hole": 0.05}),
     ],
 )

@@ -34,16 +34,17 @@ struct Alignment {
 /// Finds the rigid motion that puts a template into a scan, from any rotation and position. A
 /// tracker follows the template from there; Tracker itself bridges small distances only.
 ///
-/// The motion is found by iterative closest points, of which the farthest fifth is ignored
-/// (trimmed ICP, Chetverikov et al. 2002), since scans see only one side and may contain more than
-/// the subject. From 28 rotations, points are first drawn to points (Besl and McKay 1992), and the
-/// best four results then to tangent planes (Chen and Medioni 1991), along which smooth surfaces
-/// slide into place. Shapes with symmetries match in several rotations, of which one is returned.
+/// The motion is found by iterative closest points in position and normal, of which the farthest
+/// fifth is ignored (trimmed ICP, Chetverikov et al. 2002), since scans see only one side and may
+/// contain more than the subject. From 64 rotations, points are first drawn to points (Besl and
+/// McKay 1992), and the best six results then to tangent planes (Chen and Medioni 1991), along
+/// which smooth surfaces slide into place. Shapes with symmetries match in several rotations, of
+/// which one is returned.
 ///
 /// `faces` are triangles of the template, `first_frame` (k, 3) are its vertices, and `scan` (n, 3)
-/// are points of the surface, both in the same unit of length. At most 1000 points and 4000 places
+/// are points of the surface, both in the same unit of length. At most 1500 points and 4000 places
 /// of the template are compared, evenly chosen by their numbers, so the time is linear in the size
-/// of both, for reading them, plus some hundredths of a second. Equal input gives equal results.
+/// of both, for reading them, plus some tenths of a second. Equal input gives equal results.
 ///
 /// Throws std::invalid_argument if there are no faces, vertices or points, if a face refers to a
 /// vertex that does not exist, and for a coordinate that is not finite or beyond 1e18 for float or

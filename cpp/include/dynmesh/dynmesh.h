@@ -367,8 +367,7 @@ DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);
 /// of the template. `normals` has a row for each point, or is
 /// null, and then they are estimated. `viewpoints` has a row for each sensor, or is null. `out` has
 /// a row for each vertex. `report` may be null. The first scan after creation or a reset must be
-/// where the template is; a rigid alignment is tried, and if it fails, DYNMESH_INVALID_ARGUMENT is
-/// returned.
+/// where the template is, or DYNMESH_INVALID_ARGUMENT is returned.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_push(
     dynmesh_tracker* tracker, const dynmesh_points* points, const dynmesh_points* normals,
     const dynmesh_points* viewpoints, const dynmesh_output* out, dynmesh_tracking_report* report);
@@ -519,15 +518,13 @@ enum {
 typedef struct dynmesh_registration_report {
   double transform[16];  ///< row by row
   double far_share;
-  double disagreeing;
-  double empty_share;
+  double unexplained;
   double hole;
   double overlap;
-  double stretched;
+  double stretch;
   double distance;
   int64_t rounds;
   int32_t converged;  ///< 0 or 1
-  int32_t ambiguous;  ///< 0 or 1
   int32_t quality;    ///< DYNMESH_REGISTRATION_GOOD, _DOUBTFUL or _RUINED
 } dynmesh_registration_report;
 

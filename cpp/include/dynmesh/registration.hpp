@@ -15,8 +15,11 @@ namespace dynmesh {
 
 /// How well a registered template explains its scan, as the shares in Registration tell.
 enum class RegistrationQuality {
-  good,      ///< at most 1 % of the points are far from the surface
-  doubtful,  ///< a part is probably wrong or missing, or another pose fits as well
+  /// At most 1 % of the points are far and 2 % unexplained, the hole is at most 3 % and the overlap
+  /// at most 0.5 % of the template, edges are stretched by at most 14 % on average, and landmarks
+  /// are where they belong.
+  good,
+  doubtful,  ///< a part is probably wrong or missing
   ruined,    ///< the scan is of something else, or the pose was not found
 };
 
@@ -27,28 +30,26 @@ struct Registration {
   std::vector<std::uint8_t> observed;  ///< 1 if the vertex has a measured point, 0 if not
   /// As Tracker::standard_error; empty without `uncertainty`.
   std::vector<Real> standard_error;
-  /// Row by row, the rigid motion of the template with which the registration began. With `scale`,
-  /// its rotation is multiplied by the power of ten between the units.
+  /// Row by row, the motion that brings the template closest to the vertices (Kabsch 1976): rigid,
+  /// and with `scale` a similarity.
   std::array<double, 16> transform{};
   /// The share of the points that are farther than a mean edge from the surface, 0 to 1.
   double far_share = 0;
-  /// The share of the points near the surface whose normal is that of another one.
-  double disagreeing = 0;
-  /// The share of the vertices without a point, among those whose front the sensors should see;
-  /// without viewpoints, among all.
-  double empty_share = 0;
-  /// The share of the template's area that is the largest connected piece of such vertices, as of a
-  /// limb that was not measured.
+  /// The share of the points that are farther from the surface than their noise explains: four
+  /// times the median distance, but at least a quarter of a mean edge.
+  double unexplained = 0;
+  /// The share of the template's area that is the largest connected piece without a point, as of a
+  /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
   double hole = 0;
   /// The share of the template's area where another part lies as well and faces the same way.
   double overlap = 0;
-  /// The share of the edges that are more than 1.5 times as long as in the template, or as short.
-  double stretched = 0;
+  /// By which share of their length the edges have changed, on average; if it is large, the scan is
+  /// of another subject, or of another size.
+  double stretch = 0;
   /// The root mean square distance of the points that are not far, in their unit.
   double distance = 0;
   std::size_t rounds = 0;  ///< how often the whole surface was drawn into the scan
   bool converged = false;  ///< whether the vertices had stopped moving then
-  bool ambiguous = false;  ///< whether another pose fits the scan as well
   RegistrationQuality quality = RegistrationQuality::ruined;
 };
 
@@ -63,8 +64,7 @@ struct RegistrationSettings {
   /// Whether the rigid motion that puts the template into the scan is sought. If not, the template
   /// must be where the scan is.
   bool align = true;
-  /// Whether the template may be in another unit: if it is more than 1.5 times as large as the scan
-  /// or as small, it is scaled by the nearest power of ten.
+  /// Whether the template may have any other size than what was scanned.
   bool scale = false;
   bool uncertainty = false;  ///< whether standard errors are wanted
   Index threads = 1;         ///< as TrackerSettings::threads

@@ -1,134 +1,62 @@
 #include "registration/candidates.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
 #include <limits>
-#include <utility>
 
-#include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
-#include "registration/targets.hpp"
-#include "support/eigen_points.hpp"
-#include "support/geometry.hpp"
-#include "support/indices.hpp"
-#include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
+#include "registration/tips.hpp"
 
 namespace dynmesh {
+namespace {
 
-std::vector<Candidate> candidates_by_points(const TemplateShape& shape, const PointScan& scan,
-                                            const std::vector<TemplateLandmark>& landmarks,
-                                            const RegistrationConstants& constants) {
-  const auto frame = shape.frame;
-  const RigidStart in_place = start_in_place(shape.faces, frame, scan, constants.rigid);
-  double moved_by = 0;
-  for (const auto& x : frame) {
-    const Eigen::Vector3d position = to_eigen(x);
-    moved_by += (in_place.motion * position - position).norm() / static_cast<double>(frame.size());
+/// Where the distances from paired tips differ least from those of a point: a number of the second
+/// surface, or its size if it has no such place.
+std::size_t most_alike(std::size_t i, const Tips& first, const Tips& second,
+                       std::span<const std::size_t> pairing, std::size_t step) {
+  const std::size_t n = second.from[0].size();
+  std::size_t best = n;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < n; j += step) {
+    double sum = 0;
+    for (std::size_t tip = 0; tip < pairing.size() && sum < least; ++tip) {
+      if (pairing[tip] == no_tip) continue;
+      const double difference = first.from[tip][i] - second.from[pairing[tip]][j];
+      sum += difference * difference;
+    }
+    if (!(sum < least)) continue;  // it is infinite or none where there is no way along the surface
+    least = sum;
+    best = j;
   }
-  const double size = size_of(frame);
-  const double near =
-      std::min(constants.in_place * shape.mean_edge, constants.in_place_share * size);
-  const double little = std::min(constants.largest_motion_in_place * shape.mean_edge,
-                                 constants.largest_motion_share * size);
-  if (in_place.distance < near && moved_by < little) {
-    return {{in_place.motion, landmarks}};
-  }
-  auto starts = rigid_starts(shape.faces, frame, scan, constants.rigid);
-  const double limit =
-      constants.rigid.largest_ratio * std::min(in_place.distance, starts.front().distance);
-  const bool is_new = std::ranges::all_of(starts, [&](const RigidStart& start) {
-    return differ(start.motion, in_place.motion, constants.rigid);
-  });
-  if (is_new || in_place.distance < starts.front().distance) starts.push_back(in_place);
-  std::vector<Candidate> found;
-  for (const RigidStart& start : starts) {
-    if (start.distance <= limit) found.push_back({start.motion, landmarks, start.distance});
-  }
-  return found;
+  return best;
 }
 
-TipsOfBoth tips_of_both(const TemplateShape& shape, const PointScan& scan, std::size_t points,
-                        const TipConstants& constants) {
-  PointScan sample;
-  sample_scan(scan, Eigen::Isometry3d::Identity(), points, sample);
-  const SurfaceSample places = sample_surface(shape.faces, shape.frame, points);
-  PointScan surface;
+}  // namespace
+
+std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
+                                          std::span<const Vector3<double>> frame,
+                                          const PointScan& scan, const TipConstants& constants) {
+  // About as many points of the scan as places of the template tell what is connected.
+  PointScan sample, surface;
+  sample_scan(scan, constants.points, sample);
+  const SurfaceSample places = sample_surface(faces, frame, constants.points);
   surface.points = places.points;
   surface.normals = places.normals;
   surface.index();
-  TipsOfBoth tips;
-  tips.ours = tips_of(surface, constants.of_template, constants);
-  tips.theirs = tips_of(sample, constants.of_scan, constants);
-  for (const std::size_t i : tips.ours.numbers) tips.vertices.push_back(places.vertices[i]);
-  for (const std::size_t i : tips.theirs.numbers) tips.positions.push_back(sample.points[i]);
-  return tips;
-}
-
-std::vector<Candidate> candidates_by_tips(const TemplateShape& shape, const TipsOfBoth& tips,
-                                          const TipConstants& constants) {
+  const Tips ours = tips_of(surface, constants.of_template, constants);
+  const Tips theirs = tips_of(sample, constants.of_scan, constants);
   std::vector<Candidate> found;
-  for (const auto& pairing : likely_pairs(tips.ours, tips.theirs, constants)) {
-    Targets targets;
-    for (std::size_t i = 0; i < pairing.size(); ++i) {
-      if (pairing[i] == no_tip) continue;
-      targets.vertices.push_back(tips.vertices[i]);
-      targets.positions.push_back(tips.positions[pairing[i]]);
+  if (theirs.numbers.empty()) return found;
+  for (const auto& pairing : likely_pairs(ours, theirs, constants)) {
+    Candidate candidate;
+    for (std::size_t i = 0; i < surface.size(); i += 1 + surface.size() / constants.places) {
+      const std::size_t step = 1 + sample.size() / (10 * constants.places);
+      const std::size_t other = most_alike(i, ours, theirs, pairing, step);
+      if (other == sample.size()) continue;
+      candidate.rough.vertices.push_back(places.vertices[i]);
+      candidate.rough.positions.push_back(sample.points[other]);
     }
-    if (!targets.determine_a_rotation()) continue;
-    found.push_back({targets.motion_from(shape.frame), targets.landmarks_of(shape.frame)});
-  }
-  return found;
-}
-
-std::vector<Candidate> candidates_by_tips_left_out(const TemplateShape& shape,
-                                                   const TipsOfBoth& tips,
-                                                   const Eigen::Isometry3d& motion,
-                                                   std::span<const Vector3<double>> x,
-                                                   const TipConstants& constants) {
-  PointScan surface;
-  surface.points.assign(x.begin(), x.end());
-  surface.normals.resize(x.size());
-  surface.index();
-  constexpr double any_normal = -2;
-  std::vector<std::pair<double, Vector3<double>>> left_out;  // by the distance from x
-  for (const auto& position : tips.positions) {
-    const double distance =
-        std::sqrt(surface.find(position, {}, std::numeric_limits<double>::infinity(), any_normal)
-                      .squared_distance);
-    if (distance > constants.left_out * shape.mean_edge) left_out.emplace_back(distance, position);
-  }
-  std::ranges::stable_sort(left_out, std::greater<>(), &std::pair<double, Vector3<double>>::first);
-  left_out.resize(std::min(left_out.size(), constants.most_left_out));
-  std::vector<Candidate> found;
-  for (const auto& [distance, position] : left_out) {
-    for (const Index moving : tips.vertices) {
-      Targets targets;
-      for (const Index vertex : tips.vertices) {
-        targets.vertices.push_back(vertex);
-        targets.positions.push_back(vertex == moving ? position : x[at(vertex)]);
-      }
-      found.push_back({motion, targets.landmarks_of(shape.frame)});
-    }
-  }
-  return found;
-}
-
-std::vector<Candidate> candidates_by_exchanged_tips(const TemplateShape& shape,
-                                                    const TipsOfBoth& tips,
-                                                    const Eigen::Isometry3d& motion,
-                                                    std::span<const Vector3<double>> x) {
-  Targets targets;
-  targets.vertices = tips.vertices;
-  for (const Index vertex : tips.vertices) targets.positions.push_back(x[at(vertex)]);
-  std::vector<Candidate> found;
-  for (std::size_t i = 0; i < targets.positions.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      std::swap(targets.positions[i], targets.positions[j]);
-      found.push_back({motion, targets.landmarks_of(shape.frame)});
-      std::swap(targets.positions[i], targets.positions[j]);
-    }
+    if (!candidate.rough.determine_a_rotation()) continue;
+    candidate.motion = candidate.rough.motion_from(frame);
+    found.push_back(std::move(candidate));
   }
   return found;
 }

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
-#include <tuple>
 
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
@@ -65,30 +63,6 @@ std::vector<Triangle> faces_between(std::span<const Triangle> faces,
   return coarse;
 }
 
-/// Joins each component to others by its closest pairs, as faces with a repeated vertex.
-void join_components(const Topology& topology, Field positions, std::vector<Triangle>& faces) {
-  constexpr std::size_t joints = 4;
-  using Pair = std::tuple<double, Index, Index>;
-  if (topology.report.components < 2) return;
-  std::vector<std::vector<Pair>> pairs(topology.report.components);
-  for (std::size_t a = 0; a < positions.size(); ++a) {
-    Pair nearest = {std::numeric_limits<double>::infinity(), none, none};
-    for (std::size_t b = 0; b < positions.size(); ++b) {
-      if (topology.component[a] == topology.component[b]) continue;
-      const double distance = squared_norm(positions[a] - positions[b]);
-      if (distance < std::get<0>(nearest)) {
-        nearest = {distance, static_cast<Index>(a), static_cast<Index>(b)};
-      }
-    }
-    if (std::get<1>(nearest) != none) pairs[at(topology.component[a])].push_back(nearest);
-  }
-  for (auto& of_component : pairs) {
-    std::ranges::sort(of_component);
-    of_component.resize(std::min(of_component.size(), joints));
-    for (const auto& [distance, a, b] : of_component) faces.push_back({a, b, b});
-  }
-}
-
 Topology topology_of(const std::vector<Triangle>& faces, std::size_t n_vertices) {
   return build_topology({faces.data()->data(), faces.size()}, n_vertices);
 }
@@ -121,8 +95,6 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
     if (mesh.faces.empty()) mesh.faces.push_back({0, 0, 0});
     mesh.topology = topology_of(mesh.faces, mesh.positions.size());
   }
-  join_components(mesh.topology, mesh.positions, mesh.faces);
-  mesh.topology = topology_of(mesh.faces, mesh.positions.size());
   return mesh;
 }
 

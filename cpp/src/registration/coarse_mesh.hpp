@@ -16,8 +16,8 @@
 namespace dynmesh {
 
 /// Its vertices are those of the template at the centres of clusters, and its triangles are where
-/// three clusters meet. Clusters that touch without a triangle, and components, are joined by faces
-/// with a repeated vertex.
+/// three clusters meet. Clusters that touch without a triangle are joined by faces with a repeated
+/// vertex.
 struct CoarseMesh {
   std::vector<Index> vertices;   ///< of the template, one for each vertex of the coarse mesh
   std::vector<Index> of_vertex;  ///< (k,) the vertex of the coarse mesh that is nearest along edges
@@ -32,7 +32,7 @@ struct CoarseMesh {
                                                     std::span<const Quaternion> rotations) const;
 };
 
-/// A template of at most `most_vertices` is its own coarse mesh, but for the joints.
+/// A template of at most `most_vertices` is its own coarse mesh.
 CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
                           std::size_t most_vertices);
 

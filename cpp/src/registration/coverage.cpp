@@ -2,64 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <utility>
-#include <vector>
 
 #include "support/geometry.hpp"
 #include "support/indices.hpp"
-#include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
 
 namespace dynmesh {
 namespace {
 
-double area_of(std::span<const Vector3<double>> x, const Triangle& face) {
-  const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
-  return std::sqrt(squared_norm(cross(corner(1) - corner(0), corner(2) - corner(0)))) / 2;
-}
-
-/// The mean distance between points that are spread over what the sensors should see.
-double spacing_of(const SeenSurface& surface, std::size_t n_points) {
-  double area = 0;
-  for (const Triangle& face : surface.faces) {
-    const double third = area_of(surface.x, face) / 3;
-    for (const Index v : face) {
-      if (surface.seen[at(v)] != Sight::hidden) area += third;
-    }
+/// (k,) the area around each vertex: a third of its triangles.
+std::vector<double> areas_of(std::span<const Triangle> faces, std::span<const Vector3<double>> x) {
+  std::vector<double> areas(x.size());
+  for (const Triangle& face : faces) {
+    const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
+    const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+    for (const Index v : face) areas[at(v)] += std::sqrt(squared_norm(normal)) / 6;
   }
-  return std::sqrt(area / static_cast<double>(n_points));
-}
-
-/// (k,) the squared distance from each vertex to the nearest point whose normal agrees; infinite
-/// beyond a radius.
-std::vector<double> squared_distances(const SeenSurface& surface, const PointScan& scan,
-                                      double radius, double agreement) {
-  std::vector<double> distances(surface.x.size(), std::numeric_limits<double>::infinity());
-  for (std::size_t v = 0; v < distances.size(); ++v) {
-    // A sheet that is seen from both sides is measured from either.
-    auto nearest = scan.find(surface.x[v], surface.normals[v], radius, agreement);
-    if (surface.seen[v] == Sight::both) {
-      const auto back = scan.find(surface.x[v], -1.0 * surface.normals[v], radius, agreement);
-      if (back.squared_distance < nearest.squared_distance) nearest = back;
-    }
-    distances[v] = nearest.squared_distance;
-  }
-  return distances;
-}
-
-/// (k,) the shares of the vertices in the area of the template.
-std::vector<double> shares_of_area(const SeenSurface& surface) {
-  std::vector<double> shares(surface.x.size());
-  double all = 0;
-  for (const Triangle& face : surface.faces) {
-    const double area = area_of(surface.first_frame, face);
-    all += area;
-    for (const Index v : face) shares[at(v)] += area / 3;
-  }
-  for (double& share : shares) share = all > 0 ? share / all : 0;
-  return shares;
+  return areas;
 }
 
 /// The area of the largest connected piece of those vertices.
@@ -86,13 +46,9 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
 }
 
 /// The area of the vertices beside which others lie that are far away in the template.
-double overlapping_area(const SeenSurface& surface, std::span<const double> areas,
+double overlapping_area(const BentSurface& surface, std::span<const double> areas,
                         const RegistrationConstants& constants) {
   const double far = constants.overlap_edges * surface.mean_edge;
-  // Layers of a folded sheet face opposite ways, whichever side is seen.
-  const auto outward = [&](std::size_t v) {
-    return (surface.seen[v] == Sight::back ? -1.0 : 1.0) * surface.normals[v];
-  };
   PointScan vertices;
   vertices.points.assign(surface.x.begin(), surface.x.end());
   vertices.index();
@@ -102,72 +58,72 @@ double overlapping_area(const SeenSurface& surface, std::span<const double> area
     vertices.for_each_within(surface.x[v], surface.mean_edge, [&](std::uint32_t other) {
       overlaps = overlaps ||
                  (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
-                  dot(outward(other), outward(v)) > constants.overlap_cosine);
+                  dot(surface.normals[other], surface.normals[v]) > constants.overlap_cosine);
     });
     if (overlaps) overlap += areas[v];
   }
   return overlap;
 }
 
-/// Finds how edges are stretched.
-void find_stretched(const SeenSurface& surface, std::span<const double> distances,
-                    double largest_stretch, Coverage& coverage) {
-  struct Sum {
-    double edges = 0;
-    double stretched = 0;
-    double stretch = 0;  ///< 1 - the shorter length / the longer one
-  };
-  Sum measured;
-  Sum unmeasured;
-  for (std::size_t v = 0; v < surface.x.size(); ++v) {
-    for (const Index other : surface.cells[static_cast<Index>(v)]) {
-      const double before = squared_norm(surface.first_frame[at(other)] - surface.first_frame[v]);
-      const double now = squared_norm(surface.x[at(other)] - surface.x[v]);
-      const auto [less, more] = std::minmax(before, now);
-      Sum& sum =
-          std::isinf(distances[v]) && std::isinf(distances[at(other)]) ? unmeasured : measured;
-      sum.edges += 1;
-      if (more > largest_stretch * largest_stretch * less) sum.stretched += 1;
-      if (more > 0) sum.stretch += 1 - std::sqrt(less / more);
-    }
-  }
-  const double n_edges = measured.edges + unmeasured.edges;
-  if (n_edges == 0) return;
-  coverage.stretched = (measured.stretched + unmeasured.stretched) / n_edges;
-  coverage.bridging = unmeasured.stretched / n_edges;
-  const double usual = measured.edges > 0 ? measured.stretch / measured.edges : 0;
-  coverage.bridging_excess = (unmeasured.stretch - usual * unmeasured.edges) / n_edges;
-}
-
 }  // namespace
 
-Coverage coverage_of(const SeenSurface& surface, const PointScan& scan,
-                     const TrackingConstants& tracking, const RegistrationConstants& constants) {
-  const double sparse = std::min(constants.empty_spacings * spacing_of(surface, scan.size()),
-                                 constants.largest_empty_radius * size_of(surface.x));
-  const double near = std::max(tracking.observed_distance * surface.mean_edge, sparse);
-  const double around_hole = constants.hole_distance * near;
-  const auto distances = squared_distances(surface, scan, around_hole, tracking.agreement);
-  std::vector<std::uint8_t> is_in_hole(distances.size());
-  double n_seen = 0;
-  double n_empty = 0;
-  for (std::size_t v = 0; v < distances.size(); ++v) {
-    // The inside of a face or of clothes is not measured: something else is there.
-    if (surface.seen[v] == Sight::hidden || surface.seen[v] == Sight::back) continue;
-    n_seen += 1;
-    if (distances[v] > near * near) n_empty += 1;
-    is_in_hole[v] = std::isinf(distances[v]) ? 1 : 0;
+std::vector<std::uint8_t> find_seen(const BentSurface& surface,
+                                    std::span<const Vector3<double>> viewpoints) {
+  // Neighbours on the same slope, up to 60 degrees from the view, do not hide each other.
+  const double thickness = 1.5 * surface.mean_edge;
+  const std::size_t n = surface.x.size();
+  std::vector<std::uint8_t> seen(n, viewpoints.empty() ? 1 : 0);
+  for (const auto& viewpoint : viewpoints) {
+    PointScan directions;
+    std::vector<double> depths(n);
+    for (std::size_t v = 0; v < n; ++v) {
+      const auto arm = surface.x[v] - viewpoint;
+      depths[v] = std::sqrt(squared_norm(arm));
+      directions.points.push_back((depths[v] > 0 ? 1 / depths[v] : 0) * arm);
+    }
+    directions.index();
+    for (std::size_t v = 0; v < n; ++v) {
+      const auto& direction = directions.points[v];
+      if (seen[v] != 0 || !(depths[v] > 0)) continue;
+      // The inside of a face or of clothes is not measured: something else is there.
+      if (!(dot(surface.normals[v], direction) < 0)) continue;
+      seen[v] = 1;
+      directions.for_each_within(direction, surface.mean_edge / depths[v],
+                                 [&](std::uint32_t other) {
+                                   if (depths[other] < depths[v] - thickness) seen[v] = 0;
+                                 });
+    }
   }
+  return seen;
+}
+
+Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
+                     const RegistrationConstants& constants, double agreement) {
+  const auto seen = find_seen(surface, scan.viewpoints());
+  const auto now = areas_of(surface.faces, surface.x);
+  double seen_area = 0;
+  for (std::size_t v = 0; v < now.size(); ++v) seen_area += seen[v] != 0 ? now[v] : 0;
   Coverage coverage;
-  if (n_seen == 0) return coverage;
-  coverage.empty_share = n_empty / n_seen;
-  const auto areas = shares_of_area(surface);
-  coverage.hole = largest_piece(surface.cells, areas, std::move(is_in_hole));
-  coverage.overlap = overlapping_area(surface, areas, constants);
-  const double around = std::max(constants.bridging_edges * surface.mean_edge, sparse);
-  constexpr double any_normal = -2;
-  find_stretched(surface, squared_distances(surface, scan, around, any_normal),
-                 constants.bridging_stretch, coverage);
+  if (!(seen_area > 0)) return coverage;
+  const double spacing = std::sqrt(seen_area / static_cast<double>(scan.size()));
+  // A few points are not everywhere on a surface, however sparse they are.
+  const double sparse = std::min(constants.hole_spacings * spacing, 0.15 * size_of(surface.x));
+  const double near = std::max(constants.hole_edges * surface.mean_edge, sparse);
+  std::vector<std::uint8_t> is_in_hole(now.size());
+  for (std::size_t v = 0; v < now.size(); ++v) {
+    if (seen[v] == 0) continue;
+    const auto& normal = surface.normals[v];
+    const bool is_measured =
+        scan.find(surface.x[v], normal, near, agreement).any ||
+        (surface.is_sheet[v] != 0 && scan.find(surface.x[v], -1.0 * normal, near, agreement).any);
+    is_in_hole[v] = is_measured ? 0 : 1;
+  }
+  auto shares = areas_of(surface.faces, surface.first_frame);
+  double all = 0;
+  for (const double area : shares) all += area;
+  for (double& share : shares) share = all > 0 ? share / all : 0;
+  coverage.hole = largest_piece(surface.cells, shares, std::move(is_in_hole));
+  coverage.overlap = overlapping_area(surface, shares, constants);
   return coverage;
 }
 

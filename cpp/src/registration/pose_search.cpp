@@ -2,226 +2,297 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "generations/generations.hpp"
+#include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
-#include "tracking/point_scan.hpp"
+#include "support/geometry.hpp"
+#include "support/indices.hpp"
+#include "support/rigid_motion.hpp"
+#include "tracking/cloth.hpp"
+#include "tracking/robust_size.hpp"
 
 namespace dynmesh {
 namespace {
 
 using Cloud = std::vector<Vector3<double>>;
-using Motion = Eigen::Isometry3d;
 
-Cloud moved(const Motion& motion, std::span<const Vector3<double>> frame) {
+Cloud moved(const Eigen::Isometry3d& motion, std::span<const Vector3<double>> frame) {
   Cloud result(frame.size());
   std::ranges::transform(frame, result.begin(),
                          [&](const auto& x) { return from_eigen(motion * to_eigen(x)); });
   return result;
 }
 
-Candidate candidate_of(const Pose& pose) { return {.motion = pose.motion, .x = pose.x}; }
+/// The shape of the template itself is wanted: nothing was tracked before.
+TrackingConstants for_still() {
+  TrackingConstants constants;
+  constants.prediction = 0;
+  return constants;
+}
 
-/// The better of two poses comes first.
-std::pair<bool, double> rank_of(const Pose& pose) { return {pose.is_ruined(), pose.misfit()}; }
+TrackingConstants for_fine(const RegistrationConstants& registration) {
+  TrackingConstants constants = for_still();
+  constants.first_weight = registration.first_weight;
+  constants.fewest_iterations = registration.fewest_iterations;
+  constants.least_scale = registration.least_scale;
+  return constants;
+}
 
-/// Where a part is missing, edges that nobody measured may have any length.
-bool has_exchanged_limbs(const Pose& pose, const RegistrationConstants& constants) {
-  return pose.coverage.has_bridges(constants) &&
-         pose.coverage.empty_share <= constants.doubtful_empty;
+TrackingConstants for_coarse(const RegistrationConstants& registration) {
+  TrackingConstants constants = for_still();
+  constants.rigid_steps = 0;
+  constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
+  constants.largest_slippage = 0;
+  constants.membrane = registration.coarse_membrane;
+  return constants;
+}
+
+/// What is tried first is kept if others are as good.
+std::pair<bool, double> rank_of(const Pose& pose) {
+  return {pose.has_misplaced_landmarks, pose.misfit()};
 }
 
 }  // namespace
 
-PoseSearch::PoseSearch(const ScaledTemplate& scaled, const Targets& targets,
-                       const RegistrationSettings& settings, double epsilon, Stream<double>& stream,
-                       const RegistrationConstants& constants)
-    : template_(scaled),
-      targets_(targets),
+PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers& workers,
+                       const RegistrationSettings& settings, const RegistrationConstants& constants,
+                       double epsilon)
+    : template_(given),
+      topology_(topology),
       settings_(settings),
-      stream_(stream),
       constants_(constants),
-      measure_(scaled.faces, *stream.topology, scaled.frame, targets, stream.workers, constants),
-      mesh_(coarse_mesh_of(scaled.faces, scaled.frame, constants.most_coarse_vertices)),
-      coarse_(mesh_, stream.workers, constants),
-      rounds_(scaled.faces, stream, scaled.training, settings.uncertainty, epsilon, constants,
-              constants.fine()) {}
+      edge_(mean_edge_length<double>(topology.cells, given.frame)),
+      is_sheet_(find_sheets(given.faces, topology.component)),
+      mesh_(coarse_mesh_of(given.faces, given.frame, constants.most_coarse_vertices)),
+      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse(constants)),
+      fine_(given.faces, topology, workers, given.frame, for_fine(constants), given.training,
+            settings.uncertainty, epsilon) {}
 
-Pose PoseSearch::run(const PointScan& scan) {
-  return targets_.vertices.empty() && settings_.align ? without_landmarks(scan)
-                                                      : with_landmarks(scan);
+Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
+  begin(scan, targets);
+  if (!settings_.align) {
+    consider({{Eigen::Isometry3d::Identity(), targets}});
+    finish(scan);
+    return std::move(*pose_);
+  }
+  consider_all(scan, targets);
+  // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
+  if (!finish(scan) && !targets.vertices.empty()) {
+    best_ = {};
+    consider_all(scan, held_);
+    finish(scan);
+  }
+  return std::move(*pose_);
 }
 
-/// With landmarks, or in place.
-Pose PoseSearch::with_landmarks(const PointScan& scan) {
-  const auto landmarks = targets_.landmarks_of(template_.frame);
-  if (!settings_.align) {
-    return best_of(scan, {{Motion::Identity(), landmarks}}, constants_.most_rounds);
+/// Tries where the template may be, near its own pose or far from it.
+void PoseSearch::consider_all(const PointScan& scan, const Targets& targets) {
+  auto candidates = by_points(scan, targets);
+  if (targets.determine_a_rotation()) {
+    candidates.push_back({targets.motion_from(template_.frame), targets});
   }
-  const auto by_points = [&] { return candidates_by_points(shape(), scan, landmarks, constants_); };
-  Pose pose;
-  if (targets_.determine_a_rotation()) {
-    pose =
-        best_of(scan, {{targets_.motion_from(template_.frame), landmarks}}, constants_.most_rounds);
-    // Landmarks on limbs that have moved say little about the motion of the whole.
-    if (!pose.is_good()) try_others(scan, by_points(), pose);
-  } else {
-    pose = best_of(scan, by_points(), constants_.most_rounds);
-  }
-  // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
-  if (pose.is_ruined() || has_exchanged_limbs(pose, constants_) ||
-      measure_.has_misplaced_landmarks(pose, scan)) {
-    Pose other = without_landmarks(scan);
-    if (!measure_.has_misplaced_landmarks(other, scan) && rank_of(other) < rank_of(pose)) {
-      pose = std::move(other);
+  consider(candidates);
+  candidates = candidates_by_tips(template_.faces, template_.frame, scan, constants_.tips);
+  for (Candidate& candidate : candidates) candidate.landmarks = targets;
+  consider(candidates);
+}
+
+/// Draws the template into the scan from the best trial, keeps the better pose, and tells whether
+/// that is good.
+bool PoseSearch::finish(const PointScan& scan) {
+  Pose pose = finished(scan, best_);
+  if (!pose_ || rank_of(pose) < rank_of(*pose_)) pose_ = std::move(pose);
+  return pose_->is_good();
+}
+
+double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
+  begin(scan, targets);
+  const Trial trial = best_trial(by_points(scan, targets));
+  std::vector<double> ratios;
+  for (Index v = 0; v < static_cast<Index>(trial.x.size()); ++v) {
+    for (const Index n : mesh_.topology.cells[v]) {
+      const double before = squared_norm(mesh_.positions[at(v)] - mesh_.positions[at(n)]);
+      if (before > 0) ratios.push_back(squared_norm(trial.x[at(v)] - trial.x[at(n)]) / before);
     }
   }
-  return pose;
+  return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
 }
 
-Pose PoseSearch::without_landmarks(const PointScan& scan) {
-  Pose pose =
-      best_of(scan, candidates_by_points(shape(), scan, {}, constants_), constants_.most_rounds);
-  const double far = pose.agreement.far_share;
-  // What must be stretched so much is another body.
-  const bool is_other =
-      far >= constants_.tips.largest_far || pose.coverage.stretched > constants_.ruined_stretched;
-  // By one sensor, limbs end where it does not see them.
-  const bool has_tips = scan.viewpoints().size() != 1;
-  const bool is_wrong = far > constants_.doubtful_far || has_exchanged_limbs(pose, constants_);
-  if (is_wrong && !is_other && has_tips) try_tips(scan, pose);
-  return pose;
-}
-
-TemplateShape PoseSearch::shape() const {
-  return {template_.faces, template_.frame, measure_.mean_edge()};
-}
-
-/// Brings tips of limbs to those of the scan: those that the result left out, and all of them.
-void PoseSearch::try_tips(const PointScan& scan, Pose& best) {
-  const TipConstants& c = constants_.tips;
-  for (std::size_t i = 0; i < c.points.size() && (i == 0 || !best.is_good()); ++i) {
-    const TipsOfBoth tips = tips_of_both(shape(), scan, c.points[i], c);
-    repair(scan, tips, best);
-    // Also if that is good: a body that is turned front to back may be as well.
-    if (try_others(scan, candidates_by_tips(shape(), tips, c), best)) repair(scan, tips, best);
-    exchange(scan, tips, best);
-    if (c.points[i] >= scan.size()) break;
+/// Tells the landmarks of parts without points from the others.
+void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
+  sample_.emplace();
+  sample_scan(scan, constants_.coarse_points, *sample_);
+  best_ = {};
+  pose_.reset();
+  held_ = {};
+  checked_ = {};
+  std::vector<double> spacings;
+  for (std::size_t i = 0; i < scan.size(); i += 1 + scan.size() / 256) {
+    spacings.push_back(std::sqrt(scan.squared_spacing(i, 4)));
+  }
+  const double reach =
+      std::max(edge_, constants_.held_spacings * quantile(std::move(spacings), 0.5));
+  for (std::size_t i = 0; i < targets.vertices.size(); ++i) {
+    const bool has_points =
+        scan.find_if(targets.positions[i], reach, [](std::uint32_t) { return true; }).any;
+    Targets& kind = has_points ? checked_ : held_;
+    kind.vertices.push_back(targets.vertices[i]);
+    kind.positions.push_back(targets.positions[i]);
   }
 }
 
-/// Brings one tip of the template to one that the result left out, as long as that helps.
-void PoseSearch::repair(const PointScan& scan, const TipsOfBoth& tips, Pose& best) {
-  const TipConstants& c = constants_.tips;
-  for (int n = 0; n < c.repairs && !best.is_good(); ++n) {
-    auto others = candidates_by_tips_left_out(shape(), tips, best.motion, best.x, c);
-    if (!try_others(scan, std::move(others), best)) return;
+std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Targets& targets) const {
+  std::vector<Candidate> found;
+  for (const RigidStart& start :
+       rigid_starts(template_.faces, template_.frame, scan, constants_.rigid)) {
+    found.push_back({start.motion, targets});
   }
+  return found;
 }
 
-/// Lets two tips change places, if that helps.
-void PoseSearch::exchange(const PointScan& scan, const TipsOfBoth& tips, Pose& best) {
-  try_others(scan, candidates_by_exchanged_tips(shape(), tips, best.motion, best.x), best);
+/// Keeps the best trial of these if it is better.
+void PoseSearch::consider(const std::vector<Candidate>& candidates) {
+  if (candidates.empty()) return;
+  Trial trial = best_trial(candidates);
+  if (trial.misfit < best_.misfit) best_ = std::move(trial);
 }
 
-/// Replaces the best pose by one from other candidates if that is better, and tells whether.
-bool PoseSearch::try_others(const PointScan& scan, std::vector<Candidate> others, Pose& best) {
-  if (others.empty()) return false;
-  Pose other = best_of(scan, std::move(others), constants_.rounds_of_others);
-  const double limit = constants_.close_share * best.misfit() + constants_.close_difference;
-  if (other.misfit() > limit) return false;
-  const bool is_ambiguous = other.ambiguous;
-  other = finished(scan, candidate_of(other), constants_.most_rounds, rounds_);
-  const double more = std::max(other.misfit(), best.misfit());
-  const double less = std::min(other.misfit(), best.misfit());
-  const bool both_fit =
-      more <= constants_.equal_ratio * less && measure_.are_elsewhere(other.x, best.x);
-  const bool is_better = rank_of(other) < rank_of(best);
-  if (is_better) {
-    best = std::move(other);
-    best.set_ambiguous(is_ambiguous);
+/// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best;
+/// the best of these as long as that helps.
+PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidates) {
+  std::vector<Trial> trials;
+  for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
+  std::ranges::stable_sort(trials, {}, &Trial::misfit);
+  const std::size_t n = std::min(trials.size(), constants_.drawn);
+  Trial best;
+  for (std::size_t i = 0; i < n; ++i) {
+    Trial trial = drawn(std::move(trials[i]));
+    if (trial.misfit < best.misfit) best = std::move(trial);
   }
-  if (both_fit) best.set_ambiguous(true);
-  return is_better;
-}
-
-/// Draws the surface into the scan from each likely candidate, and returns the best pose.
-Pose PoseSearch::best_of(const PointScan& scan, std::vector<Candidate> tried, int most_rounds) {
-  tried = likely(scan, std::move(tried));
-  Pose best = finished(scan, tried[0], most_rounds, rounds_);
-  bool is_ambiguous = false;
-  for (std::size_t i = 1; i < tried.size(); ++i) {
-    Pose other = finished(scan, tried[i], most_rounds, rounds_);
-    const auto [less, more] = std::minmax(tried[0].distance, tried[i].distance);
-    const bool both_fit = more <= constants_.equal_ratio * less &&
-                          measure_.are_elsewhere(other.x, best.x) &&
-                          std::abs(other.misfit() - best.misfit()) < constants_.equal_difference;
-    const bool is_better = other.misfit() < best.misfit();
-    is_ambiguous = both_fit || (is_ambiguous && !is_better);
-    if (is_better) best = std::move(other);
+  for (Trial again = drawn(best); again.misfit < best.misfit; again = drawn(best)) {
+    best = std::move(again);
   }
-  best.set_ambiguous(is_ambiguous);
   return best;
 }
 
-/// Bends the template on its coarse mesh from each candidate. Those with which it may fit come back
-/// with its positions, the most likely one first.
-std::vector<Candidate> PoseSearch::likely(const PointScan& scan, std::vector<Candidate> tried) {
-  if (tried.size() > 1) {
-    for (Candidate& candidate : tried) {
-      candidate.score =
-          fitted(candidate, scan, constants_.trial_points, constants_.trial_passes).misfit;
-    }
-    std::ranges::stable_sort(tried, {}, &Candidate::score);
-    tried.resize(std::min(tried.size(), constants_.finished));
-  }
-  for (Candidate& candidate : tried) {
-    const auto result = fitted(candidate, scan, constants_.coarse_points, constants_.passes);
-    candidate.x =
-        moved(candidate.motion, mesh_.lifted(template_.frame, result.x, result.rotations));
-    candidate.score = measure_.misfit_of(candidate.x, scan);
-  }
-  std::ranges::stable_sort(tried, {}, &Candidate::score);
-  const double limit = constants_.close_share * tried[0].score + constants_.close_difference;
-  const auto is_unlikely = [&](const Candidate& candidate) {
-    return candidate.score > limit || !measure_.are_elsewhere(candidate.x, tried[0].x);
-  };
-  tried.erase(std::remove_if(tried.begin() + 1, tried.end(), is_unlikely), tried.end());
-  return tried;
+/// The coarse mesh, moved and bent until its landmarks are at their positions.
+PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
+  coarse_.place(moved(candidate.motion, mesh_.positions), false);
+  auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
+  const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
+  guides.insert(guides.end(), rough.begin(), rough.end());
+  if (!guides.empty()) coarse_.bend(guides, constants_.bending_steps);
+  const auto found = coarse_.compare_last(*sample_);
+  return {candidate, {found.x.begin(), found.x.end()}, misfit_of(found)};
 }
 
-/// Bends the template in its own axes.
-CoarseFit::Fitted PoseSearch::fitted(const Candidate& candidate, const PointScan& scan,
-                                     std::size_t n_points, int passes) {
-  const Motion back = candidate.motion.inverse();
-  PointScan sample;
-  sample_scan(scan, back, n_points, sample);
-  auto landmarks = candidate.landmarks;
-  for (TemplateLandmark& landmark : landmarks) {
-    landmark.position = from_eigen(back * to_eigen(landmark.position));
-  }
-  return coarse_.fit(sample, landmarks, passes);
+/// The coarse mesh of a trial, drawn to the scan.
+PoseSearch::Trial PoseSearch::drawn(Trial trial) {
+  coarse_.place(trial.x, false);
+  const auto& [motion, landmarks, rough] = trial.candidate;
+  const auto found =
+      coarse_.track(*sample_, guides_of(landmarks, motion, constants_.landmark_weight));
+  trial.x.assign(found.x.begin(), found.x.end());
+  trial.misfit = misfit_of(found);
+  return trial;
 }
 
-/// Draws the surface into the scan, and measures the result.
-Pose PoseSearch::finished(const PointScan& scan, const Candidate& candidate, int most_rounds,
-                          FineRounds& rounds) {
-  const auto result =
-      rounds.run(scan, moved(candidate.motion, template_.frame), candidate.x, most_rounds);
+double PoseSearch::misfit_of(const SurfaceTracking::Found& found) const {
+  return found.agreements.all.far_share + found.agreements.all.disagreeing +
+         mean_stretch(mesh_.topology.cells, mesh_.positions, found.x);
+}
+
+/// Landmarks on the coarse mesh of a template that was moved.
+std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
+                                            const Eigen::Isometry3d& motion, double weight) const {
+  std::vector<Landmark> guides;
+  for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
+    const Index vertex = landmarks.vertices[i];
+    const std::size_t coarse = at(mesh_.of_vertex[at(vertex)]);
+    const auto arm = mesh_.positions[coarse] - template_.frame[at(vertex)];
+    const auto turned = from_eigen(motion.linear() * to_eigen(arm));
+    const bool is_held = std::ranges::find(held_.vertices, vertex) != held_.vertices.end();
+    guides.push_back({coarse, landmarks.positions[i] + turned, weight, !is_held});
+  }
+  return guides;
+}
+
+/// The template where the coarse mesh is.
+PoseSearch::Cloud PoseSearch::lifted(const Trial& trial) {
+  coarse_.place(trial.x, false);
+  return mesh_.lifted(template_.frame, trial.x, coarse_.shape().rotations().quaternions());
+}
+
+/// Draws the template into the scan from where the coarse mesh is.
+Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
+  fine_.place(lifted(trial), false);
+  std::vector<Landmark> landmarks;
+  for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
+    landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
+  }
   Pose pose;
-  pose.motion = candidate.motion;
-  pose.x.assign(stream_.previous.begin(), stream_.previous.end());
-  const auto observed = stream_.known_of_caller();
-  pose.observed.assign(observed.begin(), observed.end());
-  if (settings_.uncertainty) {
-    const auto errors = stream_.in_caller_order(rounds.standard_errors());
-    pose.standard_errors.assign(errors.begin(), errors.end());
+  while (!pose.converged && pose.rounds < constants_.most_rounds) {
+    const auto found = fine_.track(scan, landmarks);
+    double moved_by = 0;
+    for (std::size_t v = 0; v < found.x.size(); ++v) {
+      moved_by += std::sqrt(squared_norm(found.x[v] - fine_.last()[v]));
+    }
+    pose.converged = moved_by < constants_.settled * edge_ * static_cast<double>(found.x.size());
+    ++pose.rounds;
+    pose.x.assign(found.x.begin(), found.x.end());
+    pose.observed.assign(found.observed.begin(), found.observed.end());
+    pose.agreement = found.agreements.all;
+    if (settings_.uncertainty) {
+      Generations generations(pose.x.size());
+      generations.classify(topology_.cells, pose.observed);
+      fine_.measure_errors(generations);
+    }
+    fine_.place(pose.x, pose.rounds >= constants_.rounds_to_template);
   }
-  pose.rounds = result.rounds;
-  pose.converged = result.converged;
-  measure_.measure(scan, pose);
+  const auto errors = fine_.shape().error_bars().of_vertices();
+  if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());
+  pose.motion = to_eigen(fit_rigid_motion<double>(template_.frame, pose.x));
+  judge(scan, pose);
   return pose;
+}
+
+/// The share of the points that are farther from the surface than their noise.
+double PoseSearch::unexplained_share(double far_share) const {
+  std::vector<double> distances;
+  fine_.matches().for_each_near(fine_.constants().far_distance, [&](const Place& place) {
+    distances.push_back(std::sqrt(place.squared) / edge_);
+  });
+  if (distances.empty()) return 1;
+  const double limit = std::max(constants_.unexplained_edges,
+                                constants_.unexplained_medians * quantile(distances, 0.5));
+  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
+  const double share = static_cast<double>(n) / static_cast<double>(distances.size());
+  return far_share + (1 - far_share) * share;
+}
+
+void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
+  pose.unexplained = unexplained_share(pose.agreement.far_share);
+  pose.stretch = mean_stretch(topology_.cells, template_.frame, pose.x);
+  pose.coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
+                               fine_.matches().normals(), is_sheet_, edge_},
+                              scan, constants_, fine_.constants().agreement);
+  const double limit = constants_.misplaced_landmark * size_of(pose.x);
+  for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {
+    const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];
+    if (squared_norm(arm) > limit * limit) pose.has_misplaced_landmarks = true;
+  }
+  const bool is_doubtful =
+      pose.unexplained > constants_.doubtful_unexplained ||
+      pose.agreement.far_share > constants_.doubtful_far ||
+      pose.stretch > constants_.doubtful_stretch || pose.coverage.hole > constants_.doubtful_hole ||
+      pose.coverage.overlap > constants_.doubtful_overlap || pose.has_misplaced_landmarks;
+  pose.quality = pose.agreement.far_share > constants_.ruined_far ? RegistrationQuality::ruined
+                 : is_doubtful                                    ? RegistrationQuality::doubtful
+                                                                  : RegistrationQuality::good;
 }
 
 }  // namespace dynmesh

@@ -2,65 +2,89 @@
 #pragma once
 
 #include <dynmesh/registration.hpp>
+#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "mesh/training_frames.hpp"
 #include "mesh/triangle.hpp"
 #include "registration/candidates.hpp"
-#include "registration/coarse_fit.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
-#include "registration/fine_rounds.hpp"
 #include "registration/pose.hpp"
-#include "registration/pose_measure.hpp"
 #include "registration/targets.hpp"
-#include "stream/stream.hpp"
+#include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
+#include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {
 
-/// A template, all of it in the internal order and in the unit of the scans.
-struct ScaledTemplate {
+/// A template, all of it in the internal order.
+struct Template {
   std::vector<Triangle> faces;
   std::vector<Vector3<double>> frame;
   TrainingFrames training;
 };
 
+/// Bends the coarse mesh of a template from many candidates, and then the template from the best
+/// one. Both are drawn to a scan as a tracker does.
 class PoseSearch {
  public:
-  /// `epsilon` is that of the caller's numbers. All arguments must outlive this object.
-  PoseSearch(const ScaledTemplate& scaled, const Targets& targets,
-             const RegistrationSettings& settings, double epsilon, Stream<double>& stream,
-             const RegistrationConstants& constants);
+  /// `epsilon` is that of the caller's numbers. All arguments but the last must outlive this
+  /// object.
+  PoseSearch(const Template& given, const Topology& topology, Workers& workers,
+             const RegistrationSettings& settings, const RegistrationConstants& constants,
+             double epsilon);
 
-  Pose run(const PointScan& scan);
+  /// `scan` and the targets are in the unit of the template.
+  Pose run(const PointScan& scan, const Targets& targets);
+  /// How many times as large as the template the coarse mesh becomes, by the median of its edges.
+  double growth(const PointScan& scan, const Targets& targets);
 
  private:
-  Pose with_landmarks(const PointScan& scan);
-  Pose without_landmarks(const PointScan& scan);
-  void try_tips(const PointScan& scan, Pose& best);
-  void repair(const PointScan& scan, const TipsOfBoth& tips, Pose& best);
-  void exchange(const PointScan& scan, const TipsOfBoth& tips, Pose& best);
-  bool try_others(const PointScan& scan, std::vector<Candidate> others, Pose& best);
-  Pose best_of(const PointScan& scan, std::vector<Candidate> tried, int most_rounds);
-  [[nodiscard]] std::vector<Candidate> likely(const PointScan& scan, std::vector<Candidate> tried);
-  [[nodiscard]] CoarseFit::Fitted fitted(const Candidate& candidate, const PointScan& scan,
-                                         std::size_t n_points, int passes);
-  Pose finished(const PointScan& scan, const Candidate& candidate, int most_rounds,
-                FineRounds& rounds);
-  [[nodiscard]] TemplateShape shape() const;
+  using Cloud = std::vector<Vector3<double>>;
+  struct Trial {
+    Candidate candidate = {};
+    Cloud x = {};  ///< of the coarse mesh
+    double misfit = std::numeric_limits<double>::infinity();
+  };
 
-  const ScaledTemplate& template_;
-  const Targets& targets_;
+  void begin(const PointScan& scan, const Targets& targets);
+  void consider_all(const PointScan& scan, const Targets& targets);
+  void consider(const std::vector<Candidate>& candidates);
+  bool finish(const PointScan& scan);
+  [[nodiscard]] std::vector<Candidate> by_points(const PointScan& scan,
+                                                 const Targets& targets) const;
+  Trial best_trial(const std::vector<Candidate>& candidates);
+  Trial bent(const Candidate& candidate);
+  Trial drawn(Trial trial);
+  [[nodiscard]] double misfit_of(const SurfaceTracking::Found& found) const;
+  [[nodiscard]] std::vector<Landmark> guides_of(const Targets& landmarks,
+                                                const Eigen::Isometry3d& motion,
+                                                double weight) const;
+  [[nodiscard]] Cloud lifted(const Trial& trial);
+  Pose finished(const PointScan& scan, const Trial& trial);
+  [[nodiscard]] double unexplained_share(double far_share) const;
+  void judge(const PointScan& scan, Pose& pose) const;
+
+  const Template& template_;
+  const Topology& topology_;
   const RegistrationSettings& settings_;
-  Stream<double>& stream_;
   const RegistrationConstants& constants_;
-  PoseMeasure measure_;
+  double edge_;
+  std::vector<std::uint8_t> is_sheet_;
   CoarseMesh mesh_;
-  CoarseFit coarse_;
-  FineRounds rounds_;
+  SurfaceTracking coarse_, fine_;
+
+  // Of a run:
+  std::optional<PointScan> sample_;
+  Targets held_;     // landmarks of parts that have no points
+  Targets checked_;  // all others
+  Trial best_;
+  std::optional<Pose> pose_;
 };
 
 }  // namespace dynmesh

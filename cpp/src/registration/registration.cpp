@@ -1,20 +1,25 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <dynmesh/registration.hpp>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
+#include "mesh/numbering.hpp"
 #include "mesh/training_frames.hpp"
 #include "registration/constants.hpp"
 #include "registration/pose.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/register_measurement.hpp"
 #include "registration/targets.hpp"
-#include "registration/unit.hpp"
 #include "scans/camera_arguments.hpp"
 #include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
-#include "stream/stream.hpp"
+#include "support/geometry.hpp"
+#include "support/workers.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
@@ -22,31 +27,65 @@
 namespace dynmesh {
 namespace {
 
+/// How many times as large as the template the scan is.
+double ratio_of_sizes(std::span<const Vector3<double>> frame, const PointScan& scan) {
+  const double size = size_of(frame);
+  const double ratio = size > 0 ? size_of(scan.points) / size : 1;
+  if (!(ratio > 0) || !std::isfinite(ratio)) {
+    throw std::invalid_argument("points: all are at the same position, as far as can be computed");
+  }
+  return ratio;
+}
+
+void refuse_ratio(double ratio) {
+  std::array<char, 200> text{};
+  (void)std::snprintf(text.data(), text.size(),
+                      "points: are %.4g times as large as the template; both must be in the same "
+                      "unit of length, unless scale is set",
+                      ratio);
+  throw std::invalid_argument(text.data());
+}
+
+/// Fills `scaled`, which is empty, with a scan in another unit, and its search tree.
+void scale_scan(const PointScan& scan, double factor, PointScan& scaled) {
+  const auto multiplied = [&](std::vector<Vector3<double>> points) {
+    for (auto& point : points) point = factor * point;
+    return points;
+  };
+  scaled.points = multiplied(scan.points);
+  scaled.normals = scan.normals;
+  scaled.undecided = scan.undecided;
+  scaled.sensors = multiplied(scan.sensors);
+  scaled.sensor_numbers = scan.sensor_numbers;
+  scaled.index();
+}
+
 /// A template and how it is registered.
 template <class Real>
 class Work {
  public:
   Work(Faces faces, Points<const Real> positions, const Landmarks<Real>& landmarks,
        const RegistrationSettings& settings, const Training<Real>* training)
-      : settings_(settings), stream_(stream_of(faces, positions, settings)) {
-    template_.faces = faces_in_internal_order(faces, stream_.numbering);
-    template_.frame =
-        to_internal_order(stream_.numbering, widened(first_frame_of(positions, "template")));
-    check_landmarks(landmarks, stream_.n_vertices());
+      : settings_(settings), workers_(checked(settings).threads) {
+    const auto given = widened(first_frame_of(positions, "template"));
+    topology_ = in_internal_order(topology_of(faces, given.size()), numbering_);
+    template_.faces = faces_in_internal_order(faces, numbering_);
+    template_.frame = to_internal_order(numbering_, given);
+    check_landmarks(landmarks, given.size());
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
       const auto vertex = static_cast<std::size_t>(landmarks.vertices[i]);
-      targets_.vertices.push_back(static_cast<Index>(stream_.numbering.internal_index(vertex)));
+      targets_.vertices.push_back(static_cast<Index>(numbering_.internal_index(vertex)));
       targets_.positions.push_back(in_double(row(landmarks.positions, i)));
     }
     if (training == nullptr) return;
-    check_training(*training, stream_.n_vertices());
+    check_training(*training, given.size());
     check_size(*training, positions);
-    template_.training = take_in_internal_order(training->frames(), stream_.numbering);
+    template_.training = take_in_internal_order(training->frames(), numbering_);
   }
 
-  [[nodiscard]] Workers& workers() { return stream_.workers; }
+  [[nodiscard]] Workers& workers() { return workers_; }
   [[nodiscard]] double mean_edge() const {
-    return mean_edge_length<double>(stream_.topology->cells, template_.frame);
+    return mean_edge_length<double>(topology_->cells, template_.frame);
   }
 
   Registration<Real> run(const PointScan& scan) {
@@ -56,58 +95,67 @@ class Work {
                                   std::to_string(constants_.fewest_points));
     }
     if (!scan.is_indexed()) scan.index();
-    const double unit = unit_of(template_.frame, scan, settings_.scale, constants_);
-    for (auto& x : template_.frame) x = unit * x;
-    check_places(targets_.positions, scan, size_of(template_.frame), constants_);
-    for (auto& frame : template_.training) {
-      for (auto& x : frame) x = unit * x;
+    const double ratio = ratio_of_sizes(template_.frame, scan);
+    const bool is_other_unit = std::max(ratio, 1 / ratio) > constants_.largest_ratio;
+    if (is_other_unit && !settings_.scale) refuse_ratio(ratio);
+    const double size = size_of(template_.frame);
+    check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
+    PoseSearch search(template_, *topology_, workers_, settings_, constants_,
+                      std::numeric_limits<Real>::epsilon());
+    if (!settings_.scale) return registration_of(search.run(scan, targets_), 1);
+    // The search is in the unit of the template.
+    double unit = ratio;
+    for (int i = 0;; ++i) {
+      PointScan scaled;
+      scale_scan(scan, 1 / unit, scaled);
+      Targets targets = targets_;
+      for (auto& position : targets.positions) position = 1 / unit * position;
+      if (i == constants_.scalings) return registration_of(search.run(scaled, targets), unit);
+      unit *= search.growth(scaled, targets);
     }
-    PoseSearch search(template_, targets_, settings_, std::numeric_limits<Real>::epsilon(), stream_,
-                      constants_);
-    return registration_of(search.run(scan), unit);
   }
 
  private:
-  static Stream<double> stream_of(Faces faces, Points<const Real> positions,
-                                  const RegistrationSettings& settings) {
+  static const RegistrationSettings& checked(const RegistrationSettings& settings) {
     check_settings(
         TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
-    const auto given = widened(first_frame_of(positions, "template"));
-    return {given, topology_of(faces, given.size()), DisconnectedRule::follow, settings.threads,
-            settings.uncertainty};
+    return settings;
   }
 
+  /// `unit` is the length of that of the template in that of the scan.
   Registration<Real> registration_of(const Pose& pose, double unit) {
     Registration<Real> result;
-    for (const auto& x : to_caller_order(stream_.numbering, pose.x)) {
-      for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(c));
+    for (const auto& x : to_caller_order(numbering_, pose.x)) {
+      for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(unit * c));
     }
-    result.observed = pose.observed;
-    for (const double error : pose.standard_errors) {
-      result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
-                                                        : saturated<Real>(error));
+    result.observed = to_caller_order(numbering_, pose.observed);
+    if (!pose.standard_errors.empty()) {
+      for (const double error : to_caller_order(numbering_, pose.standard_errors)) {
+        result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
+                                                          : saturated<Real>(unit * error));
+      }
     }
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
     transform = pose.motion.matrix();
-    transform.topLeftCorner<3, 3>() *= unit;
+    transform.topRows<3>() *= unit;
     result.far_share = pose.agreement.far_share;
-    result.disagreeing = pose.agreement.disagreeing;
-    result.empty_share = pose.coverage.empty_share;
+    result.unexplained = pose.unexplained;
+    result.stretch = pose.stretch;
     result.hole = pose.coverage.hole;
     result.overlap = pose.coverage.overlap;
-    result.stretched = pose.coverage.stretched;
-    result.distance = pose.agreement.distance;
+    result.distance = unit * pose.agreement.distance;
     result.rounds = pose.rounds;
     result.converged = pose.converged;
-    result.ambiguous = pose.ambiguous;
     result.quality = pose.quality;
     return result;
   }
 
   RegistrationConstants constants_;
   RegistrationSettings settings_;
-  Stream<double> stream_;
-  ScaledTemplate template_;
+  Workers workers_;
+  Numbering numbering_;
+  std::unique_ptr<const Topology> topology_;
+  Template template_;
   Targets targets_;
 };
 

@@ -19,18 +19,11 @@ struct RigidStart {
 };
 
 /// The best motions, the best one first, found by iterative closest points (Besl and McKay 1992) in
-/// the six dimensions of position and normal, of which the farthest fifth is ignored (Chetverikov
-/// et al. 2002). Surfaces with symmetries have several. Equal input gives equal results.
+/// the six dimensions of position and normal, of which the farthest fifth is ignored (trimmed ICP,
+/// Chetverikov et al. 2002). Surfaces with symmetries have several. Where the template is in place
+/// already, its motion is the first. Equal input gives equal results.
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces,
                                      std::span<const Vector3<double>> surface,
                                      const PointScan& scan, const RigidStartConstants& constants);
-
-/// The motion that `rigid_starts` finds from the identity.
-RigidStart start_in_place(std::span<const Triangle> faces, std::span<const Vector3<double>> surface,
-                          const PointScan& scan, const RigidStartConstants& constants);
-
-/// Whether two motions turn the template by different angles, or in different ways.
-bool differ(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-            const RigidStartConstants& constants);
 
 }  // namespace dynmesh

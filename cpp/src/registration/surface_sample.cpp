@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -46,19 +45,15 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
-void sample_scan(const PointScan& scan, const Eigen::Isometry3d& motion, std::size_t n,
-                 PointScan& sample) {
-  const auto brought = [&](const Vector3<double>& point) {
-    return from_eigen(motion * to_eigen(point));
-  };
+void sample_scan(const PointScan& scan, std::size_t n, PointScan& sample) {
   const double step = std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n));
   for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
     const auto i = static_cast<std::size_t>(next);
-    sample.points.push_back(brought(scan.point(i)));
-    sample.normals.push_back(from_eigen(motion.linear() * to_eigen(scan.normal(i))));
+    sample.points.push_back(scan.point(i));
+    sample.normals.push_back(scan.normal(i));
     sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
   }
-  for (const auto& viewpoint : scan.viewpoints()) sample.sensors.push_back(brought(viewpoint));
+  sample.sensors.assign(scan.viewpoints().begin(), scan.viewpoints().end());
   sample.index();
 }
 

@@ -1,7 +1,6 @@
 /// Places spread evenly over a surface, and some of the points of a scan.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
@@ -22,8 +21,8 @@ struct SurfaceSample {
 SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
                              std::size_t n);
 
-/// Fills `sample`, which is empty, with about n points of the scan, moved, and its search tree.
-void sample_scan(const PointScan& scan, const Eigen::Isometry3d& motion, std::size_t n,
-                 PointScan& sample);
+/// Fills `sample`, which is empty, with about n points of the scan, evenly chosen by their numbers,
+/// and its search tree.
+void sample_scan(const PointScan& scan, std::size_t n, PointScan& sample);
 
 }  // namespace dynmesh

@@ -49,8 +49,7 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
 template void check_landmarks(const Landmarks<float>&, std::size_t);
 template void check_landmarks(const Landmarks<double>&, std::size_t);
 
-void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size,
-                  const RegistrationConstants& constants) {
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size) {
   Vector3<double> least = scan.point(0);
   Vector3<double> most = least;
   for (std::size_t i = 0; i < scan.size(); ++i) {
@@ -64,7 +63,8 @@ void check_places(std::span<const Vector3<double>> positions, const PointScan& s
                                      std::clamp(x.y, least.y, most.y),
                                      std::clamp(x.z, least.z, most.z)};
     const double distance = std::sqrt(squared_norm(x - nearest));
-    if (!(distance > constants.farthest_landmark * size)) continue;
+    // No template reaches farther than twice its size beyond what was measured of it.
+    if (!(distance > 2 * size)) continue;
     std::array<char, 200> text{};
     (void)std::snprintf(
         text.data(), text.size(),
@@ -87,14 +87,6 @@ bool Targets::determine_a_rotation() const {
     }
   }
   return widest > collinear * longest * longest;
-}
-
-std::vector<TemplateLandmark> Targets::landmarks_of(std::span<const Vector3<double>> frame) const {
-  std::vector<TemplateLandmark> landmarks;
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    landmarks.push_back({vertices[i], frame[static_cast<std::size_t>(vertices[i])], positions[i]});
-  }
-  return landmarks;
 }
 
 Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) const {

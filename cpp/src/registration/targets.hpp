@@ -8,8 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "registration/coarse_fit.hpp"
-#include "registration/constants.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
@@ -22,8 +20,7 @@ void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices);
 /// Throws std::invalid_argument if a position is farther outside the box around a scan than a
 /// template of this size can reach, as in another unit or in other axes. The time is linear in the
 /// number of points.
-void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size,
-                  const RegistrationConstants& constants);
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size);
 
 /// How the landmarks of a caller are used: by internal vertices, in double precision.
 struct Targets {
@@ -32,9 +29,6 @@ struct Targets {
 
   /// Whether there are three that are not on a line.
   [[nodiscard]] bool determine_a_rotation() const;
-  /// The landmarks on a template.
-  [[nodiscard]] std::vector<TemplateLandmark> landmarks_of(
-      std::span<const Vector3<double>> frame) const;
   /// The rigid motion that brings the vertices of `frame` closest to their positions.
   [[nodiscard]] Eigen::Isometry3d motion_from(std::span<const Vector3<double>> frame) const;
 };

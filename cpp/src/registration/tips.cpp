@@ -67,26 +67,24 @@ Tips tips_of(const Graph& graph, std::size_t n_tips) {
   const auto is_nearer = [](double a, double b) {
     return (a == unreached ? 0 : a) < (b == unreached ? 0 : b);
   };
-  std::vector<std::vector<double>> from_tips;
   while (tips.numbers.size() < n_tips) {
     const auto farthest = std::ranges::max_element(nearest, is_nearer);
     if (!(*farthest > 0) || *farthest == unreached) break;
     tips.numbers.push_back(static_cast<std::size_t>(farthest - nearest.begin()));
-    from_tips.push_back(distances_from(graph, tips.numbers.back()));
-    const auto& last = from_tips.back();
-    double sum = 0;
-    double n = 0;
+    tips.from.push_back(distances_from(graph, tips.numbers.back()));
+    const auto& last = tips.from.back();
     for (std::size_t i = 0; i < graph.size(); ++i) {
-      if (last[i] == unreached) continue;
-      nearest[i] = from_tips.size() == 1 ? last[i] : std::min(nearest[i], last[i]);
-      sum += last[i];
-      n += 1;
+      if (last[i] != unreached)
+        nearest[i] = std::min(tips.from.size() == 1 ? unreached : nearest[i], last[i]);
     }
-    tips.means.push_back(sum / n);
   }
-  for (const auto& from : from_tips) {
-    auto& row = tips.distances.emplace_back();
-    for (const std::size_t number : tips.numbers) row.push_back(from[number]);
+  // Where points are more regular, ways along them are shorter.
+  double longest = 0;
+  for (const auto& from : tips.from) {
+    for (const double d : from) longest = d == unreached ? longest : std::max(longest, d);
+  }
+  for (auto& from : tips.from) {
+    for (double& distance : from) distance /= longest;
   }
   return tips;
 }
@@ -137,10 +135,11 @@ std::vector<std::vector<std::size_t>> likely_pairs(const Tips& first, const Tips
     }
     for (std::size_t other = 0; other < second.numbers.size(); ++other) {
       if (std::ranges::find(chosen, other) != chosen.end()) continue;
-      double more = constants.mean_weight * std::abs(first.means[tip] - second.means[other]);
+      double more = 0;
       for (std::size_t i = 0; i < tip; ++i) {
         if (chosen[i] == no_tip) continue;
-        more += std::abs(first.distances[tip][i] - second.distances[other][chosen[i]]);
+        more += std::abs(first.from[tip][first.numbers[i]] -
+                         second.from[other][second.numbers[chosen[i]]]);
       }
       chosen.push_back(other);
       extend(cost + more, n_without);

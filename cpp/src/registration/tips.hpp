@@ -14,9 +14,10 @@ namespace dynmesh {
 
 /// Points of a surface that are farthest from each other along it.
 struct Tips {
-  std::vector<std::size_t> numbers;            ///< of the points
-  std::vector<std::vector<double>> distances;  ///< from each tip to each tip
-  std::vector<double> means;                   ///< of the distances of each tip from all points
+  std::vector<std::size_t> numbers;  ///< of the points
+  /// The distances of all points from each tip, in shares of the longest one; infinite where there
+  /// is no way along the surface.
+  std::vector<std::vector<double>> from;
 };
 
 /// At most `n_tips`; fewer if the surface has no more. Near points count as connected, unless their
@@ -27,7 +28,7 @@ Tips tips_of(const PointScan& scan, std::size_t n_tips, const TipConstants& cons
 constexpr std::size_t no_tip = static_cast<std::size_t>(-1);
 
 /// Which tip of the second surface each tip of the first one may be, the most likely first: those
-/// whose distances from each other and from all points are alike. At first those in which each has
+/// whose distances from each other are alike. At first those in which each has
 /// another, and then those in which one has none.
 std::vector<std::vector<std::size_t>> likely_pairs(const Tips& first, const Tips& second,
                                                    const TipConstants& constants);

@@ -66,15 +66,13 @@ void for_each_field(const Registration<Real>& found, const Visit& visit) {
   using C = dynmesh_registration_report;
   visit("transform", found.transform, &C::transform);
   visit("far", found.far_share, &C::far_share);
-  visit("disagreeing", found.disagreeing, &C::disagreeing);
-  visit("empty", found.empty_share, &C::empty_share);
+  visit("unexplained", found.unexplained, &C::unexplained);
   visit("hole", found.hole, &C::hole);
   visit("overlap", found.overlap, &C::overlap);
-  visit("stretched", found.stretched, &C::stretched);
+  visit("stretch", found.stretch, &C::stretch);
   visit("distance", found.distance, &C::distance);
   visit("rounds", found.rounds, &C::rounds);
   visit("converged", found.converged, &C::converged);
-  visit("ambiguous", found.ambiguous, &C::ambiguous);
   visit("quality", static_cast<Index>(found.quality), &C::quality);
 }
 

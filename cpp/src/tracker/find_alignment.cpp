@@ -1,21 +1,30 @@
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/alignment.hpp>
 #include <initializer_list>
+#include <limits>
 #include <span>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mesh/numbering.hpp"
+#include "registration/rigid_starts.hpp"
+#include "registration/surface_sample.hpp"
 #include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
-#include "tracking/alignment.hpp"
+#include "support/workers.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/robust_size.hpp"
 
 namespace dynmesh {
 namespace {
 
 using Cloud = std::vector<Vector3<double>>;
+using Motion = Eigen::Isometry3d;
 
 /// The power of two that is about as large as the largest coordinate. Divided by it, coordinates
 /// have squares that are in range, and no digit changes.
@@ -34,6 +43,66 @@ void multiply(Cloud& points, double factor) {
   for (auto& point : points) point = factor * point;
 }
 
+/// The share of the points that, after a motion, have one of the others within a distance is
+/// `share`; returns that distance.
+double distance_of(const PointScan& points, double share, const Motion& motion,
+                   const PointScan& others) {
+  std::vector<double> distances;
+  for (const auto& point : points.points) {
+    const auto nearest =
+        others.find_if(from_eigen(motion * to_eigen(point)),
+                       std::numeric_limits<double>::infinity(), [](std::uint32_t) { return true; });
+    distances.push_back(std::sqrt(nearest.squared_distance));
+  }
+  return quantile(std::move(distances), share);
+}
+
+/// How far the surface is from the scan after a motion; see Alignment.
+double distance_between(const PointScan& surface, const Motion& motion, const PointScan& scan,
+                        double seen) {
+  return std::min(distance_of(scan, 0.5, motion.inverse(), surface),
+                  distance_of(surface, seen, motion, scan));
+}
+
+void store(const Motion& motion, Alignment& found) {
+  using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Eigen::Map<Matrix>(found.rotation.data()) = motion.linear();
+  Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
+}
+
+/// For coordinates of at most about 1. The scan has normals.
+Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
+                double mean_edge, const PointScan& scan) {
+  const AlignmentConstants constants;
+  PointScan surface;
+  PointScan many;
+  surface.points = sample_surface(faces, frame, constants.places).points;
+  // A surface without an area has vertices.
+  if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
+  surface.index();
+  sample_scan(scan, constants.points, many);
+  const double size = size_of(frame);
+  const double within = std::min(constants.within * mean_edge, constants.within_share * size);
+  const double far = std::max(constants.far * mean_edge, constants.far_share * size);
+
+  Alignment found;
+  found.mean_edge = mean_edge;
+  found.ratio = size > 0 ? size_of(many.points) / size : 1;
+  found.other_unit =
+      !(found.ratio < constants.other_unit && found.ratio > 1 / constants.other_unit);
+  const double before = distance_between(surface, Motion::Identity(), many, constants.seen);
+  found.before = found.after = before / mean_edge;
+  found.lies_in_scan = found.matches = before <= within && !found.other_unit;
+  if (found.lies_in_scan || found.other_unit) return found;
+
+  const auto starts = rigid_starts(faces, frame, scan, {});
+  store(starts.front().motion, found);
+  const double after = distance_between(surface, starts.front().motion, many, constants.seen);
+  found.after = after / mean_edge;
+  found.matches = after <= std::min(within, far);
+  return found;
+}
+
 }  // namespace
 
 template <class Real>
@@ -48,9 +117,16 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
 
   const double scale = scale_of({frame, points});
   multiply(frame, 1 / scale);
-  multiply(points, 1 / scale);
+  PointScan measured;
+  const std::size_t step = 1 + points.size() / AlignmentConstants().most_points;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    measured.points.push_back((1 / scale) * points[i]);
+  }
+  measured.index();
+  Workers alone(1);
+  measured.estimate_normals(alone);
   const double mean_edge = mean_edge_length<double>(topology.cells, frame);
-  Alignment found = align(triangles, frame, mean_edge, points, {});
+  Alignment found = align(triangles, frame, mean_edge, measured);
   found.mean_edge *= scale;
   for (double& coordinate : found.shift) coordinate *= scale;
   return found;

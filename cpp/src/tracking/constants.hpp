@@ -158,22 +158,13 @@ struct AlignmentConstants {
   /// A scan so many times larger or smaller than a template is in another unit.
   double other_unit = 20;
 
-  /// About so many points of the scan and of the surface are compared, at first and at last.
-  int coarse_scan = 250;
-  int coarse_surface = 600;
-  int fine_scan = 1000;
-  int fine_surface = 4000;
-  /// How often their pairs are found.
-  int coarse_steps = 12;
-  int fine_steps = 15;
-  /// How many of the coarse results are refined.
-  int candidates = 4;
-  /// The share of the pairs that is used. Scans may contain more than the subject.
-  double kept = 0.8;
+  /// Of a scan, about so many points are used at most, whose normals are estimated. About so many of
+  /// these and places of the template tell how far they are from each other.
+  std::size_t most_points = 20000;
+  std::size_t points = 1000;
+  std::size_t places = 4000;
   /// The share of a surface that a single camera sees at least.
   double seen = 0.4;
-  /// What the planes do not determine stays small, as `rigid_caution`; but steps are not shortened.
-  double caution = 1e-9;
 };
 
 }  // namespace dynmesh

@@ -64,6 +64,8 @@ class Matches {
       if (squared_norm(agreeing_normal(found_[i], i)) > 0) visit(found_[i]);
     }
   }
+  /// (k,) of the surface, outwards and of unit length.
+  [[nodiscard]] Field normals() const { return normals_; }
   /// How well X explains the points.
   [[nodiscard]] Agreements agreements() const;
 

@@ -2,6 +2,7 @@
 /// this shape resists.
 #pragma once
 
+#include <algorithm>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <optional>
@@ -62,8 +63,11 @@ class NonrigidStep {
 
   /// Remembers the shape of the completed frame.
   void remember(Field completed);
+  /// The shape of frame 0 is then wanted.
+  void forget_shape() { std::ranges::copy(rest_.shape(), shape_.begin()); }
 
   [[nodiscard]] const RestShape& rest() const { return rest_; }
+  [[nodiscard]] const Rotations& rotations() const { return rotations_; }
   [[nodiscard]] const Clusters& clusters() const { return rotations_.clusters(); }
   [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
 

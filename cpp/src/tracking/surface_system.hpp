@@ -25,6 +25,7 @@ struct Landmark {
   std::size_t vertex = 0;
   Vector3<double> target;
   double weight = 0;
+  bool fades = false;  ///< whether the weight falls to 0 during a frame
 };
 
 /// A = N + mu C + ties + rows + landmarks, and a small weight that holds each vertex where nothing

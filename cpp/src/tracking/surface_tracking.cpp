@@ -29,7 +29,8 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       x_(last_),
       observed_(last_.size()) {}
 
-SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement) {
+SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
+                                              std::span<const Landmark> landmarks) {
   shape_.begin_frame();
   predict();
   matches_.begin(measurement);
@@ -37,7 +38,7 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement) {
   const int iterations = approach();
   for (int i = 0; i < iterations; ++i) {
     const int fits = i > 0 && any_cloth_ ? constants_.cloth_fits : 1;
-    if (!iterate(iterations - i - 1, fits)) break;
+    if (!iterate(iterations - i - 1, fits, landmarks)) break;
   }
   shape_.keep_rows(matches_.rows(), x_);
   Found found = observe();
@@ -71,22 +72,26 @@ int SurfaceTracking::approach() {
   return std::clamp(static_cast<int>(std::ceil(wanted)), fewest, constants_.most_iterations);
 }
 
-/// Matches the points with X, and then finds X for these; `left` iterations are to follow. Returns
-/// false if there are no points.
-bool SurfaceTracking::iterate(int left, int fits) {
+/// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
+/// to follow. Returns false if there are neither.
+bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> landmarks) {
   const double weight = constants_.weight_before(left);
+  landmarks_.assign(landmarks.begin(), landmarks.end());
+  for (Landmark& landmark : landmarks_) {
+    if (landmark.fades) landmark.weight *= 1 - weight / constants_.last_weight;
+  }
   SurfaceRows& rows = matches_.find(x_, {.radius = constants_.radius_before(left),
                                          .walked = constants_.walked,
                                          .weight = weight,
                                          .cloth_weight = constants_.cloth_weights * weight});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
-    shape_.factorize(rows, {}, std::sqrt(growth));
+    shape_.factorize(rows, landmarks_, std::sqrt(growth));
     factored_weight_ = weight;
   }
   for (int fit = 0; fit < fits; ++fit) {
     const double mode_weights = left == 1 && fit == 0 ? constants_.mode_weight / weight : 0;
-    if (!shape_.take(rows, {}, mode_weights, x_)) return false;
+    if (!shape_.take(rows, landmarks_, mode_weights, x_)) return false;
   }
   return true;
 }
@@ -109,9 +114,35 @@ void SurfaceTracking::remember(Field completed, bool moves) {
   shape_.remember(last_);
 }
 
-void SurfaceTracking::place(Field frame) {
+void SurfaceTracking::place(Field frame, bool has_own_shape) {
   shape_.begin_frame();
   remember(frame, false);
+  if (!has_own_shape) shape_.forget_shape();
+}
+
+SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
+  std::ranges::copy(last_, x_.begin());
+  matches_.begin(measurement);
+  matches_.find(x_, {.radius = constants_.wide_radius, .scale = constants_.rigid_scale});
+  return observe();
+}
+
+void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
+  SurfaceRows no_points;
+  no_points.index(x_.size());
+  std::ranges::copy(last_, x_.begin());
+  shape_.factorize(no_points, landmarks, 1);
+  landmarks_.assign(landmarks.begin(), landmarks.end());
+  for (int step = 0; step < steps; ++step) {
+    const double share = static_cast<double>(step + 1) / steps;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const auto& start = last_[landmarks[i].vertex];
+      landmarks_[i].target = start + share * (landmarks[i].target - start);
+    }
+    shape_.take(no_points, landmarks_, 0, x_);
+  }
+  const std::vector<Vector3<double>> bent = x_;
+  place(bent, false);
 }
 
 std::size_t SurfaceTracking::memory_size() const {

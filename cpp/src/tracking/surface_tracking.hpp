@@ -41,7 +41,9 @@ class SurfaceTracking {
 
   /// Finds the surface in a frame, from what is remembered of the last ones, and does not remember
   /// it: frames may be found again, and nothing is lost if this throws.
-  Found track(const PointScan& measurement);
+  Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {});
+  /// Compares the last frame with what was measured.
+  Found compare_last(const PointScan& measurement);
 
   /// Finds the standard errors of the frame that `track` has just found, and does not throw.
   /// `generations` are those of
@@ -51,10 +53,14 @@ class SurfaceTracking {
   /// Makes this the last frame. Velocities are 0 if nothing was found in it.
   void remember(Field completed, bool moves);
 
-  /// Makes this the last frame, at rest and in any pose, whatever was before.
-  void place(Field frame);
+  /// Makes this the last frame, at rest and in any pose, whatever was before. Its shape is its own
+  /// or, if that is not trusted, that of frame 0.
+  void place(Field frame, bool has_own_shape = true);
+  /// Bends the last frame, without points, while its landmarks move to their targets.
+  void bend(std::span<const Landmark> landmarks, int steps);
 
   [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
+  [[nodiscard]] const Matches& matches() const { return matches_; }
   [[nodiscard]] std::span<const Triangle> faces() const { return faces_; }
   /// (k,) the last frame.
   [[nodiscard]] Field last() const { return last_; }
@@ -71,7 +77,7 @@ class SurfaceTracking {
  private:
   void predict();
   int approach();
-  bool iterate(int left, int fits);
+  bool iterate(int left, int fits, std::span<const Landmark> landmarks);
   Found observe();
 
   TrackingConstants constants_;
@@ -85,6 +91,7 @@ class SurfaceTracking {
   std::vector<Vector3<double>> last_, before_;  // the last frame, and the one before it
   std::vector<Vector3<double>> x_;              // the current frame
   std::vector<std::uint8_t> observed_;
+  std::vector<Landmark> landmarks_;  // of the current iteration
 };
 
 }  // namespace dynmesh

@@ -28,13 +28,13 @@ from ..tracking.units import units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_MANY_EMPTY = 0.2
-"""With more vertices that have no point, the sensors probably did not see them."""
+_HOLE = 0.03
+"""A larger piece without a point was probably not seen by the sensors."""
 _MANY_FAR = 0.05
 """With more far points, the scan probably shows other things as well."""
 _TOLD = (
-    *("quality", "reason", "far", "disagreeing", "empty", "hole", "overlap", "stretched"),
-    *("distance", "rounds", "converged", "ambiguous", "growth"),
+    *("quality", "reason", "far", "unexplained", "hole", "overlap", "stretch"),
+    *("distance", "rounds", "converged", "growth"),
 )
 """What :meth:`RegisterReport.to_dict` says of a result."""
 
@@ -104,7 +104,7 @@ def register_file(
         remove_planes: whether to leave out floor and walls: planes in the scan that are larger than
             the template.
         align: whether to seek the rigid motion that puts the template into the scan.
-        scale: whether the template may be in another unit, a power of ten of that of the scan.
+        scale: whether the template may have another size than what was scanned, as in another unit.
         threads: the number of threads that may work.
         page: an HTML file to write with the template, the scan, and the result, coloured by the
             distance from the nearest point.
@@ -222,9 +222,9 @@ def _advised(
     causes, advice = [], []
     if landmarks is not None:
         causes.append(exchanged(template, landmarks) or _misplaced(found, landmarks))
-    elif found.cause in ("pose", "choice", "place"):
+    elif found.cause in ("pose", "place"):
         advice.append("landmarks say where head, hands and feet, for example, belong")
-    if isinstance(scan, PointScan) and scan.viewpoints is None and found.empty > _MANY_EMPTY:
+    if isinstance(scan, PointScan) and scan.viewpoints is None and found.hole > _HOLE:
         advice.append("cameras say what the sensors could not see")
     if found.far > _MANY_FAR and not room and found.cause != "size":
         advice.append("planes can be removed, such as floor and walls, and other things cropped")
