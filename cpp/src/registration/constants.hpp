@@ -79,12 +79,12 @@ struct RegistrationConstants {
   /// last time. Each time begins with this weight of a point, and takes so many iterations at
   /// least.
   std::size_t most_rounds = 6;
-  double settled = 0.05;
+  double settled = 0.02;
   std::size_t rounds_to_template = 2;
   double first_weight = 0.3;
   int fewest_iterations = 6;
   /// A point at this distance counts: it may be the tip of a limb, beside which all are near.
-  double least_scale = 0.8;
+  double least_scale = 0.6;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median
   /// and so many mean edges, and the share of these from which on a result is doubtful. Right
