@@ -92,9 +92,10 @@ struct RegistrationConstants {
   double unexplained_medians = 4;
   double unexplained_edges = 0.25;
   double doubtful_unexplained = 0.02;
-  /// The mean stretch of edges from which on it is doubtful: right results of captured people reach
-  /// 0.12, people in scans of others begin at 0.15.
+  /// The mean stretch of edges from which on it is doubtful, and ruined: right results of captured
+  /// people reach 0.12, people in scans of others begin at 0.15.
   double doubtful_stretch = 0.14;
+  double ruined_stretch = 0.3;
   /// The shares of far points from which on a result is doubtful, and ruined.
   double doubtful_far = 0.01;
   double ruined_far = 0.05;

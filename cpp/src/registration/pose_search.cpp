@@ -290,9 +290,11 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
       pose.agreement.far_share > constants_.doubtful_far ||
       pose.stretch > constants_.doubtful_stretch || pose.coverage.hole > constants_.doubtful_hole ||
       pose.coverage.overlap > constants_.doubtful_overlap || pose.has_misplaced_landmarks;
-  pose.quality = pose.agreement.far_share > constants_.ruined_far ? RegistrationQuality::ruined
-                 : is_doubtful                                    ? RegistrationQuality::doubtful
-                                                                  : RegistrationQuality::good;
+  const bool is_ruined =
+      pose.agreement.far_share > constants_.ruined_far || pose.stretch > constants_.ruined_stretch;
+  pose.quality = is_ruined     ? RegistrationQuality::ruined
+                 : is_doubtful ? RegistrationQuality::doubtful
+                               : RegistrationQuality::good;
 }
 
 }  // namespace dynmesh
