@@ -9,8 +9,8 @@
 
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
+#include "support/quiet_nanoflann.hpp"
 #include "support/rigid_motion.hpp"
-#include "tracking/quiet_nanoflann.hpp"
 #include "tracking/rigid_step.hpp"
 
 namespace dynmesh {

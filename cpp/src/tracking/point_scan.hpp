@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "support/quiet_nanoflann.hpp"
 #include "support/workers.hpp"
-#include "tracking/quiet_nanoflann.hpp"
 
 namespace dynmesh {
 

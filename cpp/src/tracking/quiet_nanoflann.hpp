@@ -1,3 +1,0 @@
-#pragma once
-
-#include "support/quiet_nanoflann.hpp"
