@@ -91,8 +91,7 @@ struct Squares {
   [[nodiscard]] std::vector<std::ptrdiff_t> seen_from(
       const std::vector<Vector3<double>>& viewpoints, const std::vector<int>& sizes) const {
     const std::vector<std::uint8_t> is_sheet(vertices.size());
-    const auto seen =
-        find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0}, viewpoints);
+    const auto seen = find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0}, viewpoints);
     std::vector<std::ptrdiff_t> numbers;
     auto first = seen.begin();
     for (const int n : sizes) {
