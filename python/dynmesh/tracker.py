@@ -49,9 +49,8 @@ class TrackingReport(FrameReport):
     FrameReport.
 
     Attributes:
-        points: how many measured points were compared with the surface: all of a small scan, every
-            so manyth one of a large one. Stray points, which are far from the surface and sparser
-            than others, are left out.
+        points: how many measured points were compared with the surface. Stray points, which are far
+            from the surface and sparser than others, are left out.
         far: the share of them that are farther than one mean edge of the template from the surface,
             0 to 1; NaN without points. It tells best how well a frame was tracked; up to 0.01 is
             usual.

@@ -24,7 +24,6 @@ struct Above {
   std::vector<Triangle> faces = triangles_of(mesh);
   std::vector<Vector3<double>> x = rows_of(mesh.vertices), normals;
   Topology topology = build_topology(mesh.faces(), mesh.size());
-  Workers workers{1};
   TrackingConstants constants;
   PointScan scan;
 
@@ -43,8 +42,12 @@ struct Above {
     const auto edge = mean_edge_length<double>(topology.cells, x);
     SurfacePlaces places(faces, x);
     places.follow(x);
-    return dynmesh::compare(scan, places.nearest_to_all(x, scan, workers), normals,
-                            std::vector<std::uint8_t>(x.size()), edge, constants);
+    std::vector<Place> nearest;
+    for (const auto& point : scan.points) {
+      nearest.push_back(places.nearest(x, point, {}, [](const Place&) { return true; }));
+    }
+    return dynmesh::compare(scan, nearest, normals, std::vector<std::uint8_t>(x.size()), edge,
+                            constants);
   }
 };
 

@@ -67,8 +67,8 @@ struct DepthImage {
 
 /// How well a surface explains what was measured of it.
 struct Agreement {
-  /// How many points were compared: all of a small scan, every so manyth one of a large one.
-  /// Stray points, which are far from the surface and sparser than others, are left out.
+  /// How many points were compared. Stray points, which are far from the surface and sparser than
+  /// others, are left out.
   std::size_t points = 0;
   /// The share of them that are farther than one mean edge of the template from the surface, 0 to
   /// 1; NaN without points. Up to 0.01 is usual.

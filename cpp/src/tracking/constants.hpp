@@ -110,8 +110,6 @@ struct TrackingConstants {
   /// undecided, below the second.
   double least_cosine = 0;
   double least_undecided_cosine = 0.3;
-  /// About so many of the points are examined.
-  int examined_points = 4096;
   /// A vertex counts as observed if a point lies at most this far from a triangle that it is of.
   double observed_distance = 1;
 

@@ -131,13 +131,4 @@ void SurfacePlaces::follow(Field x) {
   }
 }
 
-std::vector<Place> SurfacePlaces::nearest_to_all(Field x, const PointScan& scan,
-                                                 Workers& workers) const {
-  std::vector<Place> places(scan.size());
-  workers.for_each_in_chunks(scan.size(), [&](std::size_t i) {
-    places[i] = nearest(x, scan.point(i), {}, [](const Place&) { return true; });
-  });
-  return places;
-}
-
 }  // namespace dynmesh

@@ -12,8 +12,6 @@
 
 #include "mesh/triangle.hpp"
 #include "support/geometry.hpp"
-#include "support/workers.hpp"
-#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -114,10 +112,6 @@ class SurfacePlaces {
   /// The place of X to which a point comes from another one, over triangles that have a common edge
   /// or corner, as long as it comes nearer to the point.
   [[nodiscard]] Place walk(Field x, const Vector3<double>& point, std::uint32_t from) const;
-  /// (n,) the nearest places of X to the points of a scan.
-  [[nodiscard]] std::vector<Place> nearest_to_all(Field x, const PointScan& scan,
-                                                  Workers& workers) const;
-
   /// The place of one triangle of X that is nearest to a point.
   [[nodiscard]] Place place_on(Field x, std::uint32_t face, const Vector3<double>& point) const;
 
