@@ -22,7 +22,6 @@ MODULES = ("metrics", "baselines", "degrade", "synth", "scans")
 REPOSITORY = Path(__file__).parents[2]
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 HEADERS = REPOSITORY / "cpp" / "include" / "dynmesh"
-BAD_INPUT = REPOSITORY / "build" / "docs" / "bad_input.md"
 NOT_BUILT = "dynmesh was not built when this site was.\n"
 
 PYTHON = """# Python
@@ -47,12 +46,6 @@ C = """# C
 All functions return a status; `dynmesh_last_message()` describes the last error of the calling
 thread. [Embedding](../embedding.md) says how to build and link the library.
 """
-REFUSED = """# Bad input
-
-Every row is a test: the call is refused with this message, and nothing changes. Most use a mesh
-of 49 vertices and 72 faces, the file `body.npz` with three frames of it, and a folder called
-`folder.npz`.
-"""
 
 TYPE = re.compile(
     r"(?:class|struct|enum(?: class)?) (?:alignas\(.*?\) |DYNMESH_EXPORT )*(\w+)[^;]*$"
@@ -69,7 +62,6 @@ def on_files(files: Any, config: Any) -> Any:
         "commands": commands(),
         "cpp": CPP + "".join(header(one, "cpp") for one in headers if one.stem != "dynmesh"),
         "c": C + header(HEADERS / "dynmesh.h", "c"),
-        "bad_input": REFUSED + (BAD_INPUT.read_text() if BAD_INPUT.exists() else NOT_BUILT),
     }
     for name, text in pages.items():
         files.append(File.generated(config, f"reference/{name}.md", content=text))

@@ -1,18 +1,18 @@
-"""Every case of bad input is refused with a helpful message, which the site shows."""
+"""Every case of bad input is refused, what is wrong is named, and nothing changes."""
 
 from pathlib import Path
 
 import pytest
-from bad_input import commands
+from bad_input import CASES, PREPARING, commands
 from bad_input.case import Case, Printed, World
-from bad_input.page import prepared, python_sections
-
-CASES = [case for cases in python_sections().values() for case in cases]
 
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> World:
-    return prepared(tmp_path_factory.mktemp("world"))
+    made = World(tmp_path_factory.mktemp("world"))
+    for module in PREPARING:
+        module.prepare(made)
+    return made
 
 
 def check(case: Case, world: World, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,5 +1,13 @@
-"""All tested kinds of bad input: the cases, and the page that lists them.
+"""All tested kinds of bad input.
 
 `case.py` says what a case is and runs one; the modules beside it hold the cases of one interface
-each; `page.py` writes the page of bad input on the site from them.
+each.
 """
+
+from . import commands, completer, files, functions, losses, scans, scenes, tracking, training
+from .case import Case
+
+MODULES = (completer, tracking, functions, losses, files, scenes, training, scans)
+CASES: list[Case] = [*(case for module in MODULES for case in module.cases), *commands.shell]
+PREPARING = (files, scenes, commands, training, scans)
+"""Those that write files, which later ones and all cases read."""

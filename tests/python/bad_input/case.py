@@ -58,7 +58,7 @@ class Case:
     """A call with bad input.
 
     Attributes:
-        call: the called function, as named on the page.
+        call: the called function.
         given: what is wrong, in words.
         run: makes the call.
         error: the class of the expected error; subclasses are accepted.
@@ -87,12 +87,6 @@ class Case:
 
 class Printed(Exception):  # noqa: N818 (no error of this project)
     """The message of an error that is printed or returned instead of raised."""
-
-
-def shown(error: Exception) -> str:
-    """Formats an error message for the page."""
-    text = str(error).replace("\0", "\\0")
-    return text if isinstance(error, Printed) else f"{type(error).__name__}: {text}"
 
 
 @contextlib.contextmanager
