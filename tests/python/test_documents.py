@@ -7,7 +7,6 @@ import os
 import re
 import runpy
 import shlex
-import shutil
 import subprocess
 import sys
 import tomllib
@@ -138,20 +137,6 @@ def build(folder: Path, programs: Path) -> Path:
     run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={folder / 'prefix'}", cwd=folder)
     run("cmake", "--build", "build", cwd=folder)
     return folder / "build"
-
-
-@pytest.mark.slow
-def test_the_budget_of_the_guide(tmp_path: Path, programs: Path) -> None:
-    guide = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
-    (project,) = blocks("cmake", guide)
-    (tmp_path / "CMakeLists.txt").write_text(project)
-    shutil.copy(PROGRAMS / "budget.cpp", tmp_path)
-    build(tmp_path, programs)
-    shown = run("bash", "-euc", "\n".join(blocks("bash", shortened(guide))), cwd=tmp_path)
-    assert re.findall(r"^(\w+): (\d+) frames, longest ", shown, flags=re.MULTILINE) == [
-        ("motion", "7"),
-        ("detail", "7"),
-    ]
 
 
 def rows(document: str) -> list[list[str]]:

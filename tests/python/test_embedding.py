@@ -13,7 +13,6 @@ from test_documents import PROGRAMS, blocks, build, run
 pytestmark = pytest.mark.slow
 
 DOCUMENT = (REPOSITORY / "docs" / "embedding.md").read_text()
-GUIDE = (REPOSITORY / "docs" / "guides" / "capture_pipeline.md").read_text()
 
 
 @pytest.fixture
@@ -29,6 +28,14 @@ def install(built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     run("cmake", "--install", built, "--prefix", tmp_path / "installed", cwd=tmp_path)
 
 
+def copy_project(folder: Path) -> None:
+    """Copies the project of the document."""
+    (project,) = blocks("cmake", DOCUMENT)
+    (folder / "CMakeLists.txt").write_text(project)
+    for name in re.findall(r"\w+\.c(?:pp)?\b", project):
+        shutil.copy(PROGRAMS / name, folder)
+
+
 @pytest.fixture
 def strict_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
     """CMake treats warnings as errors."""
@@ -39,10 +46,7 @@ def strict_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("strict_compilers")
 def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
-    (project,) = blocks("cmake", DOCUMENT)
-    (tmp_path / "CMakeLists.txt").write_text(project)
-    for name in ("in_place.cpp", "packets.cpp", "in_place.c"):
-        shutil.copy(PROGRAMS / name, tmp_path)
+    copy_project(tmp_path)
     built = build(tmp_path, programs)
     for name in ("in_place", "in_place_c"):
         assert run(built / name, cwd=tmp_path) == "3 filled in; vertex 0 is at height 5\n"
@@ -87,11 +91,17 @@ def test_the_frame_budget(
 ) -> None:
     install(shared_library.parent, tmp_path, monkeypatch)
     (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
-    build_examples, measure = blocks("bash", DOCUMENT)[2:]
-    record, _ = blocks("bash", GUIDE)
+    copy_project(tmp_path)
+    run("bash", "-euc", 'cmake -S . -B build -DCMAKE_PREFIX_PATH="$P"', cwd=tmp_path)
+    run("cmake", "--build", "build", cwd=tmp_path)
+    record, compare, measure = blocks("bash", DOCUMENT)[2:]
     record = record.replace("walker.npz\n", "walker.npz --frames 20\n", 1)
-    run("bash", "-euc", build_examples, cwd=tmp_path)
     run("bash", "-euc", record, cwd=tmp_path)
+    shown = run("bash", "-euc", compare, cwd=tmp_path)
+    assert re.findall(r"^(\w+): (\d+) frames, longest ", shown, flags=re.MULTILINE) == [
+        ("motion", "19"),
+        ("detail", "19"),
+    ]
     shown = run("bash", "-euc", measure, cwd=tmp_path)
     completed, dropped = map(int, re.findall(r"(\d+) frames completed, (\d+) dropped", shown)[0])
     assert completed + dropped == 19  # all but frame 0
