@@ -28,6 +28,14 @@ View c_view(Points<Real> rows) {
           is_packed ? 0 : rows.column_stride, type_of<std::remove_const_t<Real>>};
 }
 
+/// Packed positions, as C takes them.
+inline dynmesh_points c_rows(const std::vector<double>& xyz) {
+  return {xyz.data(), std::ssize(xyz) / 3, 0, 0, DYNMESH_FLOAT64};
+}
+inline dynmesh_output c_out(std::vector<double>& xyz) {
+  return {xyz.data(), std::ssize(xyz) / 3, 0, 0, DYNMESH_FLOAT64};
+}
+
 /// Throws what a call was refused for.
 inline void check_accepted(dynmesh_status status) {
   if (status != DYNMESH_OK) throw std::invalid_argument(dynmesh_last_message());

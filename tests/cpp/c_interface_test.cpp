@@ -1,15 +1,13 @@
-/// The C interface, but for the calls of a completer, which tests/fuzz/completer.cpp compares with
-/// C++.
+/// What C has of its own: messages, null handles, templates. c_twins_test.cpp compares the rest
+/// with C++.
 #include <doctest/doctest.h>
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
-#include <dynmesh/alignment.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <filesystem>
 #include <fstream>
 #include <thread>
-#include <tuple>
 
 #include "c_completer.hpp"
 #include "meshes.hpp"
@@ -91,25 +89,6 @@ TEST_CASE("each thread has its own last message, which successful calls keep") {
   const auto mesh = sheet<float>(3);
   const CCompleter<float> completer(mesh.faces(), mesh.points());
   CHECK(std::string(dynmesh_last_message()) == "settings: is a null pointer");
-}
-
-TEST_CASE_TEMPLATE("C finds the alignment that C++ finds", Real, float, double) {
-  const Mesh<Real> mesh = sheet<Real>(12);
-  const auto scan = translated(turned(mesh.vertices, 0.8), Real{40}, Real{-3}, Real{7});
-  const auto theirs =
-      find_alignment<Real>(mesh.faces(), mesh.points(), {scan.data(), scan.size() / 3});
-  const auto first_frame = c_view<dynmesh_points>(mesh.points());
-  const Points<const Real> measured(scan.data(), scan.size() / 3);
-  const auto points = c_view<dynmesh_points>(measured);
-  dynmesh_alignment ours{};
-  CHECK(dynmesh_find_alignment(mesh.indices.data(), static_cast<std::int64_t>(mesh.faces().count),
-                               &first_frame, &points, &ours) == DYNMESH_OK);
-  CHECK(std::ranges::equal(ours.rotation, theirs.rotation));
-  CHECK(std::ranges::equal(ours.shift, theirs.shift));
-  CHECK(std::tuple(ours.mean_edge, ours.before, ours.after, ours.ratio) ==
-        std::tuple(theirs.mean_edge, theirs.before, theirs.after, theirs.ratio));
-  CHECK(theirs.matches);
-  CHECK(std::tuple(ours.lies_in_scan, ours.matches, ours.other_unit) == std::tuple(0, 1, 0));
 }
 
 TEST_CASE("templates are read, or refused with their path") {

@@ -38,6 +38,13 @@ Mesh<double> with_opposite_faces(Mesh<double> mesh) {
   return mesh;
 }
 
+/// A scan by a sensor above.
+Samples seen_from_above(const Mesh<double>& mesh, const std::vector<double>& vertices) {
+  auto scan = scan_of(mesh, vertices);
+  scan.viewpoints = {1, 2, 40};
+  return scan;
+}
+
 std::vector<std::uint8_t> cloth_of(const Mesh<double>& mesh) {
   const auto component = build_topology(mesh.faces(), mesh.size()).component;
   return find_cloth(triangles_of(mesh), component, rows_of(mesh.vertices), {});
@@ -65,8 +72,7 @@ TEST_CASE("cloth that turns in its own plane is followed, wherever its faces loo
   Tracker<double> tracker_of_other(other.faces(), other.points());
   for (int t = 1; t <= 12; ++t) {
     const auto truth = translated(turned(sheet.vertices, 0.03 * t), 0.2 * t, 0.0, 0.0);
-    auto scan = scan_of(sheet, truth);
-    scan.viewpoints = {1, 2, 40};
+    const auto scan = seen_from_above(sheet, truth);
     const auto found = track(tracker, scan);
     CHECK(largest_difference(found, truth) < 0.7);
     CHECK(largest_difference(track(tracker_of_other, scan), found) < 1e-9);
@@ -97,9 +103,7 @@ TEST_CASE("cloth through which a wave runs slides along itself, and is followed"
   double within = 0;
   for (int t = 1; t <= 15; ++t) {
     const auto truth = with_wave(sheet.vertices, std::min(0.6, 0.12 * t), 0.4 * t);
-    auto scan = scan_of(sheet, truth);
-    scan.viewpoints = {1, 2, 40};
-    const auto tracked = track(tracker, scan);
+    const auto tracked = track(tracker, seen_from_above(sheet, truth));
     CHECK(largest_difference(tracked, truth) < 0.6);
     const auto errors = tracker.standard_error();
     for (std::size_t v = 0; v < sheet.size(); ++v) {
@@ -114,8 +118,7 @@ TEST_CASE("cloth that ends where the scan goes on is not drawn outwards") {
   const auto sheet = flat_sheet(12);
   const auto large = flat_sheet(40);
   Tracker<double> tracker(sheet.faces(), sheet.points());
-  auto scan = scan_of(large, large.vertices);
-  scan.viewpoints = {1, 2, 40};
+  const auto scan = seen_from_above(large, large.vertices);
   for (int t = 0; t < 4; ++t) {
     CHECK(largest_difference(track(tracker, scan), sheet.vertices) < 1e-6);
   }
@@ -274,8 +277,7 @@ TEST_CASE("a state holds what the next frame of cloth needs") {
   Tracker<double> tracker(sheet.faces(), sheet.points());
   Tracker<double> restored(sheet.faces(), sheet.points());
   for (int t = 1; t <= 4; ++t) {
-    auto scan = scan_of(sheet, turned(sheet.vertices, 0.03 * t));
-    scan.viewpoints = {1, 2, 40};
+    const auto scan = seen_from_above(sheet, turned(sheet.vertices, 0.03 * t));
     restored.restore(tracker.state());
     CHECK(track(restored, scan) == track(tracker, scan));
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <new>
 
 namespace dynmesh::testing {
 
@@ -22,5 +23,31 @@ class FailingAllocation {
   /// Whether that allocation was reached.
   [[nodiscard]] bool has_failed() const;
 };
+
+/// Executes `call` once for each of its allocations, which fails, on a new result of `prepare`, and
+/// then calls `check`. Returns the number of calls that failed.
+template <class Prepare, class Call, class Check>
+int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
+  int failures = 0;
+  for (std::size_t n = 0;; ++n) {
+    auto subject = prepare();
+    bool is_out_of_memory = false;
+    bool was_reached = false;
+    {
+      const FailingAllocation failing(n);
+      try {
+        call(subject);
+      } catch (const std::bad_alloc&) {
+        is_out_of_memory = true;
+      }
+      was_reached = failing.has_failed();
+    }
+    if (!was_reached) return failures;
+    // Algorithms such as std::stable_sort use memory only if it is available.
+    if (!is_out_of_memory) continue;
+    ++failures;
+    check(subject);
+  }
+}
 
 }  // namespace dynmesh::testing

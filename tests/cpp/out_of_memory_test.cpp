@@ -15,32 +15,6 @@
 namespace dynmesh::testing {
 namespace {
 
-/// Executes `call` once for each of its allocations, which fails, on a new result of `prepare`, and
-/// then calls `check`. Returns the number of calls that failed.
-template <class Prepare, class Call, class Check>
-int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
-  int failures = 0;
-  for (std::size_t n = 0;; ++n) {
-    auto subject = prepare();
-    bool is_out_of_memory = false;
-    bool was_reached = false;
-    {
-      const FailingAllocation failing(n);
-      try {
-        call(subject);
-      } catch (const std::bad_alloc&) {
-        is_out_of_memory = true;
-      }
-      was_reached = failing.has_failed();
-    }
-    if (!was_reached) return failures;
-    // Algorithms such as std::stable_sort use memory only if it is available.
-    if (!is_out_of_memory) continue;
-    ++failures;
-    check(subject);
-  }
-}
-
 /// The settings of a completer, and whether it learns from a training sequence.
 struct Subject {
   Settings settings;
@@ -212,25 +186,23 @@ TEST_CASE("the C interface returns a status") {
   const auto k = static_cast<std::int64_t>(world.k);
   const dynmesh_points first = {world.mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT32};
   const auto n_faces = static_cast<std::int64_t>(world.mesh.faces().count);
-  int failures = 0;
-  for (std::size_t n = 0;; ++n) {
+  struct Made {
     dynmesh_completer* completer = nullptr;
     dynmesh_status status = DYNMESH_OK;
-    {
-      const FailingAllocation failing(n);
-      status = dynmesh_create(world.mesh.indices.data(), n_faces, &first, nullptr, &completer);
-      if (!failing.has_failed()) {
-        dynmesh_destroy(completer);
-        break;
-      }
-    }
-    dynmesh_destroy(completer);
-    if (status == DYNMESH_OK) continue;
-    ++failures;
-    CHECK(status == DYNMESH_OUT_OF_MEMORY);
-    CHECK(completer == nullptr);
-    CHECK(std::string(dynmesh_last_message()) == "out of memory");
-  }
+  };
+  const auto create = [&](Made& made) {
+    made.status =
+        dynmesh_create(world.mesh.indices.data(), n_faces, &first, nullptr, &made.completer);
+    dynmesh_destroy(made.completer);
+    if (made.status != DYNMESH_OK) throw std::bad_alloc();
+  };
+  const int failures =
+      fail_everywhere([] { return Made(); }, create,
+                      [](const Made& made) {
+                        CHECK(made.status == DYNMESH_OUT_OF_MEMORY);
+                        CHECK(made.completer == nullptr);
+                        CHECK(std::string(dynmesh_last_message()) == "out of memory");
+                      });
   CHECK(failures > 20);
 }
 

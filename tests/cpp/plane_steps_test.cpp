@@ -15,8 +15,27 @@ namespace {
 
 using Field = std::vector<Vector3<double>>;
 
-/// The slope of |K D - r|^2 + sum_i w_i (n_i . (D_i - p_i))^2 at steps D, for three fields and in
-/// random directions, over that at 0.
+/// The slope of a quadratic function in random directions, which differences show exactly, over
+/// that at 0.
+template <class Energy>
+double slope_at(const Field& x, const Energy& energy) {
+  const auto slope = [&](const Field& from) {
+    double sum = 0;
+    for (unsigned seed = 4; seed < 8; ++seed) {
+      const Field direction = random_field(x.size(), seed);
+      Field ahead = from, behind = from;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        ahead[i] = from[i] + direction[i];
+        behind[i] = from[i] - direction[i];
+      }
+      sum += std::abs(energy(ahead) - energy(behind));
+    }
+    return sum;
+  };
+  return slope(x) / slope(Field(x.size()));
+}
+
+/// The slope of |K D - r|^2 + sum_i w_i (n_i . (D_i - p_i))^2 at steps D, for three fields.
 double slope_after(int steps) {
   const auto mesh = torus(12);
   const std::size_t k = mesh.size();
@@ -52,26 +71,11 @@ double slope_after(int steps) {
     }
     return sum;
   };
-  // Differences of a quadratic function are its slope exactly.
-  double slope = 0;
-  double slope_at_start = 0;
-  for (unsigned seed = 4; seed < 8; ++seed) {
-    const Field direction = random_field(3 * k, seed);
-    Field ahead(3 * k), behind(3 * k);
-    for (const bool is_start : {false, true}) {
-      for (std::size_t i = 0; i < 3 * k; ++i) {
-        const auto from = is_start ? Vector3<double>{} : d[i];
-        ahead[i] = from + direction[i];
-        behind[i] = from - direction[i];
-      }
-      (is_start ? slope_at_start : slope) += std::abs(energy(ahead) - energy(behind));
-    }
-  }
-  return slope / slope_at_start;
+  return slope_at(d, energy);
 }
 
 /// The slope of |K D - r|^2 + mu D C D + sum_p w_p (n_p . (sum_s b_s D_s - q_p))^2 + sum of w |D_i
-/// - D_j|^2 over a tie, and of a landmark, at the steps D towards rows, over that at 0.
+/// - D_j|^2 over a tie, and of a landmark, at the steps D towards rows.
 double slope_of_rows_after(int steps) {
   const auto mesh = torus(12);
   const std::size_t k = mesh.size();
@@ -120,21 +124,7 @@ double slope_of_rows_after(int steps) {
     }
     return sum;
   };
-  double slope = 0;
-  double slope_at_start = 0;
-  for (unsigned seed = 4; seed < 8; ++seed) {
-    const Field direction = random_field(k, seed);
-    Field ahead(k), behind(k);
-    for (const bool is_start : {false, true}) {
-      for (std::size_t i = 0; i < k; ++i) {
-        const auto from = is_start ? Vector3<double>{} : d[i];
-        ahead[i] = from + direction[i];
-        behind[i] = from - direction[i];
-      }
-      (is_start ? slope_at_start : slope) += std::abs(energy(ahead) - energy(behind));
-    }
-  }
-  return slope / slope_at_start;
+  return slope_at(d, energy);
 }
 
 TEST_CASE("steps towards rows end where all rows, ties and shapes balance") {

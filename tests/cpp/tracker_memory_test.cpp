@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <dynmesh/tracker.hpp>
-#include <new>
 #include <vector>
 
 #include "counted_memory.hpp"
@@ -54,27 +53,18 @@ TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
     const auto before = expected.state();
     (sequence.*call)(expected);
     const auto frame = sequence.out;
-    int failures = 0;
-    for (std::size_t n = 0;; ++n) {
-      auto tracker = sequence.begun();
+    const auto prepare = [&] {
       std::ranges::fill(sequence.out, 7);
-      bool is_out_of_memory = false;
-      {
-        const FailingAllocation failing(n);
-        try {
-          (sequence.*call)(tracker);
-        } catch (const std::bad_alloc&) {
-          is_out_of_memory = true;
-        }
-        if (!failing.has_failed()) break;
-      }
-      if (!is_out_of_memory) continue;
-      ++failures;
+      return sequence.begun();
+    };
+    const auto check = [&](Tracker<double>& tracker) {
       CHECK(std::ranges::count(sequence.out, 7) == std::ssize(sequence.out));
       CHECK(tracker.state() == before);
       (sequence.*call)(tracker);
       CHECK(sequence.out == frame);
-    }
+    };
+    const int failures = fail_everywhere(
+        prepare, [&](Tracker<double>& t) { (sequence.*call)(t); }, check);
     CHECK(failures > 2);
   }
 }

@@ -1,8 +1,6 @@
 #include <doctest/doctest.h>
-#include <dynmesh/dynmesh.h>
 
 #include <cmath>
-#include <cstring>
 #include <dynmesh/tracker.hpp>
 #include <string>
 #include <vector>
@@ -112,24 +110,6 @@ TEST_CASE("a template that is lost is registered anew, at most once in ten frame
   track(other, first);
   CHECK(track(other, first) == last);
 
-  const auto as_rows = [](const std::vector<double>& xyz) -> dynmesh_points {
-    return {xyz.data(), static_cast<std::int64_t>(xyz.size() / 3), 3, 1, DYNMESH_FLOAT64};
-  };
-  const auto rows = as_rows(mesh.vertices);
-  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
-  dynmesh_tracker* in_c = nullptr;
-  REQUIRE(dynmesh_tracker_create_with(mesh.indices.data(), n_faces, &rows, 1, 0, 1, nullptr,
-                                      &in_c) == DYNMESH_OK);
-  const dynmesh_output to = {out.data(), rows.count, 3, 1, DYNMESH_FLOAT64};
-  for (const Samples* scan : {&first, &jumped}) {
-    const auto points = as_rows(scan->points);
-    const auto normals = as_rows(scan->normals);
-    dynmesh_tracking_report report{};
-    REQUIRE(dynmesh_tracker_push(in_c, &points, &normals, nullptr, &to, &report) == DYNMESH_OK);
-    CHECK(report.recovered == (scan == &jumped ? 1 : 0));
-  }
-  dynmesh_tracker_destroy(in_c);
-
   const auto message = message_of([&] { plain.restore(state); });
   CHECK(message.find("recover is True, not False") != std::string::npos);
 }
@@ -219,62 +199,6 @@ TEST_CASE("what is found in sparse depth images does not depend on the order of 
     // The preconditioner is rounded to single precision, in the order of elimination.
     CHECK(largest_difference(reversed(found[t]), expected[t]) < 1e-6);
   }
-}
-
-TEST_CASE("the C interface tracks as the C++ interface does") {
-  const auto mesh = bumpy_torus(16);
-  const auto k = static_cast<std::int64_t>(mesh.size());
-  const auto scan = scan_of(mesh, turned(mesh.vertices, 0.03));
-  Tracker<double> expected(mesh.faces(), mesh.points());
-  const auto frame = track(expected, scan);
-  const dynmesh_points first = {mesh.vertices.data(), k, 3, 1, DYNMESH_FLOAT64};
-  const auto rows = static_cast<std::int64_t>(scan.points.size() / 3);
-  const dynmesh_points points = {scan.points.data(), rows, 3, 1, DYNMESH_FLOAT64};
-  const dynmesh_points normals = {scan.normals.data(), rows, 3, 1, DYNMESH_FLOAT64};
-  std::vector<double> found(frame.size());
-  const dynmesh_output out = {found.data(), k, 3, 1, DYNMESH_FLOAT64};
-  dynmesh_tracker* tracker = nullptr;
-  const auto n_faces = static_cast<std::int64_t>(mesh.faces().count);
-  REQUIRE(dynmesh_tracker_create(mesh.indices.data(), n_faces, &first, 1, &tracker) == DYNMESH_OK);
-  dynmesh_tracking_report report{};
-  REQUIRE(dynmesh_tracker_push(tracker, &points, &normals, nullptr, &out, &report) == DYNMESH_OK);
-  CHECK(found == frame);
-  CHECK(report.known == static_cast<std::int64_t>(expected.report().known));
-  CHECK(report.agreement.points == static_cast<std::int64_t>(expected.report().agreement.points));
-  CHECK(report.agreement.far_share == expected.report().agreement.far_share);
-  CHECK(report.agreement.disagreeing == expected.report().agreement.disagreeing);
-  CHECK(report.agreement.distance == expected.report().agreement.distance);
-  CHECK(dynmesh_tracker_observed(tracker)[3] == 1);
-  CHECK(dynmesh_tracker_generation(tracker)[3] == 0);
-  std::int64_t size = 0;
-  REQUIRE(dynmesh_tracker_state_size(tracker, &size) == DYNMESH_OK);
-  std::vector<std::byte> state(static_cast<std::size_t>(size));
-  REQUIRE(dynmesh_tracker_state(tracker, state.data(), size) == DYNMESH_OK);
-  CHECK(state == expected.state());
-  REQUIRE(dynmesh_tracker_skip(tracker, &out, nullptr) == DYNMESH_OK);
-  CHECK(dynmesh_tracker_age(tracker)[3] == 1);
-  REQUIRE(dynmesh_tracker_restore(tracker, state.data(), size) == DYNMESH_OK);
-  CHECK(dynmesh_tracker_age(tracker)[3] == 0);
-  const auto images = images_of(mesh, mesh.vertices, 1, 60);
-  const auto view = images[0].view();
-  dynmesh_depth_image image{view.data, 60, 60, 0, 0, {}, {}};
-  std::memcpy(image.intrinsics, view.intrinsics.data(), sizeof image.intrinsics);
-  std::memcpy(image.pose, view.pose.data(), sizeof image.pose);
-  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, &report) == DYNMESH_OK);
-  dynmesh_agreement of_sensors[2] = {{-1, 0, 0, 0}, {-1, 0, 0, 0}};
-  std::int64_t n_sensors = 0;
-  REQUIRE(dynmesh_tracker_agreement_of_sensors(tracker, of_sensors, 2, &n_sensors) == DYNMESH_OK);
-  CHECK(n_sensors == 1);
-  CHECK(of_sensors[0].points == report.agreement.points);
-  CHECK(of_sensors[0].distance == report.agreement.distance);
-  CHECK(of_sensors[1].points == -1);
-  image.pose[0] = 2;
-  CHECK(dynmesh_tracker_push_depth(tracker, &image, 1, &out, nullptr) == DYNMESH_INVALID_ARGUMENT);
-  CHECK(dynmesh_tracker_reset(tracker, &first) == DYNMESH_OK);
-  dynmesh_tracker_destroy(tracker);
-  CHECK(dynmesh_tracker_create(mesh.indices.data(), n_faces, &first, 0, &tracker) ==
-        DYNMESH_INVALID_ARGUMENT);
-  CHECK(tracker == nullptr);
 }
 
 }  // namespace

@@ -1,14 +1,10 @@
 /// Whole frames, put together from frames none of which is whole.
 #include <doctest/doctest.h>
-#include <dynmesh/dynmesh.h>
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <dynmesh/whole_frame.hpp>
-#include <limits>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "meshes.hpp"
@@ -40,14 +36,6 @@ struct Recording {
     return whole_frame(mesh.faces(), mesh.size(), frames.size(), source(), settings);
   }
 };
-
-std::int32_t read_recording(void* context, std::int64_t frame, void* points, std::uint8_t* known) {
-  const auto& recording = *static_cast<const Recording*>(context);
-  const auto t = static_cast<std::size_t>(frame);
-  std::ranges::copy(recording.frames[t], static_cast<double*>(points));
-  std::ranges::copy(recording.known[t], known);
-  return 0;
-}
 
 TEST_CASE("any number of threads makes the same frame") {
   const Recording recording;
@@ -81,46 +69,6 @@ TEST_CASE("frames are read in order, twice, and only those that are used") {
   }
   CHECK(*second < 50);
   CHECK(read.back() > n - 50);
-}
-
-TEST_CASE("C makes the same frame, and can stop it") {
-  Recording recording;
-  const auto whole = recording.made_whole();
-  const std::size_t k = recording.mesh.size();
-  dynmesh_whole_frame_request request{};
-  request.faces = recording.mesh.indices.data();
-  request.n_faces = static_cast<std::int64_t>(recording.mesh.faces().count);
-  request.n_frames = static_cast<std::int64_t>(recording.frames.size());
-  request.source = read_recording;
-  request.context = &recording;
-  request.frame = -1;
-  request.noise = std::numeric_limits<double>::quiet_NaN();
-  request.threads = 1;
-  std::vector<double> positions(3 * k);
-  std::vector<std::uint8_t> seen(k);
-  std::vector<double> errors(k);
-  const dynmesh_output output{positions.data(), static_cast<std::int64_t>(k), 0, 0,
-                              DYNMESH_FLOAT64};
-  dynmesh_whole_frame_report report{};
-  const auto call = [&] {
-    return dynmesh_whole_frame(&request, &output, seen.data(), errors.data(), &report);
-  };
-  REQUIRE(call() == DYNMESH_OK);
-  CHECK(positions == whole.positions);
-  CHECK(seen == whole.seen);
-  CHECK(errors == whole.standard_error);
-  CHECK(report.frame == 3);
-  CHECK(report.doubtful == 0);
-
-  request.progress = [](void* /*context*/, std::int64_t done, std::int64_t /*of*/) {
-    return done < 5 ? 0 : 1;
-  };
-  CHECK(call() == DYNMESH_STOPPED);
-  CHECK(std::string(dynmesh_last_message()).find("stopped after 5 of ") == 0);
-  request.frame = -2;
-  CHECK(call() == DYNMESH_INVALID_ARGUMENT);
-  request.source = nullptr;
-  CHECK(call() == DYNMESH_INVALID_ARGUMENT);
 }
 
 }  // namespace
