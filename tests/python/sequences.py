@@ -1,10 +1,24 @@
-"""Comparing sequences, and arrays that are none."""
+"""Small seas, comparing sequences, and arrays that are none."""
 
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import dynmesh
+
+
+def sea(
+    n: int, grid: int = 10, share: float | None = None, whole: Iterable[int] = (), **more: Any
+) -> dynmesh.Sequence:
+    """An ocean; with a share, one of which that share is known, and these frames wholly."""
+    ocean = dynmesh.synth.ocean(n, grid=grid, seed=3)
+    if share is not None:
+        known = np.random.default_rng(5).random((n, grid**2)) < share
+        known[list(whole)] = True
+        more["known"] = known
+    return replace(ocean, **more)
 
 
 def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, *names: str) -> None:

@@ -1,24 +1,35 @@
-"""The command line, used as by a user."""
+"""The command line, used as by a user: jobs, help, folders, space, interruptions and quiet."""
 
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from commands import dynmesh_process
+from conftest import REPOSITORY
+from sequences import sea
 
 import dynmesh
+from dynmesh import cli, files
+from dynmesh.files.numbered import FrameNames
 
 N_FRAMES = 12
+TRUTH = dynmesh.synth.ocean(N_FRAMES, seed=2)
+KNOWN = np.stack(list(dynmesh.degrade.random_known(N_FRAMES, 2500, 0.3, seed=1)))
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def job(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the steps of the main job."""
     folder = tmp_path_factory.mktemp("job")
     run("synth", "ocean", folder / "truth.npz", "--frames", str(N_FRAMES), "--seed", "2")
@@ -27,85 +38,109 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_main_job_equals_the_library(folder: Path) -> None:
-    truth = dynmesh.read(folder / "truth.npz")
-    np.testing.assert_array_equal(truth.vertices, dynmesh.synth.ocean(N_FRAMES, seed=2).vertices)
-    partial = dynmesh.read(folder / "partial.npz")
-    assert partial.known is not None
-    masks = list(dynmesh.degrade.random_known(N_FRAMES, 2500, 0.3, seed=1))
-    np.testing.assert_array_equal(partial.known, masks)
-    assert np.isnan(partial.vertices[~partial.known]).all()
-    completed = dynmesh.read(folder / "completed.npz")
-    expected = list(dynmesh.complete(truth.faces, truth.vertices, masks, method="detail"))
+def test_the_main_job_equals_the_library(job: Path) -> None:
+    truth, partial, completed = (
+        dynmesh.read(job / f"{name}.npz") for name in ("truth", "partial", "completed")
+    )
+    np.testing.assert_array_equal(truth.vertices, TRUTH.vertices)
+    np.testing.assert_array_equal(partial.known, KNOWN)
+    assert np.isnan(partial.vertices[~KNOWN]).all()
+    expected = list(dynmesh.complete(TRUTH.faces, TRUTH.vertices, KNOWN, method="detail"))
     np.testing.assert_array_equal(completed.vertices, expected)
     assert completed.known is None
     assert completed.fps == partial.fps == truth.fps == 30
 
 
-def test_settings_reach_the_completer(folder: Path, tmp_path: Path) -> None:
-    partial = dynmesh.read(folder / "partial.npz")
-    for options, settings in [
-        (["--method=motion"], {"method": "motion"}),
+@pytest.mark.parametrize(
+    ("line", "settings"),
+    [
+        ("--method=motion", {"method": "motion"}),
         (
-            ["--noise", "0.01", "--reject-outliers", "--learn", "--threads", "2"],
+            "--noise 0.01 --reject-outliers --learn --threads 2",
             {"noise": 0.01, "reject_outliers": True, "learn": True},
         ),
-    ]:
-        out = tmp_path / "out.npz"
-        run("complete", folder / "partial.npz", out, "--overwrite", *options)
-        expected: Any = list(
-            dynmesh.complete(partial.faces, partial.vertices, partial.known, **settings)  # type: ignore[arg-type]
-        )
-        np.testing.assert_array_equal(dynmesh.read(out).vertices, expected)
+    ],
+)
+def test_settings_reach_the_completer(job: Path, tmp_path: Path, line: str, settings: Any) -> None:
+    run("complete", job / "partial.npz", tmp_path / "out.npz", *line.split())
+    expected = list(dynmesh.complete(TRUTH.faces, TRUTH.vertices, KNOWN, **settings))
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
 
 
-def test_degrade_equals_the_library(folder: Path, tmp_path: Path) -> None:
-    truth = dynmesh.read(folder / "truth.npz")
-    frames, faces, degrade = truth.vertices, truth.faces, dynmesh.degrade
-    everywhere = frames.reshape(-1, 3)
-    ways: list[tuple[list[str], Any, Any]] = [
-        (
-            ["--camera", "2"],
-            degrade.camera_known(frames, faces, degrade.orbit(everywhere, 2)),
-            frames,
+FRAMES, FACES, DEGRADE = TRUTH.vertices, TRUTH.faces, dynmesh.degrade
+LOSSES: dict[str, tuple[Any, Any]] = {
+    "--camera 2": (
+        lambda: DEGRADE.camera_known(FRAMES, FACES, DEGRADE.orbit(FRAMES.reshape(-1, 3), 2)),
+        None,
+    ),
+    "--patches 0.2": (lambda: DEGRADE.patch_known(FACES, N_FRAMES, 2500, 0.2, seed=4), None),
+    "--dropout 0.3": (lambda: DEGRADE.dropout(N_FRAMES, 2500, 0.3, seed=4), None),
+    "--noise 0.1": (None, lambda: DEGRADE.add_noise(FRAMES, FACES, 0.1, seed=4)),
+    "--outliers 0.1": (None, lambda: DEGRADE.add_outliers(FRAMES, FACES, 0.1, seed=4)),
+    "--known 0.5 --dropout 0.3 --noise 0.1": (
+        lambda: np.logical_and(
+            list(DEGRADE.random_known(N_FRAMES, 2500, 0.5, seed=4)),
+            list(DEGRADE.dropout(N_FRAMES, 2500, 0.3, seed=4)),
         ),
-        (["--patches", "0.2"], degrade.patch_known(faces, N_FRAMES, 2500, 0.2, seed=4), frames),
-        (["--dropout", "0.3"], degrade.dropout(N_FRAMES, 2500, 0.3, seed=4), frames),
-        (["--noise", "0.1"], None, degrade.add_noise(frames, faces, 0.1, seed=4)),
-        (["--outliers", "0.1"], None, degrade.add_outliers(frames, faces, 0.1, seed=4)),
-    ]
-    for options, known, points in ways:
-        out = tmp_path / f"{options[0].strip('-')}.npz"
-        run("degrade", folder / "truth.npz", out, "--seed", "4", *options)
-        made = dynmesh.read(out)
-        assert made.known is not None
-        np.testing.assert_array_equal(
-            made.known, np.ones((N_FRAMES, 2500), bool) if known is None else list(known)
-        )
-        expected = np.stack(list(points))
-        np.testing.assert_array_equal(made.vertices[made.known], expected[made.known])
-    run("degrade", folder / "truth.npz", tmp_path / "all.npz", "--known", "0.5", "--dropout", "0.3",
-        "--noise", "0.1", "--seed", "4")  # fmt: skip
-    both = dynmesh.read(tmp_path / "all.npz").known
-    expected = np.logical_and(
-        list(degrade.random_known(N_FRAMES, 2500, 0.5, seed=4)),
-        list(degrade.dropout(N_FRAMES, 2500, 0.3, seed=4)),
-    )
-    np.testing.assert_array_equal(both, expected)
+        lambda: DEGRADE.add_noise(FRAMES, FACES, 0.1, seed=4),
+    ),
+}
+"""What is known after a loss, and the positions, if they are not as before."""
 
 
-def test_what_a_format_cannot_hold_is_reported(folder: Path, tmp_path: Path) -> None:
-    run("complete", folder / "partial.npz", tmp_path / "a.npz", "--provenance")
+@pytest.mark.parametrize("line", LOSSES)
+def test_degrade_equals_the_library(job: Path, tmp_path: Path, line: str) -> None:
+    known, points = LOSSES[line]
+    run("degrade", job / "truth.npz", tmp_path / "out.npz", "--seed", "4", *line.split())
+    made = dynmesh.read(tmp_path / "out.npz")
+    expected = np.ones_like(KNOWN) if known is None else np.stack(list(known()))
+    np.testing.assert_array_equal(made.known, expected)
+    positions = FRAMES if points is None else np.stack(list(points()))
+    np.testing.assert_array_equal(made.vertices[expected], positions[expected])
+
+
+def test_what_a_format_cannot_hold_is_reported(job: Path, tmp_path: Path) -> None:
+    run("complete", job / "partial.npz", tmp_path / "a.npz", "--provenance")
     completed = dynmesh.read(tmp_path / "a.npz").vertices
-    for name in ("a.pc2", "o/f_%02d.obj"):
+    for name in ("a.pc2", "o/f_%02d.obj", "a.npy"):
         shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
-        assert (
-            f"{name}: generation and age are not written; this format cannot hold them\n" in shown
-        )
-        np.testing.assert_array_equal(dynmesh.read(tmp_path / name).vertices, completed)
-    shown = run("convert", tmp_path / "a.npz", tmp_path / "a.npy").stderr
-    assert "not written" not in shown
-    assert dynmesh.read(tmp_path / "a.npy").generation is not None
+        assert (f"{name}: generation and age are not written" in shown) == (name != "a.npy")
+        again = dynmesh.read(tmp_path / name)
+        np.testing.assert_array_equal(again.vertices, completed)
+        assert (again.generation is None) == (name != "a.npy")
+
+
+def test_help_and_what_the_tab_key_completes(tmp_path: Path) -> None:
+    shown = run("--help").stdout
+    assert run("-h").stdout == shown
+    assert all(name in shown for name in (*files.formats, *cli.VERBS))
+    reading = {"--faces", "--prim", "--mask", "--missing", "--gaps"}
+    for command in ("info", "degrade", "complete", "convert", "view", "picture"):
+        assert reading <= set(re.findall(r"^│[* ]+(--\w+)", run(command, "-h").stdout, re.M))
+    script = cli.app.generate_completion(shell="bash")
+    assert {"complete", "--method", "motion"} <= set(re.findall(r"[\w-]+", script))
+    (tmp_path / "complete.bash").write_text(script)
+    subprocess.run(["bash", "-n", tmp_path / "complete.bash"], check=True)
+
+
+def found(pattern: str, path: Path) -> str:
+    """Returns the only group of `pattern` in a file."""
+    (match,) = re.findall(pattern, path.read_text(), flags=re.MULTILINE)
+    return str(match)
+
+
+def test_there_is_one_version(programs: Path) -> None:
+    version = found(r"project\(dynmesh VERSION (\S+)", REPOSITORY / "CMakeLists.txt")
+    assert dynmesh.__version__ == version == metadata.version("dynmesh")
+    # The citation cannot be generated, so its version is changed by hand.
+    assert found(r"^version: (\S+)$", REPOSITORY / "CITATION.cff") == version
+    header = programs / "include" / "dynmesh" / "version.hpp"
+    assert found(r'DYNMESH_VERSION "(\S+)"', header) == version
+    parts = [found(rf"DYNMESH_VERSION_{x} (\d+)", header) for x in ("MAJOR", "MINOR", "PATCH")]
+    assert ".".join(parts) == version
+    assert dynmesh_process("--version").stdout == f"dynmesh {version}\n"
+    shown = subprocess.run([programs / "dynmesh-complete", "--version"], capture_output=True)
+    assert shown.stdout.decode() == f"dynmesh-complete {version}\n"
 
 
 @pytest.mark.usefixtures("hearing_interrupts")
@@ -118,8 +153,8 @@ def test_an_interruption_while_modules_load_gives_no_traceback(module: str, tmp_
     assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, "", "")
 
 
-def test_who_reads_the_output_may_stop(folder: Path) -> None:
-    words = [sys.executable, "-m", "dynmesh", "info", str(folder / "truth.npz"), "--json"]
+def test_who_reads_the_output_may_stop(job: Path) -> None:
+    words = [sys.executable, "-m", "dynmesh", "info", str(job / "truth.npz"), "--json"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None
         process.stdout.close()
@@ -128,18 +163,98 @@ def test_who_reads_the_output_may_stop(folder: Path) -> None:
     assert process.returncode == 0
 
 
-def test_what_else_new_users_write(folder: Path, tmp_path: Path) -> None:
+def test_what_else_new_users_write(job: Path, tmp_path: Path) -> None:
     """A message names the option that is missing, and what was exchanged."""
-    truth = str(folder / "truth.npz")
+    truth = str(job / "truth.npz")
     assert "--input: is needed" in run("evaluate", truth, truth, "--only", "missing", code=2).stderr
     (tmp_path / "scan.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n")
     (tmp_path / "scan.ply").write_text(
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
         "property float z\nend_header\n0 0 0\n"
     )
-    files = tmp_path / "scan.ply", tmp_path / "scan.xyz", tmp_path / "made.obj"
-    assert "comes before the scan" in run("register", *files, code=1).stderr
+    given = tmp_path / "scan.ply", tmp_path / "scan.xyz", tmp_path / "made.obj"
+    assert "comes before the scan" in run("register", *given, code=1).stderr
     many = [f"{number}.png" for number in range(20)]
     said = run("track", *many, "--template", "a.obj", code=2).stderr
     assert "put patterns in quotes" in said
     assert "9.png" not in said
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that commands run in, with a small sea, whole, partial and with a hole."""
+    partial = sea(6, share=0.6, whole=[0])
+    broken = partial.vertices.copy()
+    broken[0, 5] = np.nan
+    dynmesh.write(tmp_path / "truth.npz", replace(partial, known=None))
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    dynmesh.write(tmp_path / "body.obj", replace(partial, known=None)[:1])
+    dynmesh.write(tmp_path / "holed.npz", replace(partial, vertices=broken, known=None, start=1001))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+WRITING: dict[str, str] = {
+    "a.npz": "synth ocean {} --frames 2",
+    "b.obj": "convert body.obj {}",
+    "c_%04d.ply": "complete partial.npz {}",
+    "frames": "convert truth.npz {}/####.ply",
+    "e.npz": "degrade truth.npz {} --known 0.5",
+    "scans": "degrade truth.npz {} --scan --points 900 --cameras 2",
+    "f.csv": "evaluate truth.npz truth.npz --csv {}",
+}
+
+
+@pytest.mark.parametrize(("name", "line"), WRITING.items(), ids=WRITING)
+def test_folders_of_outputs_are_made(folder: Path, name: str, line: str) -> None:
+    run(*line.format(f"new/deep/{name}").split())
+    assert len(list((folder / "new" / "deep").iterdir())) >= 1
+
+
+@pytest.mark.parametrize("output", ["new/deep/out.npz", "new/deep/out_%04d.ply"])
+def test_folders_that_stay_empty_are_removed(folder: Path, output: str) -> None:
+    vertices = sea(6).vertices.copy()
+    vertices[3, 5] = np.inf
+    known = np.ones((6, 100), np.bool_)
+    dynmesh.write("broken.npz", replace(sea(6), vertices=vertices, known=known))
+    assert "broken.npz: frame 3: " in run("complete", "broken.npz", output, code=1).stderr
+    assert not (folder / "new").exists()
+
+
+@pytest.mark.parametrize("line", ["convert truth.npz {}", "complete partial.npz {}"])
+def test_space_is_looked_at_before_a_job(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, line: str
+) -> None:
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=7000))
+    for name in ("new/out.npz", "new/out_####.ply"):  # 7200 bytes
+        told = run(*line.format(name).split(), code=1).stderr
+        assert f"{name}: needs at least 7.2e-06 GB, but its disk has 7e-06 GB left" in told
+        assert not (folder / "new").exists()
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=8000))
+    run(*line.format("out.npz").split())
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name"),
+    [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],
+)
+def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: str) -> None:
+    assert FrameNames.of(tmp_path / pattern).name(7) == name
+
+
+@pytest.mark.usefixtures("folder")
+def test_quiet_prints_errors_alone() -> None:
+    words = ("complete", "partial.npz", "out.npz")
+    assert run(*words).stderr
+    told = run(*words, "--overwrite", "--quiet")
+    assert (told.stdout, told.stderr) == ("", "")
+    assert "exists already" in run(*words, "--quiet", code=1).stderr
+    assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
+    assert run(*words, "--overwrite").stderr
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("loss", ["--noise 1", "--outliers 0.1", "--scan"])
+def test_simulations_say_which_file_and_frame(loss: str) -> None:
+    told = run("degrade", "holed.npz", "o.npz", *loss.split(), code=1).stderr
+    assert "holed.npz: frame 1001: " in told

@@ -1,5 +1,10 @@
 """Requirements for all file formats, including their errors."""
 
+import math
+import random
+import re
+import tracemalloc
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +14,11 @@ import numpy as np
 import pytest
 from bad_input.files import on_a_full_disk
 from commands import dynmesh_command, run_here
+from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from memory import own_memory
+from meshes import sheet
 
 import dynmesh
 from dynmesh import files
@@ -242,6 +249,110 @@ def test_provenance_is_refused_by_formats_without_it(
         dynmesh.complete_file(source, place(tmp_path, format), provenance=True)
     assert ".npz" in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
+
+
+def result_of(path: Path) -> dynmesh.Sequence | str:
+    """Reads a sequence in little memory; returns it, or else why it is refused."""
+    tracemalloc.start()
+    try:
+        sequence = dynmesh.read(path)
+        assert sequence.faces.max(initial=0) < sequence.vertices.shape[1]
+        return sequence
+    except (ValueError, OSError) as error:
+        assert str(path.parent) in str(error)  # noqa: PT017
+        assert "\n" not in str(error)  # noqa: PT017
+        return str(error)
+    finally:
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert peak < 32 << 20
+
+
+def differences(found: dynmesh.Sequence, whole: dynmesh.Sequence) -> float:
+    """The number of entries in which two sequences differ; infinity if their kinds do."""
+    count: float = 0
+    for values in zip(vars(found).values(), vars(whole).values(), strict=True):
+        one, other = map(np.asarray, values)
+        if (one.shape, one.dtype) != (other.shape, other.dtype):
+            return np.inf
+        count += np.count_nonzero((one != other) & ((one == one) | (other == other)))
+    return count
+
+
+# A checksum notices every change. Without one, another number is as good as the right one. In other
+# formats, a changed word may also be one that readers ignore.
+MOST_CHANGED = {"npz": 0, "npy": 1, "ply": 1}
+
+
+# Without Alembic, whose library ends the process for some damaged files.
+@pytest.mark.parametrize("format", [*sorted({*FORMATS} - {"alembic"}), "usda"])
+def test_a_changed_byte_is_noticed_or_changes_one_number(tmp_path: Path, format: str) -> None:
+    path = tmp_path / "body.usda" if format == "usda" else place(tmp_path, format)
+    mesh, known = sheet(4), np.random.default_rng(0).random((4, 16)) < 0.7
+    vertices = (mesh.vertices + np.arange(4)[:, None, None] / 3).astype(np.float32)
+    generation = np.where(known, 0, 1).astype(np.int32)
+    traces: Any = {"known": known, "generation": generation, "age": generation}
+    kept = traces if format in {*TRACED, "usda"} else {}
+    dynmesh.write(path, dynmesh.Sequence(vertices, mesh.faces, fps=25.0, **kept))
+    generator, whole = random.Random(format), dynmesh.read(path)
+    for file in sorted(file for file in tmp_path.rglob("*") if file.is_file()):
+        content = file.read_bytes()
+        places = range(len(content))
+        drawn = places if LONGER > 1 else generator.sample(places, 20)
+        for changed in {0, *drawn, len(content) - 1}:
+            damaged = bytearray(content)
+            damaged[changed] ^= generator.choice((1 << generator.randrange(8), 0xFF))
+            file.write_bytes(damaged)
+            found = result_of(path)
+            most = MOST_CHANGED.get(format, np.inf)
+            assert isinstance(found, str) or differences(found, whole) <= most, (file, changed)
+        file.write_bytes(content)
+
+
+RARELY_DRAWN: dict[str, tuple[str, str, Callable[[bytes], bytes]]] = {
+    "a huge header": ("npy", ".faces", lambda c: c.replace(b"Y\x01\x00", b"Y\x02\x00", 1)),
+    "a header that ends in its middle": ("npy", "", lambda c: c.replace(b"}", b" ", 1)),
+    "members that begin before the archive": (
+        "npz", "", lambda c: c[:-4] + bytes([c[-4] + 1]) + c[-3:]
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", RARELY_DRAWN)
+def test_damage_that_is_rarely_drawn(
+    tmp_path: Path, partial: dynmesh.Sequence, damage: str
+) -> None:
+    format, part, change = RARELY_DRAWN[damage]
+    path = place(tmp_path, format)
+    dynmesh.write(path, partial)
+    damaged = path.with_name(f"{path.stem}{part}{path.suffix}")
+    damaged.write_bytes(change(damaged.read_bytes()))
+    assert str(result_of(path)).startswith(f"{damaged}: ")
+
+
+def claiming_npz(path: Path, name: str) -> None:
+    with zipfile.ZipFile(path, "w") as archive:
+        for array, shape, kind in (("vertices", (2, 9, 3), "<f4"), ("faces", (8, 3), "<i4")):
+            claimed = (2**31, *shape[1:]) if array == name else shape
+            header = {"descr": kind, "fortran_order": False, "shape": claimed}
+            with archive.open(f"{array}.npy", "w") as member:
+                np.lib.format.write_array_header_1_0(member, header)
+                member.write(bytes(4 * math.prod(shape)))
+
+
+def claiming_hdf5(path: Path, name: str) -> None:
+    with pytest.importorskip("h5py").File(path, "w") as file:
+        for array, shape, kind in (("vertices", (2, 3, 3), "f4"), ("faces", (1, 3), "i4")):
+            claimed = (2, 2**31 - 1, 3)[-len(shape) :] if array == name else shape
+            file.create_dataset(array, claimed, kind, chunks=True)
+
+
+@pytest.mark.parametrize("name", ["vertices", "faces"])
+@pytest.mark.parametrize("claim", [claiming_npz, claiming_hdf5])
+def test_an_array_that_claims_billions_is_named(tmp_path: Path, claim: Any, name: str) -> None:
+    path = place(tmp_path, claim.__name__.partition("_")[2])
+    claim(path, name)
+    assert re.search(rf"{path.name}: {name}: .* bytes", str(result_of(path)))
 
 
 SPOILT: dict[str, Callable[[bytes], bytes]] = {
