@@ -9,9 +9,8 @@ from . import (
     calibration,
     cases,
     paper,
-    registration_table,
+    tracking_baselines,
     tracking_conditions,
-    tracking_table,
     whole_frame,
 )
 
@@ -20,8 +19,7 @@ TABLES: dict[str, Callable[[], None]] = {
     **{name: partial(cases.main, name) for name in cases.CASES},
     "both-sides": both_sides.main,
     "calibration": calibration.main,
-    "registration": registration_table.main,
-    "tracking": tracking_table.main,
+    "tracking": tracking_baselines.main,
     "tracking-conditions": tracking_conditions.main,
     "whole-frame": whole_frame.main,
 }

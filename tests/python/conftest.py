@@ -53,7 +53,6 @@ SKIPS = (
     r"Blender is not here",  # script/interchange takes 1 GB for it
     r"the extension is not here",
     r"rustc is not here",
-    r"instructions are counted",  # by valgrind, and with one compiler and kind of processor
 )
 """The starts of the reasons for which tests may be skipped; for any other, a skipped test fails."""
 
