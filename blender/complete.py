@@ -2,6 +2,7 @@
 
 import tempfile
 from pathlib import Path
+from typing import ClassVar
 
 import bpy
 import numpy as np
@@ -9,11 +10,12 @@ import numpy as np
 from . import meshes
 
 
-class Complete(meshes.OfMesh, bpy.types.Operator):
+class Complete(bpy.types.Operator):
     """Estimate the vertices that are missing in some frames, in a new object with a cache."""
 
     bl_idname = "dynmesh.complete"
     bl_label = "Complete Missing Vertices"
+    bl_options: ClassVar = {"REGISTER", "UNDO"}
 
     mask: bpy.props.StringProperty(
         name="Mask",
@@ -40,6 +42,16 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
         precision=4,
         subtype="DISTANCE",
     )
+    cache: bpy.props.StringProperty(
+        name="Cache",
+        description="The cache that is written, a file .pc2 [beside the saved .blend file]",
+        subtype="FILE_PATH",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """Whether a mesh is active."""
+        return context.object is not None and context.object.type == "MESH"
 
     def invoke(self, context, _):
         """Asks for the options."""
@@ -55,7 +67,7 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
         thing, scene = context.object, context.scene
         now = scene.frame_current
         try:
-            cache = meshes.cache_path(self.cache, thing, "completed")
+            cache = meshes.cache_path(self.cache, thing)
             with tempfile.TemporaryDirectory() as folder:
                 partial = Path(folder) / "partial.npz"
                 mesh = self._write(dynmesh, context, partial)
@@ -71,7 +83,7 @@ class Complete(meshes.OfMesh, bpy.types.Operator):
             return {"CANCELLED"}
         finally:
             scene.frame_set(now)
-        meshes.add_played(context, thing, mesh, "completed", cache, scene.frame_start)
+        meshes.add_played(context, thing, mesh, cache, scene.frame_start)
         for line in report.lines():
             self.report({"INFO" if report.quality == "good" else "WARNING"}, line)
         return {"FINISHED"}

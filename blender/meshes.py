@@ -1,28 +1,10 @@
-"""What both operators share: meshes as arrays, caches, and the objects that play them."""
+"""Meshes as arrays, and the objects that play caches."""
 
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar
 
 import bpy
 import numpy as np
-
-
-class OfMesh:
-    """What an operator on the active mesh is that writes a cache."""
-
-    bl_options: ClassVar = {"REGISTER", "UNDO"}
-
-    cache: bpy.props.StringProperty(
-        name="Cache",
-        description="The cache that is written, a file .pc2 [beside the saved .blend file]",
-        subtype="FILE_PATH",
-    )
-
-    @classmethod
-    def poll(cls, context):
-        """Whether a mesh is active."""
-        return context.object is not None and context.object.type == "MESH"
 
 
 @contextmanager
@@ -50,7 +32,7 @@ def triangles(mesh):
     return flat.reshape(-1, 3)
 
 
-def cache_path(asked, thing, what):
+def cache_path(asked, thing):
     """The path of a cache as a user gave it, or beside the saved file.
 
     Raises:
@@ -60,12 +42,12 @@ def cache_path(asked, thing, what):
         return Path(bpy.path.abspath(asked)).with_suffix(".pc2")
     if not bpy.data.filepath:
         raise ValueError("save the .blend file first, or say where the cache is to be written")
-    return Path(bpy.data.filepath).with_name(f"{bpy.path.clean_name(thing.name)}-{what}.pc2")
+    return Path(bpy.data.filepath).with_name(f"{bpy.path.clean_name(thing.name)}-completed.pc2")
 
 
-def add_played(context, thing, mesh, what, cache, first):
+def add_played(context, thing, mesh, cache, first):
     """Adds an object like another one, whose mesh a cache moves from a frame on."""
-    made = bpy.data.objects.new(f"{thing.name} {what}", mesh)
+    made = bpy.data.objects.new(f"{thing.name} completed", mesh)
     made.matrix_world = thing.matrix_world
     for collection in thing.users_collection:
         collection.objects.link(made)
@@ -75,4 +57,3 @@ def add_played(context, thing, mesh, what, cache, first):
     modifier.frame_start = first
     modifier.forward_axis, modifier.up_axis = "POS_Y", "POS_Z"  # as they are
     context.view_layer.objects.active = made
-    return made

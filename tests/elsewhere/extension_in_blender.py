@@ -1,8 +1,7 @@
-"""Runs the extension: `extension_in_blender.py EXTENSION.zip SCANS TEMPLATE.npz OUT.npz`.
+"""Runs the extension: `extension_in_blender.py EXTENSION.zip OUT.npz`.
 
 Run it with a Python that has Blender. A waving sheet, of which a vertex group marks a part as
-known, is completed, and the template is tracked in the scans. OUT holds the positions that the
-objects with the caches have in every frame.
+known, is completed. OUT holds the positions that the object with the cache has in every frame.
 """
 
 import sys
@@ -44,7 +43,7 @@ def sheet():
     return thing
 
 
-def main(extension, scans, template, out):
+def main(extension, out):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(
         filepath=extension, repo="user_default", enable_on_install=True
@@ -59,14 +58,6 @@ def main(extension, scans, template, out):
         found["refused"] = np.array(str(error))
     bpy.ops.dynmesh.complete(mask="seen", cache=str(folder / "completed.pc2"))
     found["completed"] = frames_of(bpy.context.object)
-    with np.load(template) as arrays:
-        mesh = bpy.data.meshes.new("body")
-        mesh.from_pydata(arrays["vertices"][0].tolist(), [], arrays["faces"].tolist())
-    body = bpy.data.objects.new("body", mesh)
-    bpy.context.scene.collection.objects.link(body)
-    bpy.context.view_layer.objects.active = body
-    bpy.ops.dynmesh.track(directory=scans, cache=str(folder / "tracked.pc2"))
-    found["tracked"] = frames_of(bpy.context.object)
     np.savez(out, **found)
 
 

@@ -5,7 +5,6 @@ The second half needs a Python with Blender in it: script/interchange installs a
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -96,16 +95,11 @@ def test_blender_shows_a_completed_scene_as_it_was(tmp_path: Path, blender: str)
     np.testing.assert_allclose(after["Body:positions"], expected, atol=1e-6)
 
 
-def test_the_extension_completes_and_tracks(tmp_path: Path, blender: str) -> None:
+def test_the_extension_completes(tmp_path: Path, blender: str) -> None:
     (extension, *_) = [*sorted((REPOSITORY / "dist").glob("dynmesh-blender-*.zip")), None]
     if extension is None:
         pytest.skip("the extension is not here: script/blender-extension makes it")
-    walker = dynmesh.synth.walker(60)[:4]
-    dynmesh.write(tmp_path / "truth.npz", walker)
-    dynmesh.write(tmp_path / "body.npz", walker[:1])
-    degrade = [sys.executable, "-m", "dynmesh", "degrade", "truth.npz", "scans", "--scan"]
-    subprocess.run([*degrade, "--cameras", "4"], cwd=tmp_path, check=True)
-    files = [extension, *(tmp_path / name for name in ("scans", "body.npz", "out.npz"))]
+    files = [extension, tmp_path / "out.npz"]
     script = ELSEWHERE / "extension_in_blender.py"
     own = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "user")}
     (tmp_path / "user").mkdir()
@@ -119,5 +113,3 @@ def test_the_extension_completes_and_tracks(tmp_path: Path, blender: str) -> Non
         errors = np.linalg.norm(completed - truth, axis=2)[-1, 1::2]
         moved = np.linalg.norm(truth[-1] - truth[0], axis=1)[1::2]
         assert errors.mean() < 0.1 * moved.mean()
-        tracked = np.linalg.norm(found["tracked"][:4] - walker.vertices, axis=2)
-        assert tracked.mean() < 0.01
