@@ -1,6 +1,7 @@
 """What standard errors say of distances, and how well they describe true errors."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -145,17 +146,16 @@ def _ranks(values: NDArray[Any]) -> NDArray[np.float64]:
 
 
 class Distances:
-    """How far off estimated vertices may be, over all frames, in constant memory.
+    """How far off filled-in vertices may be, over all frames, in constant memory.
 
-    Counts standard errors in bins a twentieth wide, relative to their value.
+    Counts standard errors of a coordinate in bins a twentieth wide, relative to their value.
     """
 
     _STEP = math.log(1.05)
 
-    def __init__(self, standard_error_of: StandardErrorOf = "position") -> None:
-        """Begin without a frame, for standard errors of one kind."""
-        self.standard_error_of: StandardErrorOf = standard_error_of
-        self._counts: dict[int, int] = {}
+    def __init__(self) -> None:
+        """Begin without a frame."""
+        self._counts: Counter[float] = Counter()
         self._exact = 0
 
     def add(self, standard_error: Floats, filled: NDArray[np.bool_]) -> None:
@@ -164,55 +164,39 @@ class Distances:
         positive = values[values > 0]
         self._exact += len(values) - len(positive)
         bins, counts = np.unique(np.rint(np.log(positive) / self._STEP), return_counts=True)
-        for number, count in zip(bins.astype(int).tolist(), counts.tolist(), strict=True):
-            self._counts[number] = self._counts.get(number, 0) + count
+        self._counts.update(dict(zip(bins.tolist(), counts.tolist(), strict=True)))
 
     def within(self, share: float) -> float | None:
         """Return the distance within which this share of them is expected to be; None without any.
 
-        Errors are taken to be normal and, if they are of positions, alike in all directions.
+        Errors are taken to be normal and alike in all directions.
         """
-        whole = self._exact + sum(self._counts.values())
+        whole = self._exact + self._counts.total()
         if whole == 0:
             return None
         if self._exact >= share * whole:
             return 0.0
-        bins = np.array(sorted(self._counts))
-        counts = np.array([self._counts[number] for number in bins.tolist()])
-        bars = np.exp(bins * self._STEP)
-        chi = _CHI[RULES[self.standard_error_of].coordinates]
-        low, high = 0.0, 10.0 * float(bars[-1])
+        counts = np.array([*self._counts.values()])
+        bars = np.exp(np.array([*self._counts]) * self._STEP)
+        low, high = 0.0, 10.0 * float(bars.max())
         for _ in range(60):
             middle = (low + high) / 2
-            found = self._exact + float(counts @ np.interp(middle / bars, _STEPS, chi))
+            found = self._exact + float(counts @ [_chi(middle / bar) for bar in bars.tolist()])
             low, high = (middle, high) if found < share * whole else (low, middle)
         return high
 
 
-def _share(distance: float, coordinates: int) -> float:
-    """The distribution of chi with one or three degrees of freedom, in standard errors."""
+def _chi(distance: float) -> float:
+    """The distribution of chi with three degrees of freedom, in standard errors."""
     along_one = math.erf(distance / math.sqrt(2))
-    if coordinates == 1:
-        return along_one
     return along_one - math.sqrt(2 / math.pi) * distance * math.exp(-(distance**2) / 2)
 
 
-_STEPS = np.linspace(0, 8, 1601)
-_CHI = {n: np.array([_share(step, n) for step in _STEPS.tolist()]) for n in (1, 3)}
-"""These distributions as tables, which are much faster for many distances."""
-
-
-def in_words(distances: Distances, metres_per_unit: float | None) -> str | None:
-    """Say within which distance 90 % of the estimated vertices are; None without any."""
-    distance = distances.within(0.9)
-    if distance is None:
+def in_words(within_90: float | None, metres_per_unit: float | None) -> str | None:
+    """Say within which distance 90 % of the filled-in vertices are; None without any."""
+    if within_90 is None:
         return None
-    shown, unit = f"{distance:.2g}", ", in the unit of the positions"
+    shown, unit = f"{within_90:.2g}", ", in the unit of the positions"
     if metres_per_unit is not None:
-        shown, unit = f"{1000 * metres_per_unit * distance:.2g} mm", ""
-    if distances.standard_error_of == "surface":
-        return (
-            f"90 % of the vertices are expected to be within {shown} of the true surface{unit}; "
-            "how far they are off along it is not known"
-        )
+        shown, unit = f"{1000 * metres_per_unit * within_90:.2g} mm", ""
     return f"90 % of the filled-in vertices are expected to be within {shown}{unit}"

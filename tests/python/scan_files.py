@@ -5,11 +5,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from meshes import Mesh
 from PIL import Image
 
-from dynmesh import degrade
+from dynmesh import Sequence, degrade
 from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
-from dynmesh.scans import DepthFolder, DepthScan, PointScan, Rig, ScanCamera, ScanReader
+from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.scans import (
+    DepthFolder,
+    DepthScan,
+    PointFolder,
+    PointScan,
+    Rig,
+    ScanCamera,
+    ScanReader,
+)
 
 
 def some_points(dtype: Any = np.float64, n: int = 7) -> PointScan:
@@ -26,6 +36,45 @@ def a_rig(n: int = 2, size: tuple[int, int] = (8, 6), unit: float | None = None)
         for i, camera in enumerate(cameras)
     ]
     return Rig(tuple(described), unit)
+
+
+def room_around(points: Any) -> Mesh:
+    """A floor under a subject and a wall behind it, as seen by the first camera of an orbit."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, size = (low + high) / 2, np.linalg.norm(high - low)
+    origin = np.array([middle[0], middle[1], low[2]])
+    floor = [(-4, -4, 0), (4, -4, 0), (4, 4, 0), (-4, 4, 0)]
+    wall = [(-2.5, -4, 0), (-2.5, 4, 0), (-2.5, 4, 3), (-2.5, -4, 3)]
+    square = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = np.concatenate([square, square + 4])
+    return Mesh(faces, origin + size * np.array(floor + wall, np.float64))
+
+
+def scanned_in_a_room(
+    truth: Sequence, folder: Path, size: tuple[int, int] | None = None, cameras: int = 4
+) -> None:
+    """Writes points of a subject in a room, or depth images, and the cameras."""
+    everywhere = truth.vertices.reshape(-1, 3)
+    room = room_around(everywhere)
+    n, k, _ = truth.vertices.shape
+    frames = np.concatenate([truth.vertices, np.repeat(room.vertices[None], n, axis=0)], axis=1)
+    faces = np.concatenate([truth.faces, room.faces + k])
+    noise = 0.02 * mean_edge_of(truth.vertices[0], truth.faces) / mean_edge_of(frames[0], faces)
+    around = degrade.orbit(everywhere, cameras, degrees_per_frame=0)(0)
+    described = [
+        ScanCamera(str(i), pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
+        if size
+        else ScanCamera(str(i), pose_of(camera))
+        for i, camera in enumerate(around)
+    ]
+    scans: Any = degrade.scan_points(frames, faces, around, noise=noise)
+    if size:
+        width, height = size
+        scans = degrade.depth_images(frames, faces, around, width=width, height=height, noise=noise)
+    folder_of: Any = DepthFolder if size else PointFolder
+    with folder_of(folder, Rig(tuple(described), None)) as written:
+        for scan in scans:
+            written.append(scan)
 
 
 def saved(image: Image.Image) -> bytes:

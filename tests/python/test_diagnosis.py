@@ -12,7 +12,7 @@ from broken_sequences import BROKEN, moving, walker
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
-from meshes import Mesh, join, meshes, sheet
+from meshes import Mesh, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
@@ -165,20 +165,6 @@ def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     assert f"is {0.2 * mean:.3g}" in shown
     point = dynmesh.diagnose(Sequence(np.zeros((2, 3, 3)), np.array([[0, 1, 2]])))
     assert point.mean_edge is None
-
-
-def test_vertices_in_place_at_the_origin_are_no_zeros() -> None:
-    """Tests a pinned corner, a seam and a degenerate edge, all of them at the origin."""
-    pinned = dynmesh.synth.ocean(6, grid=8)
-    vertices = pinned.vertices - pinned.vertices[:, 27:28]
-    mesh = sheet(12)
-    seam = join(mesh, mesh)
-    seam = seam._replace(vertices=seam.vertices - seam.vertices[70])
-    short = mesh._replace(vertices=mesh.vertices - mesh.vertices[70])
-    short.vertices[71] = 0
-    for sequence in (Sequence(vertices, pinned.faces), moving(seam), moving(short)):
-        assert not sequence.vertices[0].any(axis=1).all()
-        assert "first_frame_zeros" not in codes(dynmesh.diagnose(sequence))
 
 
 def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from commands import dynmesh_command as run
 from meshes import Array
 
 import dynmesh
+from dynmesh.calibration import Distances, in_words
 
 N_FRAMES = 6
 
@@ -74,40 +75,37 @@ def test_uncertain_vertices_are_left_missing(
     assert f"{report.dropped} vertices were left missing" in told
 
 
-def within_90(standard_error: Array, dimensions: int) -> float:
-    """The length that 90 % of errors with these standard errors in each dimension do not exceed."""
+def within_90(standard_error: Array) -> float:
+    """The length that 90 % of errors with these standard errors of coordinates do not exceed."""
     stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
     finite = standard_error[np.isfinite(standard_error)].astype(float)
     bars = finite[finite > 0]
 
     def missing(length: float) -> float:
-        within = len(finite) - len(bars) + stats.chi(dimensions).cdf(length / bars).sum()
+        within = len(finite) - len(bars) + stats.chi(3).cdf(length / bars).sum()
         return float(within / len(finite) - 0.9)
 
     return float(optimize.brentq(missing, 1e-6, 100 * bars.max()))
 
 
 @pytest.mark.parametrize("metres", [None, 0.01])
-@pytest.mark.parametrize("kind", ["position", "surface"])
 def test_how_far_90_percent_are_is_a_quantile(
-    tmp_path: Path, completed: dynmesh.Sequence, metres: float | None, kind: str
+    completed: dynmesh.Sequence, metres: float | None
 ) -> None:
-    bars, path = completed.standard_error, tmp_path / "out.npz"
-    assert bars is not None
+    assert completed.standard_error is not None
     assert completed.generation is not None
-    is_surface = kind == "surface"  # then all vertices count, and one direction
-    expected = within_90(bars if is_surface else bars[completed.generation > 0], 3 - 2 * is_surface)
-    sequence = surface_errors(completed) if is_surface else completed
-    dynmesh.write(path, replace(sequence, metres_per_unit=metres))
-    as_json = json.loads(run("info", path, "--json").stdout)
-    assert as_json["within_90"] == pytest.approx(expected, rel=0.02)
-    assert as_json["standard_error_of"] == kind
-    told = " ".join(run("info", path).stdout.split())
-    said = re.search(r"90 % of the (filled-in )?vertices are expected to be within (\S+)", told)
+    expected = within_90(completed.standard_error[completed.generation > 0])
+    distances = Distances()
+    for bars, generation in zip(completed.standard_error, completed.generation, strict=True):
+        distances.add(bars, generation > 0)
+    found = distances.within(0.9)
+    assert found == pytest.approx(expected, rel=0.02)
+    told = in_words(found, metres)
+    assert told is not None
+    said = re.search(r"90 % of the filled-in vertices are expected to be within (\S+)", told)
     assert said is not None
-    assert (said[1] is None) == is_surface
     unit, factor = ("in the unit", 1.0) if metres is None else ("mm", 1000 * metres)
-    assert float(said[2].rstrip(",")) == pytest.approx(factor * expected, rel=0.08)
+    assert float(said[1].rstrip(",")) == pytest.approx(factor * expected, rel=0.08)
     assert unit in told[said.end() :]
 
 

@@ -222,60 +222,6 @@ def test_a_template_lends_its_faces(
         np.testing.assert_array_equal(other.faces, truth.faces)
 
 
-def test_motion_says_what_stayed_hidden(tmp_path: Path) -> None:
-    ocean = dynmesh.synth.ocean(30, grid=10)
-    known = np.ones((30, 100), np.bool_)
-    known[3:22, :50] = False  # 19 frames
-    known[2:22, 50:73] = False  # 20 frames
-    dynmesh.write(tmp_path / "in.npz", replace(ocean, known=known))
-    told = "23 % of the vertices were hidden for 20 frames or more; method detail"
-    motion = run("complete", tmp_path / "in.npz", tmp_path / "a.npz", "--method", "motion")
-    assert told in motion.stderr
-    assert "hidden" not in run("complete", tmp_path / "in.npz", tmp_path / "b.npz").stderr
-    report = dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "c.npz", method="motion")
-    assert report.hidden_long == 23
-
-
-def test_zeros_in_the_whole_frame_are_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    vertices = truth.vertices.copy()
-    vertices[0, [70, 71, 90]] = 0  # what a scanner writes for missing vertices
-    lost, whole, output = tmp_path / "lost.npz", tmp_path / "whole.npz", tmp_path / "a.npz"
-    dynmesh.write(lost, replace(truth, vertices=vertices))
-    dynmesh.write(whole, truth)
-    said = run("complete", lost, output, "--overwrite").stderr
-    assert "3 vertices of frame 0 " in said
-    assert "(0, 0, 0)" not in run("complete", lost, output, "--overwrite", "--start", "5").stderr
-    said = run("complete", whole, output, "--overwrite", "--template", lost).stderr
-    assert "3 vertices of the template " in said
-
-
-def test_noise_in_another_unit_is_reported(truth: dynmesh.Sequence, tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "a.npz", truth)
-    diagonal = dynmesh.metrics.bounding_box_diagonal(truth.vertices[0])
-    for share, is_much in ((0.01, False), (0.3, True)):
-        noise = share * diagonal
-        report = dynmesh.complete_file(
-            tmp_path / "a.npz", tmp_path / "b.npz", noise=noise, overwrite=True
-        )
-        assert any("30 % of the bounding-box diagonal" in r for r in report.remarks) == is_much
-        assert bool(report.remarks) == is_much
-
-
-def test_a_template_in_another_unit_is_reported(partial: dynmesh.Sequence, tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "a.npz", partial)
-    whole = partial.vertices[WHOLE : WHOLE + 1]
-    for factor in (1, 1000, 0.01):
-        template = dynmesh.Sequence(np.float32(factor) * whole, partial.faces)
-        dynmesh.write(tmp_path / "whole.npz", template)
-        report = dynmesh.complete_file(
-            tmp_path / "a.npz", tmp_path / "b.npz", template=tmp_path / "whole.npz", overwrite=True
-        )
-        assert len(report.remarks) == (factor != 1)
-        for remark in report.remarks:
-            assert "it must be in the unit of the sequence" in remark
-            assert float(remark.split()[6]) == pytest.approx(factor, rel=0.2)
-
-
 def test_the_report_of_a_file_counts(tmp_path: Path, partial: dynmesh.Sequence) -> None:
     assert partial.known is not None
     astray = list(dynmesh.degrade.add_outliers(partial.vertices, partial.faces, 0.02))

@@ -116,7 +116,6 @@ CALLS: dict[str, Callable[[Any, Any], Any]] = {
     "add_outliers": lambda f, p: list(degrade.add_outliers(p, f, 0.1)),
     "camera_known": lambda f, p: list(degrade.camera_known(p, f, CAMERAS)),
     "patch_known": lambda f, _: list(degrade.patch_known(f, 3, N * N, 0.3)),
-    "room_around": lambda _, p: degrade.room_around(p[0]).points,
     "orbit": lambda _, p: degrade.orbit(p[0])(0)[0].position,
     "scan_points": lambda f, p: next(degrade.scan_points(p, f, CAMERAS, points=500)).points,
     "depth_images": lambda f, p: (

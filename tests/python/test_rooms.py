@@ -1,13 +1,14 @@
-"""Rooms: floors and walls that scans hold beside the subject, simulated and taken away."""
+"""Rooms: floors and walls that scans hold beside the subject, taken away."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from meshes import Mesh, turned
+from scan_files import room_around, scanned_in_a_room
 from test_degrade_cameras import potato
 from test_track import bumpy
 
@@ -21,42 +22,9 @@ from dynmesh.tracking.room import Room, crop_of
 Array = meshes.Array
 
 
-def heights(points: Array, room: degrade.Room) -> Array:
-    """The distance of each point from the nearest plane of the room."""
-    found = []
-    for face in room.faces[[0, 2]]:
-        a, b, c = room.points[face]
-        normal = np.cross(b - a, c - a)
-        found.append(np.abs((points - a) @ (normal / np.linalg.norm(normal))))
-    return np.asarray(np.min(found, axis=0))
-
-
 @pytest.fixture
 def body() -> Mesh:
     return potato(np.random.default_rng(4))
-
-
-@pytest.mark.parametrize("up", [(0.0, 0.0, 1.0), (0.0, 2.0, 0.0), (1.0, 0.0, 0.0)])
-def test_a_room_is_seen_around_the_subject_and_hides_nothing_of_it(
-    up: tuple[float, float, float], body: Mesh
-) -> None:
-    """Every pixel of the subject is as without the room, and every other one shows the room."""
-    room = degrade.room_around(body.vertices, up=up)
-    axis = np.array(up) / np.linalg.norm(up)
-    np.testing.assert_allclose((room.points @ axis).min(), (body.vertices @ axis).min())
-    cameras = degrade.orbit(body.vertices, 4, up=up, degrees_per_frame=0)(0)
-    options: dict[str, Any] = {"width": 64, "height": 48, "noise": 0.0}
-    (alone,) = degrade.depth_images([body.vertices], body.faces, cameras, **options)
-    (inside,) = degrade.depth_images([body.vertices], body.faces, cameras, room=room, **options)
-    added = 0
-    for plain, whole, intrinsics, pose in zip(alone.depth, *inside, strict=True):
-        np.testing.assert_array_equal(whole[plain > 0], plain[plain > 0])
-        others = degrade.DepthScan([np.where(plain > 0, 0, whole)], [intrinsics], [pose]).cloud
-        size = np.linalg.norm(np.ptp(body.vertices, axis=0))
-        beside = heights(others, room) > 1e-5 * size
-        assert beside.mean() < 0.02  # surfaces of the subject that are edge-on show what is behind
-        added += len(others)
-    assert added > 64 * 48
 
 
 class Rooms(NamedTuple):
@@ -84,10 +52,9 @@ def rooms(tmp_path_factory: pytest.TempPathFactory) -> Rooms:
     truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
     dynmesh.write(folder / "truth.npz", truth)
     dynmesh.write(folder / "body.obj", truth[:1])
-    scans = ("degrade", folder / "truth.npz")
-    run(*scans, folder / "inside", "--scan", "--room")
-    run(*scans, folder / "alone", "--scan", "--points", "400")
-    run(*scans, folder / "depth", "--depth", "120x90", "--room")
+    scanned_in_a_room(truth, folder / "inside")
+    scanned_in_a_room(truth, folder / "depth", (120, 90))
+    run("degrade", folder / "truth.npz", folder / "alone", "--scan", "--points", "400")
     return Rooms(folder, truth)
 
 
@@ -121,16 +88,18 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Rooms) -> None:
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept(body: Mesh) -> None:
-    room = degrade.room_around(body.vertices)
-    (found,) = degrade.scan_points(
-        [body.vertices], body.faces, 4, points=5000, noise=0.05, room=room
-    )
+    room = room_around(body.vertices)
+    k = len(body.vertices)
+    frame = np.concatenate([body.vertices, room.vertices])
+    faces = np.concatenate([body.faces, room.faces + k])
+    cameras = degrade.orbit(body.vertices, 4)(0)
+    (found,) = degrade.scan_points([frame], faces, cameras, points=5000, noise=0.03)
     size = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
     edge = mean_edge_of(body.vertices, body.faces)
     planes = planes_of_room(found.points, thickness=edge, size=size)
     assert len(planes) == 2
     for plane, face in zip(planes, room.faces[[0, 2]], strict=True):
-        heights = room.points[face] @ plane.normal - plane.offset
+        heights = room.vertices[face] @ plane.normal - plane.offset
         np.testing.assert_allclose(heights, 0, atol=0.1 * edge)
     subject = found.only(~np.logical_or.reduce([p.holds(found.points) for p in planes]))
     assert 20 < len(subject.points) < 0.05 * len(found.points)

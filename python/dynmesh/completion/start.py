@@ -15,11 +15,9 @@ from .. import files
 from .._errors import InputError, KindError, locating
 from .._report import counted
 from ..attributes import FUSED
-from ..diagnosis.stray_zeros import edges_of, lengths_of, stray_zeros
 from ..files import Frame, PathLike, Reader, Source
 from ..files.header import Header
 from ..files.times import index_of
-from ..metrics import bounding_box_diagonal
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
 
@@ -31,10 +29,6 @@ DOUBTFUL_START = (
     "other frames show; look at it, and start from a template if it is"
 )
 
-_MUCH_NOISE = 0.02  # bounding-box diagonals
-_OTHER_UNIT = 3.0
-_ENOUGH = 10  # edges
-
 
 @dataclass(frozen=True, eq=False)
 class StartFrame:
@@ -45,8 +39,6 @@ class StartFrame:
         number: of the frame in the sequence, counted from 0, or -1 for a template, which stands
             before the first frame.
         files: those that hold a template.
-        zeros: how many of the points are probably zeros that a sensor wrote for missing vertices.
-        scale: of a template: how many times as long its edges are as those of frame 0 (median).
         sought: whether it was found by a search for the first whole frame.
         made: what was put together from other frames; None if the frame was whole.
     """
@@ -54,8 +46,6 @@ class StartFrame:
     points: Positions
     number: int = 0
     files: tuple[Path, ...] = field(default=())
-    zeros: int = 0
-    scale: float = 1.0
     sought: bool = False
     made: WholeFrame | None = None
 
@@ -92,36 +82,9 @@ class StartFrame:
             errors = np.hypot(errors, of_start).astype(np.float32)
         return replace(frame, age=np.minimum(frame.age, distance), standard_error=errors)
 
-    def remarks(self, header: Header, noise: float | None) -> Iterator[str]:
-        """Yields what is probably wrong with it, or with the noise that is to be smoothed."""
+    def remarks(self, header: Header) -> Iterator[str]:
+        """Yields where completion started, if that is not clear, and from what."""
         number = self.number_in(header)
-        if self.zeros:
-            where = "the template" if number is None else f"frame {number}"
-            many = "1 vertex" if self.zeros == 1 else f"{self.zeros} vertices"
-            yield (
-                f"{many} of {where} at exactly (0, 0, 0), far from their neighbours, were taken as "
-                "positions; if nothing was observed there, say that zeros are missing"
-            )
-        if not 1 / _OTHER_UNIT < self.scale < _OTHER_UNIT:
-            times = float(f"{self.scale:.3g}")
-            yield (
-                f"the edges of the template are {times:g} times as long as those of frame "
-                f"{header.number(0)}; it must be in the unit of the sequence"
-            )
-        yield from self._of_fused(number)
-        share = (noise or 0.0) / (bounding_box_diagonal(self.points) or np.inf)
-        if share > _MUCH_NOISE:
-            yield (
-                f"a noise of {noise:g} is {100 * share:.3g} % of the bounding-box diagonal; it "
-                "must be in the unit of the positions"
-            )
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether what was put together is probably wrong."""
-        return self.made is not None and self.made.doubtful
-
-    def _of_fused(self, number: float | None) -> Iterator[str]:
         if self.sought:
             yield f"completion started from frame {number}, the first whole one"
         if self.made is None:
@@ -133,6 +96,11 @@ class StartFrame:
             f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
             + (f", {unseen} were seen in no frame" if unseen else "")
         )
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether what was put together is probably wrong."""
+        return self.made is not None and self.made.doubtful
 
 
 def check_start(start: object, template: object) -> None:
@@ -181,8 +149,7 @@ def open_with_template(
                 mesh_file=whole.header.mesh_file or reader.header.mesh_file,
             )
             points = first.astype(reader.dtype)
-            zeros, scale = _zeros_in(points, reader), _scale_of(points, reader)
-            yield reader, StartFrame(points, -1, tuple(whole.files), zeros, scale)
+            yield reader, StartFrame(points, -1, tuple(whole.files))
 
 
 def start_in(
@@ -211,9 +178,8 @@ def start_in(
     if number is not None:
         frame = frame_at(reader, number)
         if frame.observed.all():
-            zeros = _zeros_in(frame.points, reader)
             sought = start == "auto" and number > 0
-            return StartFrame(np.array(frame.points), number, zeros=zeros, sought=sought)
+            return StartFrame(np.array(frame.points), number, sought=sought)
     with locating(file=reader.path):
         made = whole_frame(
             reader.faces,
@@ -245,24 +211,6 @@ def _first_whole_frame(reader: Reader) -> int | None:
     """The first frame in which every vertex was observed."""
     with contextlib.closing(reader.frames()) as frames:
         return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
-
-
-def _scale_of(points: Positions, reader: Reader) -> float:
-    """Compares the edges with those of which both ends were observed in frame 0."""
-    first = frame_at(reader, 0)
-    there = first.observed & first.points.any(axis=1)
-    ends = edges_of(reader.faces)
-    ends = ends[there[ends].all(axis=1)]
-    ours, theirs = lengths_of(points, ends), lengths_of(first.points, ends)
-    both = (ours > 0) & (theirs > 0)
-    return float(np.median(ours[both] / theirs[both])) if both.sum() >= _ENOUGH else 1.0
-
-
-def _zeros_in(points: Positions, reader: Reader) -> int:
-    if points.any(axis=1).all():
-        return 0
-    everywhere = np.ones(len(points), np.bool_)
-    return int(np.count_nonzero(stray_zeros(points, everywhere, reader.faces)))
 
 
 def check_whole(frame: Frame, advice: str) -> None:

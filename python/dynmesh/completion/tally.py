@@ -12,38 +12,28 @@ from ..sequence import Mask
 
 _COUNTED = ("known", "filled", "disconnected", "rejected")
 
-LONG = 20
-"""Frames after which a hidden part has lost its shape with method motion."""
-
 
 @dataclass
 class Tally:
-    """Adds up the reports of the frames that a method completed."""
+    """Adds up the reports of the frames that were completed."""
 
-    method: str
     seconds: list[float] = field(default_factory=list)
-    shares: list[float] = field(default_factory=list)
     counts: Counter[str] = field(default_factory=lambda: Counter(dict.fromkeys(_COUNTED, 0)))
     empty: int = 0
     prior_weight: list[float] = field(default_factory=list)
     prior_share: list[float] = field(default_factory=list)
     distances: Distances = field(default_factory=Distances)
     dropped: int = 0
-    hidden_long: Mask = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def add(self, completer: Completer) -> None:
         """Takes the last frame of the completer into account."""
         report = completer.report
         self.seconds.append(report.seconds)
         self.counts.update({name: getattr(report, name) for name in _COUNTED})
-        self.shares.append(report.known / completer.n_vertices)
         self.empty += report.known == 0
         if report.known and report.filled:
             self.prior_weight.append(report.prior_weight)
             self.prior_share.append(report.prior_share)
-        if self.method == "motion" and report.known < completer.n_vertices:
-            long = completer.age >= LONG
-            self.hidden_long = long | self.hidden_long if len(self.hidden_long) else long
 
     def add_written(self, frame: Frame, kept: Mask) -> None:
         """Takes the standard errors of the vertices of a frame that are kept into account."""

@@ -7,7 +7,6 @@ frames. Arguments are checked when a function is called, frames when they are re
 
 from ..scans.scan import DepthScan, PointScan
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
-from .room import Room, room_around
 from .scans import depth_images, scan_points
 from .visibility import Camera, orbit
 
@@ -15,7 +14,6 @@ __all__ = [
     "Camera",
     "DepthScan",
     "PointScan",
-    "Room",
     "add_noise",
     "add_outliers",
     "camera_known",
@@ -24,6 +22,5 @@ __all__ = [
     "orbit",
     "patch_known",
     "random_known",
-    "room_around",
     "scan_points",
 ]

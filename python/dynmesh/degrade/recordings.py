@@ -13,7 +13,6 @@ from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 from .depth_buffer import intrinsics_of, pose_of
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
-from .room import room_around
 from .scans import depth_images, scan_points
 from .visibility import Camera, orbit
 
@@ -73,7 +72,6 @@ class Scanning:
     size: tuple[int, int] | None
     cameras: int
     points: int
-    room: bool
     noise: float
     shares: dict[str, float] = field(default_factory=dict)
     seed: int = 0
@@ -82,12 +80,9 @@ class Scanning:
         """Returns the cameras around a sequence, and their scans of its frames."""
         box = _bounding_box(reader)
         around = orbit(box, self.cameras, degrees_per_frame=0.0, up=up)(0)
-        room = room_around(box, up=up) if self.room else None
-        seen = box if room is None else np.concatenate([box, room.points])
-        rig = _rig_of(around, seen, self.size, reader.header.metres_per_unit)
+        rig = _rig_of(around, box, self.size, reader.header.metres_per_unit)
         given = _points(reader), reader.faces, around
-        options: dict[str, Any] = {"noise": self.noise, "room": room, "seed": self.seed}
-        options |= self.shares
+        options: dict[str, Any] = {"noise": self.noise, "seed": self.seed, **self.shares}
         if self.size is None:
             return rig, scan_points(*given, points=self.points, **options)
         width, height = self.size
@@ -117,12 +112,11 @@ def _bounding_box(reader: Reader) -> Positions:
 
 def _rig_of(
     cameras: list[Camera],
-    seen: Positions,
+    box: Positions,
     size: tuple[int, int] | None,
     metres_per_unit: float | None,
 ) -> Rig:
     """Describes the cameras, as their file does."""
-    box = np.stack([seen.min(axis=0), seen.max(axis=0)])
     corners = np.stack(np.meshgrid(*box.T), axis=-1).reshape(-1, 3)
     described = []
     for number, camera in enumerate(cameras):

@@ -17,7 +17,6 @@ from ..scans.scan import DepthScan, PointScan
 from ..sequence import Positions
 from .depth_buffer import depth_buffer, intrinsics_of, pose_of
 from .depth_sensor import measured
-from .room import Room
 from .scene import Cameras, scenes_of
 from .shared import Purpose, check_cameras, rng_of, triangles_of, unit
 from .surface_points import sampled
@@ -38,7 +37,6 @@ def scan_points(
     missing: float = 0.0,
     holes: float = 0.0,
     outliers: float = 0.0,
-    room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
     seed: int = 0,
 ) -> Iterator[PointScan]:
@@ -59,7 +57,6 @@ def scan_points(
         holes: about this share of the surface returns nothing, in patches that stay for 15 frames;
             see :func:`patch_known`. Frame 0 has none.
         outliers: share of the points that is moved 10 mean edges in a random direction.
-        room: what else is seen and hides, such as the result of :func:`room_around`.
         up: the axis around which a number of cameras stand.
         seed: equal seeds give equal scans. Frame i does not depend on the number of frames.
 
@@ -76,7 +73,7 @@ def scan_points(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[PointScan]:
-        for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
+        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
             positions, normals = sampled(scene, points, rng)
             positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
@@ -106,7 +103,6 @@ def depth_images(
     missing: float = 0.0,
     holes: float = 0.0,
     outliers: float = 0.0,
-    room: Room | None = None,
     up: tuple[float, float, float] = (0, 0, 1),
     seed: int = 0,
 ) -> Iterator[DepthScan]:
@@ -125,7 +121,6 @@ def depth_images(
         missing: share of the pixels that is lost at random.
         holes: see :func:`scan_points`.
         outliers: share of the pixels whose depth is changed by up to 10 mean edges.
-        room: see :func:`scan_points`.
         up: see :func:`scan_points`.
         seed: see :func:`scan_points`.
 
@@ -141,7 +136,7 @@ def depth_images(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[DepthScan]:
-        for scene in scenes_of(frames, faces, cameras, holes, room, up, seed):
+        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
             images = []
             for number, camera in enumerate(scene.cameras):
                 rng = rng_of(Purpose.DEPTH, seed, scene.number, number)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ..polygons import Faces
 from ..sequence import Mask, Positions
 from .losses import patch_known
-from .room import Room
 from .shared import check_cameras, mean_edge_of, numbered, triangles_of
 from .visibility import Camera, orbit
 
@@ -32,14 +31,12 @@ class Scene(NamedTuple):
 
     number: int
     points: Positions
-    """(k + n, 3) the vertices of the frame and of the room."""
     faces: _Integers
-    """The triangles of both."""
     cameras: Sequence[Camera]
     present: Mask
-    """(k + n,) False in holes."""
+    """(k,) False in holes."""
     mean_edge: float
-    """Of frame 0, without the room."""
+    """Of frame 0."""
 
 
 def scenes_of(
@@ -47,7 +44,6 @@ def scenes_of(
     faces: Faces,
     cameras: Cameras,
     holes: float,
-    room: Room | None,
     up: tuple[float, float, float],
     seed: int,
 ) -> Iterator[Scene]:
@@ -61,9 +57,6 @@ def scenes_of(
     k = len(first[1])
     if isinstance(cameras, int):
         cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
-    around, whole = np.zeros((0, 3)), triangles
-    if room is not None:
-        around, whole = room.points, np.concatenate([triangles, room.faces + k])
     present: Iterator[Mask] = repeat(np.ones(k, np.bool_))
     if holes:
         endless = 1 << 62  # frames; only those that exist are asked for
@@ -71,6 +64,4 @@ def scenes_of(
     for (number, points), mask in zip(chain([first], rest), present, strict=False):
         own = cameras(number) if callable(cameras) else cameras
         check_cameras(own, f"frame {number} has none")
-        together = np.concatenate([points, around.astype(points.dtype)])
-        mask = np.concatenate([mask, np.ones(len(around), np.bool_)])
-        yield Scene(number, together, whole, own, mask, mean_edge)
+        yield Scene(number, points, triangles, own, mask, mean_edge)

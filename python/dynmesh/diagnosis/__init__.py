@@ -15,7 +15,6 @@ from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
 from .mesh import Mesh
 from .motion import Motion
-from .placement import Placement
 from .presence import Presence
 
 __all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
@@ -55,15 +54,13 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
     first = next(watched)
     start = Mesh.of(header.faces, first.points, first.observed)
     presence = Presence(header, start, first)
-    motion, placement = Motion(header, start), Placement(header, start)
+    motion = Motion(header, start)
     for number, frame in enumerate(watched, 1):
         observed = presence.watch(number, frame, frame.observed)
         motion.watch(number, frame.points, observed)
-        placement.watch(number, frame.points, observed)
     found = chain(
         presence.findings(),
         motion.findings(),
-        placement.findings(),
         surface.examine(start),
     )
     ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
@@ -75,5 +72,5 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
         mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
-        likely_up=placement.likely_up,
+        likely_up=start.likely_up(header.up_axis),
     )

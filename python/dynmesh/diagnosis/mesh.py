@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..completer import Completer
+from ..draw.heatmap import likely_up
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
 from ..topology import TopologyReport, cells
 from .finding import Indices
-from .stray_zeros import stray_zeros
 
 Faces = NDArray[np.integer[Any]]
 
@@ -24,8 +24,6 @@ class Mesh:
         faces: (m, 3) integers.
         first: (k, 3), frame 0; zero for vertices that were not observed.
         observed: (k,) bool, in frame 0.
-        zeros: (k,) bool, the vertices where frame 0 probably has zeros instead of positions; they
-            do not count as observed.
         ends: (e, 2) int64, the vertices of each edge.
         lengths: (e,), of the edges in frame 0; NaN if an end was not observed.
         mean_edge: of frame 0; 1 if there is no edge.
@@ -36,18 +34,21 @@ class Mesh:
     faces: Faces
     first: Positions
     observed: Mask
-    zeros: Mask
     ends: Indices
     lengths: NDArray[np.float64]
     mean_edge: float
     diagonal: float
     topology: TopologyReport | None
 
+    def likely_up(self, stated: str | None) -> str:
+        """The up axis as it is stated, or else a guess."""
+        if not self.observed.any():
+            return stated or "y"
+        return likely_up(self.first[self.observed], stated)
+
     @classmethod
     def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
         """Builds the mesh from frame 0, whose points are ignored where they were not observed."""
-        zeros = stray_zeros(points, observed, faces)
-        observed = observed & ~zeros
         first = np.where(observed[:, None], points, 0).astype(points.dtype)
         offsets, neighbours = cells(faces, len(first))
         own = np.repeat(np.arange(len(first)), np.diff(offsets))
@@ -59,7 +60,6 @@ class Mesh:
             faces,
             first,
             observed,
-            zeros,
             ends,
             lengths,
             mean_edge or 1.0,

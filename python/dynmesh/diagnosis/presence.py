@@ -33,17 +33,16 @@ class Presence:
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
         self._limit = f"{LARGEST[first.points.dtype.itemsize]:.0e}".replace("+", "")
-        said = mesh.observed | mesh.zeros
-        self._missing = np.flatnonzero(~said)
+        self._missing = np.flatnonzero(~mesh.observed)
         self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
         self._best, self._known_in_best = 0, mesh.observed
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
         # A vertex that was first observed at the origin may really be there.
-        self._met = said.copy()
+        self._met = mesh.observed.copy()
         self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
-        self._count(0, first, said)
+        self._count(0, first, mesh.observed)
 
     def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
         """Takes the next frame into account and returns which of its positions are plausible."""
@@ -73,7 +72,6 @@ class Presence:
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""
         yield from self._frame_0()
-        yield from self._zeros_of_frame_0()
         yield from self._not_finite()
         yield from self._zero_rows()
         shares = np.array(self.shares[1:])
@@ -119,20 +117,6 @@ class Presence:
             f"{percent(known / self._n_vertices)}; "
             f"{percent((ever - known) / self._n_vertices)} are put together from other frames, "
             f"and {percent(never / self._n_vertices)} were seen in no frame. {_BACKWARDS}"
-        )
-
-    def _zeros_of_frame_0(self) -> Iterator[Finding]:
-        zeros = np.flatnonzero(self._mesh.zeros)
-        if not len(zeros):
-            return
-        yield Finding.at(
-            "first_frame_zeros",
-            f"{counted(len(zeros), 'vertex')} at exactly (0, 0, 0) in frame "
-            f"{self._header.number(0)}, far from their neighbours: {listed('vertex', zeros)}.",
-            "The sensor probably wrote zeros where it observed nothing, which are taken as "
-            "positions. Say that zeros are missing.",
-            vertices=zeros,
-            frames=[0],
         )
 
     def _not_finite(self) -> Iterator[Finding]:

@@ -27,8 +27,8 @@ class ShownFrame:
     """One frame as it is drawn.
 
     The points, (k, 3), and the values that colours can show, (k,) each, are arbitrary where a
-    vertex is not visible. Beside it is the same frame of "input", "reference" and "template", if
-    there are any, and some points of the scan, (n, 3), if there are scans.
+    vertex is not visible. Beside it is the same frame of "input" and "reference", if there are
+    any, and some points of the scan, (n, 3), if there are scans.
     """
 
     number: int
@@ -62,7 +62,6 @@ class Heatmap:
         *,
         reference: Reader | None = None,
         input: Reader | None = None,
-        template: Reader | None = None,
         scans: ScanReader | None = None,
         scan_factor: float = 1.0,
         colour: Colour | None = None,
@@ -75,7 +74,6 @@ class Heatmap:
                 states its unit, otherwise in per cent of the bounding-box diagonal of frame 0 of
                 the reference.
             input: of the sequence that was completed, for what was observed.
-            template: of the mesh that the sequence came from, one frame for each.
             scans: as many as the sequence has frames, for the distance from the nearest point.
             scan_factor: the unit of the scans in that of the sequence.
             colour: None chooses the error if there is a reference, otherwise the generation or the
@@ -88,8 +86,7 @@ class Heatmap:
         """
         self.reader = reader
         self._sources = Sources(reader, reference, input, scans, scan_factor)
-        self._template = template
-        for other in (input, reference, template):
+        for other in (input, reference):
             if other is not None:
                 check_comparable(reader, other)
         lacks = {name: row.lacks(self._sources) for name, row in QUANTITIES.items()}
@@ -120,9 +117,9 @@ class Heatmap:
 
         sources = self._sources
         ours, truths = self.reader.frames(*place), frames_of(sources.reference)
-        givens, templates = frames_of(sources.input), frames_of(self._template)
-        for number, frame, truth, given, template, cloud in zip(
-            numbers, ours, truths, givens, templates, clouds_of(sources.scans), strict=False
+        givens, clouds = frames_of(sources.input), clouds_of(sources.scans)
+        for number, frame, truth, given, cloud in zip(
+            numbers, ours, truths, givens, clouds, strict=False
         ):
             moment = Moment(number, frame, truth, given, cloud)
             values = {
@@ -132,11 +129,7 @@ class Heatmap:
             }
             beside = {
                 name: ShownFrame(number, other.points, visible(other), {}, {})
-                for name, other in (
-                    ("input", given),
-                    ("reference", truth),
-                    ("template", template),
-                )
+                for name, other in (("input", given), ("reference", truth))
                 if other is not None
             }
             if cloud is not None:

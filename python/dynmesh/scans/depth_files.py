@@ -114,15 +114,6 @@ def _image(opened: BinaryIO) -> Any:
         raise InputError(f"is a PNG image that is cut, damaged or too large: {error}") from error
 
 
-def is_depth(file: Path) -> bool:
-    """Whether the header of a file is that of a depth image."""
-    try:
-        with file.open("rb") as opened:
-            return _image(opened).mode in _MODES
-    except (OSError, ValueError):
-        return False
-
-
 def _check(image: Any, camera: ScanCamera) -> None:
     if image.mode not in _MODES:
         raise InputError(

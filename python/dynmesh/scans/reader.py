@@ -15,7 +15,7 @@ from ..files.naming import naming
 from ..files.numbered import Found, files_in, find_files, matching, with_conversion
 from ..files.units import metres_of
 from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, is_depth, read_depth, require_png, usual_size
+from .depth_files import SUFFIX, read_depth, require_png, usual_size
 from .point_files import point_formats, read_points
 from .scan import DepthScan, PointScan, Scan
 from .undistortion import Undistortion
@@ -311,8 +311,6 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
     others = [f for f, (name, _) in zip(images, owners, strict=True) if name is None]
     parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
     not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
-    if path.is_dir():
-        not_described |= _other_folders(path, numbered)
     if not_described:
         told = " and of ".join(f"{name!r} ({f.name})" for name, f in sorted(not_described.items()))
         raise ValueError(
@@ -332,22 +330,6 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
             raise ValueError(f"{file.name}: {other.name} has the same number and camera")
         numbered[name][int(digits)] = file
     return numbered
-
-
-def _other_folders(path: Path, names: Container[str]) -> dict[str, Path]:
-    """Returns the first image of each folder that is named as a camera that is not described.
-
-    Folders of other images, such as colours, or of copies of what is in this one, are not.
-    """
-    folders = [folder for folder in path.iterdir() if folder.is_dir() and folder.name not in names]
-    first = [files[0] for folder in folders if (files := files_in(folder, SUFFIX))]
-    return {file.parent.name: file for file in first if _is_of_folder(file) and is_depth(file)}
-
-
-def _is_of_folder(file: Path) -> bool:
-    """Whether the camera of an image is named by its folder."""
-    before, _, end = file.stem.rpartition("_")
-    return end == file.parent.name if before[-1:].isdigit() else end[-1:].isdigit()
 
 
 def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:

@@ -14,7 +14,7 @@ from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
 from ..tracker import Alignment, find_alignment
 from .room import Room
-from .units import Units
+from .units import Units, sizes_told
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,6 @@ def placed(
     template: Positions,
     scan: Scan,
     landmarks: Landmarks | None,
-    units: Units,
 ) -> Placed:
     """Finds a template in a scan of the same unit.
 
@@ -60,8 +59,7 @@ def placed(
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    size = float(np.linalg.norm(np.ptp(template, axis=0)))
-    if sizes := units.told(found.ratio, size):
+    if sizes := sizes_told(found.ratio):
         told += f"; {sizes}"
     if found.other_unit:
         raise InputError(told)
@@ -117,7 +115,7 @@ def placed_in(
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     try:
-        found = placed(mesh.faces, template, left, landmarks, units)
+        found = placed(mesh.faces, template, left, landmarks)
     except InputError as error:
         raise InputError(
             "; ".join([str(error), *([advice] if advice else [])]), file=mesh.path

@@ -11,15 +11,10 @@ from .._command import How, Output, What
 from .._report import Report
 from ..calibration import in_words
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
-from ..completion.tally import LONG, Tally
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..completion.ways import Options, complete_frames
 from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
-
-_MANY = 0.01  # of the vertices
-_FEW = 0.2
-"""A separate mask that knows a smaller share in most frames may be inverted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +36,6 @@ class FileReport(Report):
         rejected: number of vertices that were observed but treated as missing: see
             `reject_outliers`.
         empty: number of frames in which nothing was observed.
-        hidden_long: number of vertices that were hidden for 20 frames or more; 0 with method
-            detail, which keeps their shape.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
         prior_share: the share of the residual that its poses explain, over the same frames.
@@ -62,7 +55,6 @@ class FileReport(Report):
     disconnected: int
     rejected: int
     empty: int = 0
-    hidden_long: int = 0
     prior_weight: float | None = None
     prior_share: float | None = None
     within_90: float | None = None
@@ -106,12 +98,6 @@ class FileReport(Report):
             )
         if self.empty:
             yield f"nothing was observed in {self.empty} of the frames"
-        long = self.hidden_long / (whole // self.completed)
-        if long >= _MANY:
-            yield (
-                f"{100 * long:.0f} % of the vertices were hidden for {LONG} frames or more; "
-                "method detail, the default, preserves their shape"
-            )
         if self.dropped:
             share = 100 * self.dropped / (self.filled + self.disconnected)
             yield (
@@ -233,14 +219,14 @@ def complete_file(
                 progress=progress,
             )
     trained = bool(training_files and tally.prior_weight)
-    errors = in_words(tally.distances, reader.header.metres_per_unit)
+    within_90 = tally.distances.within(0.9)
+    errors = in_words(within_90, reader.header.metres_per_unit)
     return FileReport(
         quality="doubtful" if whole.doubtful else "good",
         reason=DOUBTFUL_START if whole.doubtful else "",
         remarks=(
             *writer.remarks,
-            *whole.remarks(reader.header, noise),
-            *_of_mask(source or {}, tally),
+            *whole.remarks(reader.header),
             *([errors] if errors else []),
         ),
         output=Path(output),
@@ -250,16 +236,8 @@ def complete_file(
         seconds_per_frame=float(np.median(tally.seconds)) if tally.seconds else None,
         **tally.counts,
         empty=tally.empty,
-        hidden_long=int(np.count_nonzero(tally.hidden_long)),
         prior_weight=float(np.mean(tally.prior_weight)) if trained else None,
         prior_share=float(np.mean(tally.prior_share)) if trained else None,
-        within_90=tally.distances.within(0.9),
+        within_90=within_90,
         dropped=tally.dropped,
     )
-
-
-def _of_mask(source: Source, tally: Tally) -> Iterator[str]:
-    """Yields what is probably wrong with a separate mask."""
-    share = float(np.median(tally.shares or [1.0]))
-    if source.get("known") is not None and share < _FEW:
-        yield f"only {share:.0%} are known in most frames: is the mask inverted?"

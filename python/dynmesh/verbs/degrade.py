@@ -62,7 +62,6 @@ def degrade_file(
     source: Source | None = None,
     cameras: How[int] = 4,
     points: How[int] = 20_000,
-    room: How[bool] = False,
     up: How[Axis | None] = None,
     seed: How[int] = 0,
     overwrite: Output[bool] = False,
@@ -89,7 +88,6 @@ def degrade_file(
         source: how to read the file.
         cameras: number of cameras around the subject, of scans.
         points: points of a frame, of scans.
-        room: put a floor under the subject and a wall behind it, in scans.
         up: the axis that cameras circle around; else, as the file states it, or z.
         seed: equal seeds remove the same vertices: use another one to degrade a file twice.
         overwrite: whether to replace an existing output.
@@ -113,22 +111,17 @@ def degrade_file(
         if value is not None:
             check_integer(name, value, least)
     is_scan = scan or depth is not None
-    for name, given, of_scans in (
-        ("camera", camera is not None, False),
-        ("dropout", dropout is not None, False),
-        ("room", room, True),
-    ):
-        if given and is_scan != of_scans:
-            why = "is for scans and depth images alone" if of_scans else "is not for scans"
-            raise InputError(why, argument=name)
     if is_scan:
+        for name, given in (("camera", camera), ("dropout", dropout)):
+            if given is not None:
+                raise InputError("is not for scans", argument=name)
         lost = {
             "missing": 1 - asked.get("known", 1.0),
             "holes": asked.get("patches", 0.0),
             "outliers": asked.get("outliers", 0.0),
         }
         sigma = _NOISE if noise is None else noise
-        scanning = Scanning(_size_of(depth, scan), cameras, points, room, sigma, lost, seed)
+        scanning = Scanning(_size_of(depth, scan), cameras, points, sigma, lost, seed)
         with files.open(path, **(source or {})) as reader:
             return _scan(reader, Path(output), scanning, up, overwrite, progress)
     if not asked and camera is None and noise is None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
@@ -13,9 +13,8 @@ from .._command import Output, What
 from .._errors import InputError
 from .._progress import tracked
 from .._report import Report
-from ..calibration import Distances, estimated, in_words
 from ..diagnosis import Diagnosis, diagnose_frames
-from ..files import Frame, PathLike, Source
+from ..files import PathLike, Source
 from ..topology import TopologyReport
 
 _WIDTH = 80  # of findings, which are long
@@ -31,13 +30,11 @@ class InfoReport(Report):
         format: the name of the format.
         meshes: the paths of the meshes of a file with several, and whether each moves.
         diagnosis: of the mesh; None if none was chosen.
-        distances: of the standard errors that the file holds.
     """
 
     format: str
     meshes: Mapping[str, bool]
     diagnosis: Diagnosis | None = None
-    distances: Distances = field(default_factory=Distances)
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
@@ -47,12 +44,11 @@ class InfoReport(Report):
         rows = [("format", self.format), *_rows(self.diagnosis)]
         width = 2 + max(len(name) for name, _ in rows)
         told += [*([""] if told else []), *(f"{name:{width}}{value}" for name, value in rows), ""]
-        words = in_words(self.distances, self.diagnosis.header.metres_per_unit)
         told.append(self.diagnosis.summary)
         for one in self.diagnosis.findings:
             told += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
             told += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
-        return [*told, *([words] if words else [])]
+        return told
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
@@ -61,8 +57,7 @@ class InfoReport(Report):
             return meshes
         told = self.diagnosis.as_dict() | meshes
         if self.diagnosis.header.has_standard_error:
-            told["within_90"] = self.distances.within(0.9)
-            told["standard_error_of"] = self.distances.standard_error_of
+            told["standard_error_of"] = self.diagnosis.header.standard_error_of
         return told
 
 
@@ -105,27 +100,16 @@ def info(
     with files.open(path, format=format, **source) as reader, files.naming(reader.path):
         if reader.n_vertices == 0:
             raise InputError("has no vertices")
-        distances = Distances(reader.header.standard_error_of)
         with closing(reader.frames()) as frames:
             read = tracked(frames, reader.n_frames, "reading", progress)
-            diagnosis = diagnose_frames(reader.header, _counted(read, distances))
+            diagnosis = diagnose_frames(reader.header, read)
     bad = strict and diagnosis.severity in ("error", "warning")
     return InfoReport(
         quality="failed" if bad else "good",
         format=name,
         meshes=several,
         diagnosis=diagnosis,
-        distances=distances,
     )
-
-
-def _counted(frames: Iterator[Frame], distances: Distances) -> Iterator[Frame]:
-    """Passes frames on, and counts their standard errors."""
-    for frame in frames:
-        if frame.standard_error is not None and frame.generation is not None:
-            counted = estimated(frame.generation, distances.standard_error_of)
-            distances.add(frame.standard_error, counted)
-        yield frame
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:

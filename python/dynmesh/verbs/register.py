@@ -13,18 +13,19 @@ from .._command import How, Output, What
 from .._errors import InputError
 from .._report import Report
 from ..completion.start import template_of
+from ..draw.page import page as scan_page
 from ..draw.page import require_page
-from ..draw.register_page import page_of
 from ..files import PathLike, Reader
+from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
 from ..scans import PointScan, Scan
-from ..sequence import Positions
-from ..tracking.landmarks import exchanged, read_landmarks
+from ..sequence import Positions, Sequence
+from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.single_scan import open_single
-from ..tracking.units import units_of
+from ..tracking.units import sizes_told, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
@@ -106,8 +107,8 @@ def register_file(
         align: whether to seek the rigid motion that puts the template into the scan.
         scale: whether the template may have another size than what was scanned, as in another unit.
         threads: the number of threads that may work.
-        page: an HTML file to write with the template, the scan, and the result, coloured by the
-            distance from the nearest point.
+        page: an HTML file to write with the scan and the result, coloured by the distance from the
+            nearest point.
         overwrite: whether to replace existing outputs.
 
     Raises:
@@ -148,7 +149,7 @@ def register_file(
                 raise InputError("all of its images are missing or damaged")
             options = {"align": align, "scale": scale, "threads": threads}
             room = Room(box, remove_planes)
-            sizes = units.told(_size(measured.cloud) / _size(first), _size(own))
+            sizes = sizes_told(_size(measured.cloud) / _size(first))
             try:
                 found = _register(mesh, first, measured, marks, room, options)
             except ValueError as error:
@@ -166,12 +167,19 @@ def register_file(
         with target.create(header, overwrite=overwrite) as writer:
             writer.append(found.vertices)
         if page is not None:
-            shown = page_of(mesh, first, reader, found, Path(output))
+            result = Sequence(found.vertices[None], mesh.faces)
+            shown = scan_page(
+                SequenceReader(result, str(output)),
+                scans=reader,
+                colour="distance",
+                title=f"{mesh.path.name} registered with {reader.path.name}: {found.quality}",
+                up=mesh.header.up_axis,
+            )
             with new_output(Path(page), overwrite, ".html") as hidden:
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_advised(found, first, measured, marks, room=remove_planes),
+        reason=_advised(found, measured, marks, room=remove_planes),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -210,7 +218,6 @@ def _register(
 
 def _advised(
     found: Registration,
-    template: Positions,
     scan: Scan,
     landmarks: Landmarks | None,
     *,
@@ -221,7 +228,7 @@ def _advised(
         return ""
     causes, advice = [], []
     if landmarks is not None:
-        causes.append(exchanged(template, landmarks) or _misplaced(found, landmarks))
+        causes.append(_misplaced(found, landmarks))
     elif found.cause in ("pose", "place"):
         advice.append("landmarks say where head, hands and feet, for example, belong")
     if isinstance(scan, PointScan) and scan.viewpoints is None and found.hole > _HOLE:

@@ -26,12 +26,10 @@ from ..tracking.fits import Fits
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import placed_in
 from ..tracking.room import Crop, Room, crop_of
-from ..tracking.units import units_of
+from ..tracking.units import sizes_told, units_of
 
 _FAR = 1.5
 """Mean edges between a moved template and a scan beyond which their poses probably differ."""
-_SIZES = 1.5
-"""A scan so many times larger or smaller than a moved template is probably in another unit."""
 _FEW = 0.05
 """Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
 _NAMED = 3
@@ -109,11 +107,8 @@ class TrackFileReport(Report):
                     "that is far; the template is probably not in the pose of the first scan, so "
                     "look at the first frames"
                 )
-            if not 1 / _SIZES < found.ratio < _SIZES:
-                yield (
-                    f"the scan is {found.ratio:.3g} times as large as the template; if that is "
-                    "wrong, state the units"
-                )
+            if sizes := sizes_told(found.ratio):
+                yield sizes
 
     def _done(self) -> Iterator[str]:
         if self.seconds_per_frame is not None and self.observed is not None:

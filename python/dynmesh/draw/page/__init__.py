@@ -94,7 +94,6 @@ def page(
     *,
     reference: Reader | None = None,
     input: Reader | None = None,
-    template: Reader | None = None,
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
     colour: Colour | None = None,
@@ -117,7 +116,6 @@ def page(
         reader: of the sequence.
         reference: of the true sequence, for errors.
         input: of the sequence that was completed.
-        template: of the mesh that was found in the scans, one frame for each of them.
         scans: those that the sequence was tracked in, for distances; some points of each are shown.
         scan_unit: "m", "cm", "mm" or metres per unit of the scans; None means as their files state
             it, or else the unit of the sequence.
@@ -149,7 +147,6 @@ def page(
         reader,
         reference=reference,
         input=input,
-        template=template,
         scans=scans,
         scan_factor=factor,
         colour=colour,
@@ -173,8 +170,6 @@ def page(
         captions = {"scans": _caption(scans.path.name, noun), **captions}
     if input is not None:
         captions = {"input": _caption(input.path.name, "the input"), **captions}
-    if template is not None:
-        captions = {"template": _caption(template.path.name, "the template"), **captions}
     if reference is not None:
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     playback = Playback(

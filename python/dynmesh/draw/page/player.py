@@ -24,7 +24,6 @@ _SCANS_WITHIN = 1.0  # of the longest side, around the middle; the grid reaches 
 _ONE_COLOUR = {
     "scans": KNOWN_COLOUR,
     "input": KNOWN_COLOUR,
-    "template": SURFACE_COLOUR,
     "reference": SURFACE_COLOUR,
 }
 _SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
