@@ -196,7 +196,7 @@ BAD: dict[str, tuple[Any, str]] = {
     "a fraction": ([[0, 1, 2], [0, 1, 8, 0.5]], "faces: polygon 1 must be integers"),
     "lists in lists": ([[0, 1, 2], [0, 1, [8, 7]]], "faces: polygon 1 must be integers"),
 }
-POSITIONS_ALONE = {"read", "create", "orbit", "room_around", "vertex_error", "summary"}
+POSITIONS_ALONE = {"read", "create", "orbit", "vertex_error", "summary"}
 AT_ONCE = {*CALLS} - POSITIONS_ALONE - {"bounding_box_diagonal"}
 
 
