@@ -103,7 +103,7 @@ std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& setting
 }
 
 TEST_CASE("threads are woken from 24 pieces on") {
-  // The sizes that docs/results.md and the settings state: 23 553 vertices with motion, 5 889 with
+  // The sizes that the settings state: 23 553 vertices with motion, 5 889 with
   // detail.
   Workers workers(2, {.patience = 100'000'000});
   const auto nothing = [](Index, Index) {};

@@ -1,5 +1,6 @@
 """The commands and code in the documentation work as described."""
 
+import argparse
 import contextlib
 import csv
 import io
@@ -282,6 +283,44 @@ def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
     assert not [(name, value) for name, value in quoted if value not in defined.get(name, ())]
 
 
+DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
+MEASURING = {"script/reproduce": "benchmarks", "script/bench": "benchmarks.speed"}
+"""The modules of scripts that take too long to be run by a test."""
+
+
+def long_commands() -> set[str]:
+    """The commands of measurements that pages show and no test runs."""
+    lines = "".join("".join(blocks("console", page.read_text())) for page in DOCUMENTS).splitlines()
+    return {line for line in lines if line.startswith((*MEASURING, "python -m benchmarks"))}
+
+
+@pytest.mark.parametrize("command", sorted(long_commands()))
+def test_long_commands_are_understood(command: str) -> None:
+    program, *arguments = shlex.split(command, comments=True)
+    module = MEASURING.get(program) or arguments[1]
+    if program == "python":
+        del arguments[:2]
+    parse = argparse.ArgumentParser.parse_args
+
+    def parse_alone(parser: argparse.ArgumentParser) -> None:
+        parse(parser)
+        raise StopIteration
+
+    with (
+        mock.patch.object(argparse.ArgumentParser, "parse_args", parse_alone),
+        pytest.raises(StopIteration),
+    ):
+        run_module(module, *arguments)
+
+
+def test_the_scripts_that_pages_name_exist() -> None:
+    named = {
+        name for page in DOCUMENTS for name in re.findall(r"\bscript/[\w-]+", page.read_text())
+    }
+    assert len(named) > 10
+    assert not [name for name in named if not os.access(REPOSITORY / name, os.X_OK)]
+
+
 PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",
@@ -387,11 +426,7 @@ def anchors(document: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize(
-    "document",
-    [*sorted(REPOSITORY.glob("*.md")), *sorted((REPOSITORY / "docs").rglob("*.md"))],
-    ids=lambda path: str(path.relative_to(REPOSITORY)),
-)
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(REPOSITORY)))
 def test_links_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
         if target.startswith("https://"):
