@@ -1,10 +1,13 @@
 """Small seas, comparing sequences, and arrays that are none."""
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import dynmesh
 
@@ -29,6 +32,21 @@ def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, *names: str) -> 
             np.testing.assert_array_equal(right, left, err_msg=name)
         else:
             assert right == left, name
+
+
+def assert_refused(
+    path: Path, told: str = "", read: Callable[..., Any] = dynmesh.read, **options: Any
+) -> None:
+    """Checks that a file is refused in one line, which names it."""
+    try:
+        read(path, **options)
+    except dynmesh.DynmeshError as error:  # which is not kept, nor what its frames hold open
+        file, said = error.file, str(error)
+    else:
+        pytest.fail(f"{path} was read")
+    assert file == path
+    assert "\n" not in said
+    assert re.search(told, said), said
 
 
 HISTORY = ("known", "generation", "age")
