@@ -4,13 +4,11 @@ import error_bars_reference
 import meshes
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from meshes import Array
 from numpy.typing import NDArray
 
 import dynmesh
-from dynmesh.calibration import Calibrating, rank_correlation
+from dynmesh.calibration import Calibrating
 
 Masks = list[NDArray[np.bool_]]
 
@@ -82,29 +80,3 @@ def test_a_walk_at_random_is_covered_as_promised(rng: np.random.Generator) -> No
     assert 0.35 < found.coverage_50 < 0.8  # long tails
     assert 0.8 < found.coverage_90 < 0.98
     assert 0.7 < found.rms_ratio < 1.4
-
-
-def test_a_calibration_counts_what_is_filled_in() -> None:
-    calibrating = Calibrating()
-    assert calibrating.result() is None
-    error = np.array([1.0, 2.0, 3.0, 9.0, 5.0])
-    bars = np.array([1.0, 1.0, 1.0, 1.0, np.inf])
-    calibrating.add(error, bars, filled=np.array([True, True, True, False, True]))
-    found = calibrating.result()
-    assert found is not None
-    assert found.vertices == 3
-    assert found.coverage_50 == pytest.approx(1 / 3)
-    assert found.coverage_90 == pytest.approx(2 / 3)
-    assert found.rms_ratio == pytest.approx(np.sqrt((1 + 4 + 9) / 9))
-    assert found.rank_correlation is None
-
-
-@given(st.lists(st.integers(0, 5), min_size=10, max_size=30), st.integers(0, 1000))
-def test_rank_correlation_is_that_of_scipy(values: list[int], seed: int) -> None:
-    stats = pytest.importorskip("scipy.stats")
-    other = np.random.default_rng(seed).normal(size=len(values)) + values
-    found = rank_correlation(np.array(values), other)
-    if len(set(values)) == 1:
-        assert found is None
-    else:
-        assert found == pytest.approx(stats.spearmanr(values, other).statistic)

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import sheet, turned
 from numpy.typing import NDArray
 
 import dynmesh
@@ -112,14 +111,9 @@ def test_threads_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     report = complete(job.raw, tmp_path / "a.raw", "--report")[1].splitlines()
     assert len(report) == 19
     first = json.loads(report[0])
-    assert (first["frame"], first["known"], first["filled"], first["disconnected"]) == (
-        1,
-        750,
-        1750,
-        0,
-    )
+    counts = {"frame": 1, "known": 750, "filled": 1750, "disconnected": 0, "rejected": 0}
+    assert counts.items() <= first.items()
     assert first["iterations"] >= 2
-    assert first["rejected"] == 0
     assert first["seconds"] > 0
     complete(job.raw, tmp_path / "b.raw", "--threads", "2")
     assert (tmp_path / "b.raw").read_bytes() == job.completed
@@ -150,23 +144,20 @@ def test_settings(
 
 
 def test_whole_frames_before_a_fault_are_written(complete: Any, job: Job, tmp_path: Path) -> None:
-    size = job.partial[0].nbytes
-    (tmp_path / "cut.raw").write_bytes(job.raw.read_bytes()[: 4 * size + 100])
-    error = complete(tmp_path / "cut.raw", tmp_path / "a.raw", code=1)[1]
-    assert "cut.raw: frame 5: has 8 vertices and a part of one, but the template has 2500" in error
-    assert (tmp_path / "a.raw").read_bytes() == job.completed[: 4 * size]
+    size, frames, out = job.partial[0].nbytes, job.partial.copy(), tmp_path / "out.raw"
 
-    frames = job.partial.copy()
+    def refused(content: bytes) -> str:
+        (tmp_path / "in.raw").write_bytes(content)
+        return str(complete(tmp_path / "in.raw", out, "--overwrite", code=1)[1])
+
+    assert "in.raw: frame 5: has 8 vertices" in refused(job.raw.read_bytes()[: 4 * size + 100])
+    assert out.read_bytes() == job.completed[: 4 * size]
     frames[2, 7] = 1e30
-    (tmp_path / "wild.raw").write_bytes(frames.tobytes())
-    error = complete(tmp_path / "wild.raw", tmp_path / "b.raw", code=1)[1]
-    assert "wild.raw: frame 3: points: row 7 is at (1.00000002e+30" in error
-    assert (tmp_path / "b.raw").read_bytes() == job.completed[: 2 * size]
-
+    assert "in.raw: frame 3: points: row 7 is at (1.00000002e+30" in refused(frames.tobytes())
+    assert out.read_bytes() == job.completed[: 2 * size]
     frames[0, 7] = 1e30
-    (tmp_path / "wild.raw").write_bytes(frames.tobytes())
-    complete(tmp_path / "wild.raw", tmp_path / "b.raw", "--overwrite", code=1)
-    assert (tmp_path / "b.raw").read_bytes() == job.completed[: 2 * size]  # as it was
+    refused(frames.tobytes())
+    assert out.read_bytes() == job.completed[: 2 * size]  # as it was
     assert not list(tmp_path.glob("*.part"))
 
 
@@ -232,94 +223,53 @@ def test_an_interrupt_that_is_ignored_stays_ignored(start: Any, job: Job) -> Non
     assert completed == job.completed
 
 
-def test_the_capture_loop_completes_or_drops_every_frame(
+def example(
+    programs: Path, name: str, *words: str | Path, data: bytes = b"", code: int = 0
+) -> subprocess.CompletedProcess[bytes]:
+    """Runs an example to its end."""
+    command = [programs / "examples" / name, *words]
+    ended = subprocess.run(command, input=data, capture_output=True, check=False, timeout=60)
+    assert ended.returncode == code, ended.stderr
+    return ended
+
+
+def test_examples_go_on_after_a_frame_that_is_refused(
     programs: Path, job: Job, tmp_path: Path
 ) -> None:
-    """With --every-frame all of them, also after one that is refused."""
     partial = job.partial.copy()
     partial[4, 7] = 1e20  # frame 5, as frame 0 is the template
     bad, out = tmp_path / "bad.raw", tmp_path / "out.raw"
     bad.write_bytes(partial.tobytes())
     completer = dynmesh.Completer(job.sequence.faces, job.sequence.vertices[0])
-    expected = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
+    frames = [completer.skip() if i == 4 else completer.push(f) for i, f in enumerate(partial)]
+    expected = np.stack(frames).tobytes()
+    every = example(programs, "cpp/capture_loop", job.template, bad, out, "--every-frame")
+    assert every.stdout.startswith(b"19 frames completed, 0 dropped")
+    assert every.stderr.startswith(b"capture_loop: frame 5 refused: points: row 7 is at ")
+    assert out.read_bytes() == expected
+    shown = example(programs, "c/complete_stream", job.template, data=partial.tobytes())
+    assert shown.stderr.startswith(b"frame 5: points: row 7 is at ")
+    assert shown.stdout == expected
 
-    def run(source: Path, *options: str) -> subprocess.CompletedProcess[str]:
-        loop = programs / "examples" / "cpp" / "capture_loop"
-        command: list[str | Path] = [loop, job.template, source, out, *options]
-        return subprocess.run(command, capture_output=True, check=True, text=True)
 
-    every = run(bad, "--every-frame")
-    assert every.stdout.startswith("19 frames completed, 0 dropped")
-    (line,) = every.stderr.splitlines()
-    assert line.startswith("capture_loop: frame 5 refused: points: row 7 is at ")
-    assert out.read_bytes() == np.stack(expected).tobytes()
-    start = time.monotonic()
-    told = run(job.raw).stdout
+def test_the_capture_loop_drops_what_it_has_no_time_for(
+    programs: Path, job: Job, tmp_path: Path
+) -> None:
+    start, out = time.monotonic(), tmp_path / "out.raw"
+    told = example(programs, "cpp/capture_loop", job.template, job.raw, out).stdout.decode()
     completed, dropped = (int(part.split()[0]) for part in told.split(";")[0].split(", "))
     assert completed + dropped == 19
     assert time.monotonic() - start > 19 / 60
     assert out.stat().st_size == completed * job.partial[0].nbytes
 
 
-def test_the_capture_loop_ends_where_its_output_does(programs: Path, job: Job) -> None:
-    command: list[str | Path] = [programs / "examples" / "cpp" / "capture_loop", job.template]
-    command += [job.raw, "/dev/full"]
-    result = subprocess.run(command, capture_output=True, check=False, text=True, timeout=60)
-    assert result.returncode == 1
-    assert result.stderr == "capture_loop: cannot write the output\n"
-
-
-@pytest.fixture
-def template(tmp_path: Path) -> Path:
-    """A sheet of 49 vertices."""
-    mesh = sheet(7)
-    path = tmp_path / "sheet.obj"
-    rows = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in mesh.vertices]
-    rows += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
-    path.write_text("\n".join(rows) + "\n")
-    return path
-
-
-@pytest.fixture
-def frames(rng: np.random.Generator) -> NDArray[np.float32]:
-    """Thirty partial frames of it."""
-    vertices = sheet(7).vertices
-    frames = np.stack([turned(vertices, 0.04 * i) for i in range(1, 31)]).astype(np.float32)
-    frames[rng.random(frames.shape[:2]) < 0.7] = np.nan
-    return frames
-
-
-def run(
-    programs: Path, template: Path, data: bytes, code: int = 0
-) -> subprocess.CompletedProcess[bytes]:
-    program = programs / "examples" / "c" / "complete_stream"
-    result = subprocess.run(
-        [program, template], input=data, capture_output=True, check=False, timeout=60
-    )
-    assert result.returncode == code, result.stderr
-    return result
-
-
-def test_a_bad_frame_does_not_end_the_show(
-    programs: Path, template: Path, frames: NDArray[np.float32]
-) -> None:
-    frames[3, 5] = 1e30
-    result = run(programs, template, frames.tobytes())
-    assert result.stderr.startswith(b"frame 4: points: row 5 is at (1.00000002e+30, ")
-    shown = np.frombuffer(result.stdout, np.float32).reshape(frames.shape)
-    completer = dynmesh.Completer(sheet(7).faces, sheet(7).vertices.astype(np.float32))
-    for number, frame in enumerate(frames):
-        expected = completer.skip() if number == 3 else completer.push(frame)
-        assert shown[number].tobytes() == expected.tobytes()
-
-
-def test_errors(programs: Path, template: Path, frames: NDArray[np.float32]) -> None:
-    cut = run(programs, template, frames.tobytes()[:-4], code=1)
+def test_examples_end_where_their_files_do(programs: Path, job: Job) -> None:
+    full = example(programs, "cpp/capture_loop", job.template, job.raw, "/dev/full", code=1)
+    assert full.stderr == b"capture_loop: cannot write the output\n"
+    stream, frames = "c/complete_stream", job.partial.tobytes()
+    cut = example(programs, stream, job.template, data=frames[:-4], code=1)
     assert b"standard input ends within a frame" in cut.stderr
-    assert len(cut.stdout) == frames[:-1].nbytes
-    missing = run(programs, template.with_name("none.obj"), b"", code=1)
+    assert len(cut.stdout) == job.partial[:-1].nbytes
+    missing = example(programs, stream, job.template.with_name("none.obj"), code=1)
     assert missing.stderr.endswith(b"none.obj: cannot be opened\n")
-    alone = subprocess.run(
-        [programs / "examples" / "c" / "complete_stream"], capture_output=True, check=False
-    )
-    assert alone.returncode == 2
+    example(programs, stream, code=2)
