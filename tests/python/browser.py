@@ -29,83 +29,54 @@ class Page:
     """A page in a browser, with its requests and error messages."""
 
     def __init__(self, browser: Any, path: Path) -> None:
-        self._page = browser.new_page()
-        self._has_clocks = True
+        self.page = browser.new_page()
+        self.has_clocks = True
         self.requests: list[str] = []
         self.complaints: list[str] = []
-        self._page.on("request", lambda request: self.requests.append(request.url))
-        self._page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self._page.on(
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on(
             "console",
             lambda said: self.complaints.append(said.text) if said.type == "error" else None,
         )
-        self._page.goto(path.as_uri())
-        self._page.wait_for_selector("#dynmesh-counter:not(:empty)")
+        self.page.goto(path.as_uri())
+        self.page.wait_for_selector("#dynmesh-counter:not(:empty)")
 
     def text(self, name: str) -> str:
         """Returns the visible text of a part of the page."""
-        return str(self._page.inner_text(f"#dynmesh-{name}"))
+        return str(self.page.inner_text(f"#dynmesh-{name}"))
 
-    def enabled(self, name: str) -> bool:
-        """Whether a control is enabled."""
-        return bool(self._page.is_enabled(f"#dynmesh-{name}"))
-
-    def click(self, name: str) -> None:
-        """Presses a button."""
-        self._page.click(f"#dynmesh-{name}")
-
-    def press(self, key: str) -> None:
-        """Presses a key."""
-        self._page.keyboard.press(key)
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
 
     def choose(self, name: str, value: str) -> None:
-        """Chooses an option."""
-        self._page.select_option(f"#dynmesh-{name}", value)
+        self.page.select_option(f"#dynmesh-{name}", value)
 
     def scrub(self, to: int) -> None:
         """Moves the slider like a user."""
-        self._page.fill("#dynmesh-frame", str(to))
+        self.page.fill("#dynmesh-frame", str(to))
 
     def stop_clocks(self) -> None:
-        """From now on, time passes in the page only by `pass_time`, however slow the machine is."""
-        self._page.clock.install()
-        self._page.clock.pause_at(self._page.evaluate("Date.now() / 1000 + 60"))
-        self._has_clocks = False
-
-    def pass_time(self, milliseconds: int) -> None:
-        """Lets the page play for a while."""
-        self._page.clock.run_for(milliseconds)
-
-    def wait_for_another(self, name: str) -> None:
-        """Returns when the visible text of a part of the page is another."""
-        changed = "([id, text]) => document.getElementById(id).innerText !== text"
-        self._page.wait_for_function(changed, arg=[f"dynmesh-{name}", self.text(name)])
+        """From now on, time passes only by `page.clock.run_for`, however slow the machine is."""
+        self.page.clock.install()
+        self.page.clock.pause_at(self.page.evaluate("Date.now() / 1000 + 60"))
+        self.has_clocks = False
 
     def visible(self, name: str) -> bool:
-        """Whether a part of the page is visible."""
-        return bool(self._page.is_visible(f"#dynmesh-{name}"))
+        return bool(self.page.is_visible(f"#dynmesh-{name}"))
 
     def captions(self) -> list[str]:
-        """Returns the captions of the panes."""
-        return [str(text) for text in self._page.locator(".dynmesh-caption").all_inner_texts()]
+        return [str(text) for text in self.page.locator(".dynmesh-caption").all_inner_texts()]
 
     def drag(self, pane: int, right: int, down: int, button: str = "left") -> None:
         """Drags with the mouse from the middle of a pane."""
-        box = self._page.locator(".dynmesh-canvas").nth(pane).bounding_box()
+        box = self.page.locator(".dynmesh-canvas").nth(pane).bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        self._page.mouse.move(x, y)
-        self._page.mouse.down(button=button)
-        self._page.mouse.move(x + right, y + down, steps=4)
-        self._page.mouse.up(button=button)
-
-    def zoom(self, pane: int, by: int) -> None:
-        """Turns the wheel of the mouse over a pane."""
-        self._page.locator(".dynmesh-canvas").nth(pane).hover()
-        self._page.mouse.wheel(0, by)
-
-    def resize(self, width: int, height: int) -> None:
-        """Changes the size of the window."""
-        self._page.set_viewport_size({"width": width, "height": height})
+        self.page.mouse.move(x, y)
+        self.page.mouse.down(button=button)
+        self.page.mouse.move(x + right, y + down, steps=4)
+        self.page.mouse.up(button=button)
 
     def picture(self, pane: int = 0) -> Array:
         """Returns the pixels of a pane, (height, width, 3)."""
@@ -113,13 +84,13 @@ class Page:
 
     def pictures(self, *panes: int) -> list[Array]:
         """Returns the pixels of several panes at the same time."""
-        self._page.wait_for_function(IS_DRAWN)
-        if self._has_clocks:
-            self._page.evaluate(NEXT_FRAMES)  # a turn of the camera is not part of what is drawn
+        self.page.wait_for_function(IS_DRAWN)
+        if self.has_clocks:
+            self.page.evaluate(NEXT_FRAMES)  # a turn of the camera is not part of what is drawn
         images = pytest.importorskip("PIL.Image")
         pixels = []
         for pane in panes:
-            shot = self._page.locator(".dynmesh-canvas").nth(pane).screenshot()
+            shot = self.page.locator(".dynmesh-canvas").nth(pane).screenshot()
             with images.open(io.BytesIO(shot)) as image:
                 pixels.append(np.asarray(image.convert("RGB")).astype(int))
         return pixels
