@@ -10,7 +10,7 @@ import dynmesh
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Mark, View
 from dynmesh.metrics import bounding_box_diagonal
-from dynmesh.true_surface import vertex_normals
+from dynmesh.normals import vertex_normals
 
 from ..harness import progress
 from .strip import DOTS, Panel, draw_surface, save

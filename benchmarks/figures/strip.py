@@ -15,8 +15,8 @@ import dynmesh
 from dynmesh.degrade.visibility import visible
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Mark, View
+from dynmesh.normals import vertex_normals
 from dynmesh.sequence import Mask, Positions
-from dynmesh.true_surface import vertex_normals
 
 Faces = NDArray[np.integer[Any]]
 

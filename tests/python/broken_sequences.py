@@ -117,10 +117,6 @@ def coincident_vertices() -> Broken:
     return moving(mesh), Expected(24, seam)
 
 
-def isolated_vertices() -> Broken:
-    return with_points((3, 3, 3), (4, 4, 4), faces=[]), Expected(2, [144, 145])
-
-
 def non_manifold_edges() -> Broken:
     sequence = with_points((5, 5, 2), faces=[[65, 66, 144]])  # a fin on an inner edge
     return sequence, Expected(1, faces=[242])
@@ -147,7 +143,7 @@ BROKEN: dict[str, Callable[[], Broken]] = {
         zeros, leaps, outliers,
         frames_without_anchors,
         never_seen,
-        coincident_vertices, isolated_vertices, non_manifold_edges,
+        coincident_vertices, non_manifold_edges,
         non_manifold_vertices, degenerate_faces,
     )
 }  # fmt: skip

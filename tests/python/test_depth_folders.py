@@ -144,8 +144,8 @@ def noisy() -> bytes:
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (png("L"), "one channel of 16 bits, .* but has one channel of 8 bits$"),
-        (png("P"), "one channel of 16 bits, .* but has a palette$"),
+        (png("L"), "one channel of 16 bits, .* not the mode L$"),
+        (png("P"), "one channel of 16 bits, .* not the mode P$"),
         (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
         (sized(png("I;16"), 60000, 60000), "too large: "),
         (with_data(zlib.compress(bytes(101))), "is a PNG image that is cut or damaged: "),

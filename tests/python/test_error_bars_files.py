@@ -1,7 +1,6 @@
 """Standard errors in files: what is written, dropped, said and measured."""
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,10 +8,8 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import Array
 
 import dynmesh
-from dynmesh.calibration import Distances, in_words
 
 N_FRAMES = 6
 
@@ -75,40 +72,6 @@ def test_uncertain_vertices_are_left_missing(
     assert f"{report.dropped} vertices were left missing" in told
 
 
-def within_90(standard_error: Array) -> float:
-    """The length that 90 % of errors with these standard errors of coordinates do not exceed."""
-    stats, optimize = pytest.importorskip("scipy.stats"), pytest.importorskip("scipy.optimize")
-    finite = standard_error[np.isfinite(standard_error)].astype(float)
-    bars = finite[finite > 0]
-
-    def missing(length: float) -> float:
-        within = len(finite) - len(bars) + stats.chi(3).cdf(length / bars).sum()
-        return float(within / len(finite) - 0.9)
-
-    return float(optimize.brentq(missing, 1e-6, 100 * bars.max()))
-
-
-@pytest.mark.parametrize("metres", [None, 0.01])
-def test_how_far_90_percent_are_is_a_quantile(
-    completed: dynmesh.Sequence, metres: float | None
-) -> None:
-    assert completed.standard_error is not None
-    assert completed.generation is not None
-    expected = within_90(completed.standard_error[completed.generation > 0])
-    distances = Distances()
-    for bars, generation in zip(completed.standard_error, completed.generation, strict=True):
-        distances.add(bars, generation > 0)
-    found = distances.within(0.9)
-    assert found == pytest.approx(expected, rel=0.02)
-    told = in_words(found, metres)
-    assert told is not None
-    said = re.search(r"90 % of the filled-in vertices are expected to be within (\S+)", told)
-    assert said is not None
-    unit, factor = ("in the unit", 1.0) if metres is None else ("mm", 1000 * metres)
-    assert float(said[1].rstrip(",")) == pytest.approx(factor * expected, rel=0.08)
-    assert unit in told[said.end() :]
-
-
 def test_evaluate_compares_them_with_the_truth(
     tmp_path: Path, truth: dynmesh.Sequence, completed: dynmesh.Sequence
 ) -> None:
@@ -158,35 +121,3 @@ def test_a_completion_of_a_tracked_sequence_says_what_its_own_errors_are_of(
     dynmesh.write(target, surface_errors(completed))
     dynmesh.write(target, replace(completed, standard_error=None))
     assert not target.with_name("target.standard_error_of.npy").exists()
-
-
-def test_evaluate_measures_errors_of_the_surface_from_it(tmp_path: Path) -> None:
-    """Vertices of a plane that slid within it are on the surface, and one above it is not."""
-    mesh = meshes.sheet(8)
-    k = len(mesh.vertices)
-    flat = mesh.vertices * [1.0, 1.0, 0.0]
-    truth = dynmesh.Sequence(np.stack([flat] * 3), mesh.faces)
-    rng = np.random.default_rng(2)
-    bars = rng.uniform(0.5, 1.0, (3, k)).astype(np.float32)
-    off = rng.normal(size=(3, k)) * bars
-    slid = truth.vertices + np.stack([3.0 + 0 * off, 0.4 + 0 * off, off], axis=2)
-    tracked = dynmesh.Sequence(
-        slid,
-        mesh.faces,
-        generation=np.zeros((3, k), np.int32),
-        age=np.zeros((3, k), np.int32),
-        standard_error=bars,
-        standard_error_of="surface",
-    )
-    dynmesh.write(tmp_path / "truth.npz", truth)
-    dynmesh.write(tmp_path / "tracked.npz", tracked)
-    words = ("evaluate", tmp_path / "tracked.npz", tmp_path / "truth.npz")
-    found = json.loads(run(*words, "--json").stdout)["standard_error"]
-    ratio = np.abs(off[1:]) / bars[1:]
-    assert found["standard_error_of"] == "surface"
-    assert found["vertices"] == 2 * k  # although all of them were seen
-    assert found["coverage_50"] == pytest.approx((ratio <= 0.674).mean())
-    assert found["coverage_90"] == pytest.approx((ratio <= 1.645).mean())
-    squares = (off[1:] ** 2).mean() / (bars[1:].astype(float) ** 2).mean()
-    assert found["rms_ratio"] == pytest.approx(np.sqrt(squares), rel=1e-5)
-    assert "distances from the true surface" in run(*words).stdout

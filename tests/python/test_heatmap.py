@@ -47,7 +47,7 @@ def test_the_error_is_in_millimetres_or_per_cent_of_the_diagonal(
     heatmap = Heatmap(SequenceReader(sequence), reference=reference)
     assert heatmap.colour == "error"
     frames = list(heatmap.frames(range(0, 5, 2)))
-    scale = heatmap.scale("error")
+    scale = heatmap.scale("error", frames)
     assert scale is not None
     words = "mm" if unit else "% of the bounding-box diagonal"
     assert scale.title == f"error in {words}"
@@ -70,7 +70,7 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
         (frame,) = heatmap.frames(range(2, 3))
         assert heatmap.colour == colours[0]
         assert (*frame.values, "plain") == heatmap.colours == colours
-    assert heatmap.scale("plain") is None
+    assert heatmap.scale("plain", []) is None
     assert get_args(Colour) == (*QUANTITIES, "plain")
 
 
@@ -87,7 +87,7 @@ def test_the_input_says_what_was_observed(sequence: Sequence) -> None:
     heatmap = Heatmap(done, input=SequenceReader(sequence))
     assert heatmap.colour == "known"
     (frame,) = heatmap.frames(range(4, 5))
-    scale = heatmap.scale("known")
+    scale = heatmap.scale("known", [frame])
     assert scale is not None
     assert [tick.label for tick in scale.ticks] == ["filled in", "observed"]
     assert np.flatnonzero(frame.values["known"] == 0).tolist() == [3, 8]
@@ -98,7 +98,7 @@ def test_the_input_says_what_was_observed(sequence: Sequence) -> None:
 def test_scales_cover_what_is_shown(sequence: Sequence, colour: Colour) -> None:
     heatmap = Heatmap(SequenceReader(sequence), colour=colour)
     frames = list(heatmap.frames(range(5)))
-    scale = heatmap.scale(heatmap.colour)
+    scale = heatmap.scale(heatmap.colour, frames)
     assert scale is not None
     for frame in frames:
         places = scale.position(frame.values[heatmap.colour])
@@ -170,6 +170,6 @@ def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
     assert np.isinf(none).all()
     away = np.linalg.norm(mesh.vertices - above[0], axis=1)
     np.testing.assert_allclose(one, away / lengths.mean(), rtol=1e-5)
-    scale = heatmap.scale("distance")
+    scale = heatmap.scale("distance", [])
     assert scale is not None
     np.testing.assert_array_equal(scale.position(none), 1)

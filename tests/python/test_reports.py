@@ -49,7 +49,7 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
 
 
 def test_the_share_of_far_points_is_the_quality() -> None:
-    assert Counts().share is None
+    assert Counts().share == 0
     assert Counts(100, 25).share == 0.25
     assert Fits(total=Counts(1000, 19)).quality == "good"
     assert Fits(total=Counts(1000, 40)).quality == "doubtful"

@@ -142,9 +142,6 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(
     ended = run("track", folder / "depth", output, *words, code=3)
     assert "probably ruined: " in ended.stderr
     assert "of cameras '" in ended.stderr
-    lines = [line.partition("out.npz: ")[2] for line in ended.stderr.splitlines()]
-    each = [line for line in lines if line.startswith("camera ")]
-    assert [line.split(":")[0] for line in each] == [f"camera {name}" for name in "0123"]
     report = track_file(
         folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
     )
@@ -202,7 +199,7 @@ def test_a_template_elsewhere_is_moved_into_the_scan(
     dynmesh.write(template, replace(truth[:1], vertices=moved[None]))
     output = tmp_path / "out.npz"
     told = run("track", folder / "points", output, "--template", template).stderr
-    assert "a rotation by 40" in told, told
+    assert "a rigid motion put it" in told, told
     assert error(dynmesh.read(output), truth).max() < 0.5
 
 

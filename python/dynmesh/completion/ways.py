@@ -7,7 +7,7 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 from .._checks import check_positive
 from .._errors import KindError, SettingError, locating
 from .._progress import tracked
-from ..completer import Completer
+from ..completer import Completer, FrameReport
 from ..files import Frame, Reader, naming
 from ..files.memory import Output
 from ..sequence import Mask
 from ..settings import Settings
 from .both_ways import combined
 from .start import Start, StartFrame
-from .tally import Tally
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
@@ -97,6 +96,19 @@ class Options:
         return np.asarray(frame.standard_error <= self.drop_above)
 
 
+@dataclass
+class Tally:
+    """What a completion has done so far.
+
+    Attributes:
+        reports: of the frames that were completed.
+        dropped: number of vertices that were left missing.
+    """
+
+    reports: list[FrameReport] = field(default_factory=list)
+    dropped: int = 0
+
+
 def complete_frames(
     reader: Reader,
     start: StartFrame,
@@ -134,7 +146,7 @@ def complete_frames(
     def go(way: range, origin: Frame) -> Iterator[tuple[int, Frame]]:
         for number, frame in _completed(reader, completer, way, origin, frames):
             if number != start.number:
-                tally.add(completer)
+                tally.reports.append(completer.report)
                 yield number, frame
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
@@ -234,7 +246,7 @@ def _stored(records: NDArray[Any], number: int) -> Frame:
 def _write(frame: Frame, options: Options, output: Output, tally: Tally) -> None:
     """Writes a completed frame, without what is left missing."""
     kept = options.kept(frame)
-    tally.add_written(frame, kept)
+    tally.dropped += int(np.count_nonzero(~kept))
     if options.leave_missing:
         points = np.where(kept[:, None], frame.points, frame.points.dtype.type(np.nan))
         frame = replace(frame, points=points, known=kept)

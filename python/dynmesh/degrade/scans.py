@@ -15,11 +15,11 @@ from .._errors import InputError
 from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
 from ..sequence import Positions
-from .depth_buffer import depth_buffer, intrinsics_of, pose_of
-from .depth_sensor import measured
-from .scene import Cameras, scenes_of
+from .depth_buffer import DepthBuffer, depth_buffer, intrinsics_of, pose_of
+from .scene import EDGE_ON, Cameras, Scene, scenes_of
 from .shared import Purpose, check_cameras, rng_of, triangles_of, unit
 from .surface_points import sampled
+from .visibility import Camera
 
 _Integers = NDArray[np.integer[Any]]
 
@@ -142,7 +142,7 @@ def depth_images(
                 rng = rng_of(Purpose.DEPTH, seed, scene.number, number)
                 buffer = depth_buffer(scene.points, scene.faces, camera, width, height)
                 edge = scene.mean_edge
-                depth = measured(buffer, scene, camera)
+                depth = _measured(buffer, scene, camera)
                 depth += noise * edge * rng.standard_normal(depth.shape)
                 moved = rng.random(depth.shape) < outliers
                 depth += moved * _OUTLIER_DISTANCE * edge * rng.uniform(-1, 1, depth.shape)
@@ -155,6 +155,24 @@ def depth_images(
             )
 
     return scans()
+
+
+def _measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> NDArray[np.float64]:
+    """Returns the depths, infinite where nothing is measured."""
+    row, column = np.nonzero(buffer.triangle >= 0)
+    corners = scene.faces[buffer.triangle[row, column]]
+    a, b, c = scene.points.astype(np.float64)[corners.T]
+    height, width = buffer.depth.shape
+    pixels = np.stack([column, row, np.ones(len(row))], axis=1)
+    to_rays = pose_of(camera)[:3, :3] @ np.linalg.inv(intrinsics_of(camera, width, height))
+    normals = np.cross(b - a, c - a)
+    cosines = (unit(normals) * unit(pixels @ to_rays.T)).sum(axis=1)
+    nearest = buffer.weights[row, column].argmax(axis=1)
+    present = scene.present[corners[np.arange(len(corners)), nearest]]
+    seen = present & (np.abs(cosines) > EDGE_ON)
+    depth = buffer.depth.copy()
+    depth[row[~seen], column[~seen]] = np.inf
+    return depth
 
 
 def _check(

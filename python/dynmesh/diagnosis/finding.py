@@ -27,7 +27,6 @@ SEVERITY_OF: dict[str, Severity] = {
     "frames_without_anchors": "warning",
     "never_seen": "warning",
     "coincident_vertices": "warning",
-    "isolated_vertices": "warning",
     "non_manifold_edges": "warning",
     "non_manifold_vertices": "warning",
     "degenerate_faces": "warning",

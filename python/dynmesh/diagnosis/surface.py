@@ -39,7 +39,6 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
             "faces if the file holds only positions.",
         )
         return
-    yield from _isolated(mesh)
     for kind, (code, what, advice) in _REFUSED.items():
         places = [face.index for face in mesh.topology.refused_faces if face.kind == kind]
         if places:
@@ -58,19 +57,5 @@ def _coincident(mesh: Mesh) -> Iterator[Finding]:
             f"first frame: {listed('vertex', places)}.",
             "The surface is probably cut there, for example along texture seams. The two sides are "
             "completed separately and may open. Merge them first (merge by distance).",
-            vertices=places,
-        )
-
-
-def _isolated(mesh: Mesh) -> Iterator[Finding]:
-    alone = np.ones(len(mesh.first), np.bool_)
-    alone[mesh.ends] = False
-    places = np.flatnonzero(alone)
-    if len(places):
-        yield Finding.at(
-            "isolated_vertices",
-            f"{counted(len(places), 'vertex')} without an edge: {listed('vertex', places)}.",
-            "They have no neighbours. If they are missing, they follow the nearest part of the "
-            "surface. Unless they are markers, remove them when the mesh is exported.",
             vertices=places,
         )

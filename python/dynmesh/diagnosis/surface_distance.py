@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..normals import vertex_normals
 from ..sequence import Positions
-from ..true_surface import vertex_normals
 
 _Floats = NDArray[np.float64]
 

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from .. import metrics
 from .._errors import InputError
 from .._progress import tracked
-from ..calibration import Calibrating, Calibration, estimated
+from ..calibration import Calibrating, Calibration
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
 from ..files.times import frame_numbers, indices_of
-from ..true_surface import TrueSurface
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
@@ -66,9 +65,8 @@ def measured(
     if frames is not None:
         numbers = indices_of(frame_numbers(completed.header), frames)
     unit = _diagonal(reference)
-    kind = completed.header.standard_error_of
-    calibrating = Calibrating(kind)
-    surface = TrueSurface(reference.faces, reference.n_vertices) if kind == "surface" else None
+    calibrating = Calibrating()
+    of_positions = completed.header.standard_error_of == "position"
     each: list[FrameErrors] = []
     ours_read = tracked(_frames(completed, numbers), len(numbers), "measuring", progress)
     rows = zip(
@@ -83,20 +81,12 @@ def measured(
         truth = np.stack([true.points for _, _, true, _ in stretch])
         nmsve = metrics.nmsve(reference.faces, truth, ours)
         distances = metrics.vertex_error(truth, ours)
-        for (number, frame, true, there), visual, error in zip(
-            stretch, nmsve, distances, strict=True
-        ):
+        for (number, frame, _, there), visual, error in zip(stretch, nmsve, distances, strict=True):
             counted = error if only == "all" else error[_missing(frame, there)]
             each.append(_errors_of(completed.header.number(number), float(visual), counted, unit))
-            if frame.standard_error is not None and frame.generation is not None:
-                if surface is not None:
-                    error = surface.distances(frame.points, true.points)
-                calibrating.add(
-                    error,
-                    frame.standard_error,
-                    filled=estimated(frame.generation, kind),
-                    generation=frame.generation,
-                )
+            bars, generation = frame.standard_error, frame.generation
+            if of_positions and bars is not None and generation is not None:
+                calibrating.add(error, bars, filled=generation > 0, generation=generation)
     if not any(errors.vertices for errors in each):
         raise InputError("no vertex was missing in these frames", file=completed.path)
     return each, unit, calibrating.result()

@@ -1,6 +1,6 @@
 """What is drawn of a sequence: its frames, its missing vertices, and values of the vertices."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import repeat
 from typing import Any
@@ -15,7 +15,7 @@ from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 from .figures import SURFACE_COLOUR
 from .quantities import QUANTITIES, Colour
-from .scales import Scale, Values, frames_of_scale
+from .scales import Scale, Values
 from .sources import Moment, Sources, visible
 
 _MOST_POINTS = 5000
@@ -95,7 +95,6 @@ class Heatmap:
         has: list[Colour] = [name for name, reason in lacks.items() if reason is None]
         self.colours: tuple[Colour, ...] = (*has, "plain")
         self.colour = colour or self.colours[0]
-        self._telling: dict[int, dict[Colour, Values]] = {}
         if {"error", "standard_error"} & set(self.colours):
             _ = self._sources.unit  # refuses errors without a unit before any frame is read
 
@@ -134,14 +133,7 @@ class Heatmap:
             }
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
-            shown = ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
-            if number in frames_of_scale(self.reader.n_frames):
-                self._telling[number] = {
-                    name: telling(values[name][shown.visible])
-                    for name in values
-                    if (telling := QUANTITIES[name].telling) is not None
-                }
-            yield shown
+            yield ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
 
     def _cloud(self, scan: Scan | None) -> Positions:
         """Returns the points of a scan in the unit of the sequence; none if it is missing."""
@@ -154,25 +146,17 @@ class Heatmap:
         (shown,) = self.frames(range(number, number + 1))
         return shown
 
-    def scale(self, colour: Colour) -> Scale | None:
-        """Returns the scale of this colour, or None for the colour "plain".
-
-        The frames of :func:`frames_of_scale` determine it, whichever are
-        drawn; those that were not yet read are read.
-        """
+    def scale(self, colour: Colour, frames: Iterable[ShownFrame]) -> Scale | None:
+        """Returns the scale of this colour for frames, or None for the colour "plain"."""
         if colour == "plain":
             return None
         # Standard errors are shown on the scale of the errors, so that the two compare.
         source = "error" if colour == "standard_error" and "error" in self.colours else colour
-        values: list[NDArray[Any]] = []
-        if QUANTITIES[source].telling is not None:
-            numbers = frames_of_scale(self.reader.n_frames)
-            if not self._telling.keys() >= {*numbers}:
-                for _ in self.frames(numbers):
-                    pass
-            values = [self._telling[number][source] for number in numbers]
-        told = np.concatenate(values) if values else np.zeros(0)
-        return QUANTITIES[colour].scale(self._sources, told)
+        telling = QUANTITIES[source].telling
+        told = [
+            telling(frame.values[source][frame.visible]) for frame in frames if telling is not None
+        ]
+        return QUANTITIES[colour].scale(self._sources, np.concatenate([np.zeros(0), *told]))
 
     def places(
         self, frame: ShownFrame, scale: Scale | None

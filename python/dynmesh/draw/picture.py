@@ -56,7 +56,7 @@ def drawn(
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
-    scale = heatmap.scale(heatmap.colour)
+    scale = heatmap.scale(heatmap.colour, frames)
     up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
     captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]
     view = View.of(seen, up, azimuth, (size, size))

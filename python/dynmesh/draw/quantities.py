@@ -8,9 +8,8 @@ import numpy as np
 
 from .._extras import require
 from ..attributes import FUSED
-from ..calibration import RULES
 from .figures import HEATMAP_RANGE
-from .scales import MOST_FRAMES, CountScale, KnownScale, MeasureScale, Scale, Values, round_up
+from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 from .sources import Moment, Sources, visible
 
 Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
@@ -116,7 +115,7 @@ def _standard_error(sources: Sources, moment: Moment) -> Values:
     """Returns those of distances, to compare with errors; the largest where disconnected."""
     bars = moment.frame.standard_error
     assert bars is not None
-    coordinates = RULES[sources.reader.header.standard_error_of].coordinates
+    coordinates = 3 if sources.reader.header.standard_error_of == "position" else 1
     of_distances = math.sqrt(coordinates) * bars.astype(np.float64) * sources.unit.per_unit
     finite = np.isfinite(of_distances)
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
@@ -145,19 +144,13 @@ def _length_scale(name: str) -> Callable[[Sources, Values], Scale]:
 
 
 def _count_scale(title: str) -> Callable[[Sources, Values], Scale]:
-    def scale(sources: Sources, values: Values) -> Scale:
+    def scale(_: Sources, values: Values) -> Scale:
         fused, disconnected = ((values == g).any() for g in (FUSED, -1))
         below = "disconnected" if disconnected else None
         if fused:
             below = "not from this frame" if disconnected else "put together"
         largest = int(values.max(initial=0))
-        return CountScale(
-            title,
-            largest,
-            zero="observed",
-            minus_one=below,
-            more=sources.reader.n_frames > MOST_FRAMES and largest > 0,
-        )
+        return CountScale(title, largest, zero="observed", minus_one=below)
 
     return scale
 

@@ -13,19 +13,7 @@ from .figures import HEATMAP, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]
 
-MOST_FRAMES = 120
-"""Whose values determine the ends of a scale."""
-
 SINGLE_STEPS = 8  # counts with a colour each; larger ones share colours in ranges that double
-
-
-def frames_of_scale(n_frames: int) -> range:
-    """The frames whose values determine a scale: of a long sequence, every second, third, ...
-
-    They do not depend on those that are drawn, so that all pages and pictures of a sequence have
-    the same scale.
-    """
-    return every(n_frames, MOST_FRAMES)
 
 
 def every(n_frames: int, most: int) -> range:
@@ -100,12 +88,8 @@ class CountScale(Scale):
         *,
         zero: str,
         minus_one: str | None = None,
-        more: bool = False,
     ) -> None:
-        """Creates as many steps as needed up to the largest count, with labels for 0 and -1.
-
-        With `more`, there may be larger counts as well.
-        """
+        """Creates as many steps as needed up to the largest count, with labels for 0 and -1."""
         starts = [*range(largest + 1)]
         if largest > SINGLE_STEPS:
             spans = math.ceil(math.log2(largest))
@@ -116,8 +100,6 @@ class CountScale(Scale):
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
         ]
-        if more:
-            labels[-1] = f"{starts[-1]} or more"
         labels[0] = f"0, {zero}"
         colours = [SURFACE_COLOUR, *_colour_map(HEATMAP, len(starts) - 1)]
         if minus_one is not None:

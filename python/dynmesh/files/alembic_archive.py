@@ -34,12 +34,7 @@ class AlembicScene:
 
     def __init__(self, path: Path) -> None:
         """Opens the archive."""
-        with path.open("rb") as file:  # gives the error message of the system
-            if file.read(8) == b"\x89HDF\r\n\x1a\n":
-                raise ValueError(
-                    "is an Alembic archive of the old kind, in HDF5; convert it with Alembic's "
-                    "program abcconvert: abcconvert -toOgawa OLD NEW"
-                )
+        path.open("rb").close()  # gives the error message of the system
         with translating(ValueError, "is damaged or not an Alembic archive"):
             self.archive = library("Abc").IArchive(str(path))
             self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}

@@ -51,16 +51,6 @@ class UsdWriter(Writer):
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
-        unknown = {
-            ("y is up", "up axis"): header.up_axis,
-            ("a unit is 1 cm", "unit"): header.metres_per_unit,
-        }
-        if assumed := [said for said, value in unknown.items() if value is None]:
-            what, words = (" and ".join(words) for words in zip(*assumed, strict=True))
-            self.remarks.append(
-                f"programs will assume that {what}, as the sequence does not say; if that is "
-                f"wrong, state {words} in a conversion"
-            )
 
     def _begin_mesh(self) -> None:
         sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header

@@ -86,17 +86,20 @@ def read_cameras(path: Path) -> Rig:
             the value.
     """
     with naming(path):
-        try:
-            found = json.loads(path.read_bytes().decode("utf-8-sig"))
-        except json.JSONDecodeError as error:
-            raise ValueError(
-                f"line {error.lineno}, column {error.colno}: is not JSON: {error.msg}"
-            ) from error
-        except UnicodeDecodeError as error:
-            raise ValueError(f"byte {error.start}: is not text in UTF-8") from error
-        except RecursionError as error:
-            raise ValueError("is nested too deeply") from error
-        return _rig_of(found, path)
+        return _rig_of(json_in(path), path)
+
+
+def json_in(path: Path) -> Any:
+    """Returns what a JSON file holds.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is not JSON; the message names the line.
+    """
+    try:
+        return json.loads(path.read_text(encoding="utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"is not JSON: {error}") from error
 
 
 def write_cameras(path: Path, rig: Rig) -> None:
@@ -201,12 +204,7 @@ def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
 def _matrix(name: str, value: Any, size: int) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        lengths = {len(row) if isinstance(row, list) else 0 for row in rows}
-        if len(lengths) == 1 and lengths != {0}:
-            what = f"has {len(rows)} rows of {lengths.pop()}"
-        else:
-            what = f"is {value!r:.60}"
-        raise ValueError(f"{name}: must be {size} rows of {size} numbers, but {what}")
+        raise ValueError(f"{name}: must be {size} rows of {size} numbers, not {value!r:.60}")
     found = np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
     last = np.eye(size)[-1]
     if (found[-1] != last).any() and (found[:, -1] == last).all():
@@ -237,15 +235,12 @@ def _check_pose(pose: _Floats) -> None:
 
 
 def _check_intrinsics(matrix: _Floats) -> None:
-    if matrix[2].tolist() != [0, 0, 1]:
-        raise ValueError(f"intrinsics: the last row must be 0 0 1, not {_row(matrix[2])}")
-    if matrix[1, 0] != 0:
-        raise ValueError(f"intrinsics: row 1 must begin with 0, not {matrix[1, 0]:g}")
-    for i in (0, 1):
-        if matrix[i, i] <= 0:
-            raise ValueError(
-                f"intrinsics: the focal length in row {i} must be positive, not {matrix[i, i]:g}"
-            )
+    is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
+    if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
+        rows = "; ".join(map(_row, matrix))
+        raise ValueError(
+            f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
+        )
 
 
 def _number(name: str, value: Any) -> float:

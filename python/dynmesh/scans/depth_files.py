@@ -1,8 +1,7 @@
 """Depth images: PNG files with 16 bits a pixel, one of each camera and frame."""
 
 import os
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -18,21 +17,8 @@ SUFFIX = ".png"
 
 MOST_COUNTS = 65535
 
-_LOOKED_AT = 9
-"""Images whose headers tell the size of those of a camera."""
-
 _MODES = ("I;16", "I")
 """Of one channel of 16 bits; Pillow before 10.3 has the latter."""
-
-_KINDS = {
-    "1": "one channel of 1 bit",
-    "L": "one channel of 8 bits",
-    "LA": "one channel and transparency",
-    "P": "a palette",
-    "RGB": "colours (RGB)",
-    "RGBA": "colours and transparency (RGBA)",
-}
-"""What images of other modes have, by the names that Pillow gives these."""
 
 
 def require_png() -> Any:
@@ -64,18 +50,16 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     return (counts * (camera.depth_scale or 1.0)).astype(np.float32)
 
 
-def usual_size(files: Sequence[Path], camera: ScanCamera) -> tuple[int, int] | None:
-    """Returns the width and height of most images of a camera, judged by the headers of a few.
+def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None:
+    """Returns the width and height of the first image of a camera whose header is whole.
 
-    Damaged headers do not count; without any other, this is what the camera states.
+    Without any, this is what the camera states.
 
     Raises:
-        ValueError: these images are of another kind, or of another size than the camera states.
+        ValueError: all of them are of another kind, or of another size than the camera states.
     """
-    sizes: Counter[tuple[int, int]] = Counter()
-    first: InputError | None = None
-    for number in np.linspace(0, len(files) - 1, min(len(files), _LOOKED_AT)).astype(int):
-        file = files[number]
+    wrong: InputError | None = None
+    for file in files:
         try:
             with file.open("rb") as opened:
                 image = _image(opened)
@@ -84,12 +68,14 @@ def usual_size(files: Sequence[Path], camera: ScanCamera) -> tuple[int, int] | N
         try:
             with naming(file):
                 _check(image, camera)
-            sizes[image.size] += 1
         except InputError as error:
-            first = first or error
-    if first is not None and not sizes:
-        raise first
-    return sizes.most_common(1)[0][0] if sizes else camera.size
+            wrong = wrong or error
+            continue
+        width, height = image.size
+        return width, height
+    if wrong is not None:
+        raise wrong
+    return camera.size
 
 
 def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera) -> None:
@@ -117,8 +103,7 @@ def _image(opened: BinaryIO) -> Any:
 def _check(image: Any, camera: ScanCamera) -> None:
     if image.mode not in _MODES:
         raise InputError(
-            "must have one channel of 16 bits, the depth in counts, but has "
-            + _KINDS.get(image.mode, f"the mode {image.mode}")
+            f"must have one channel of 16 bits, the depth in counts, not the mode {image.mode}"
         )
     if camera.size is not None and image.size != camera.size:
         raise InputError(

@@ -15,7 +15,7 @@ from ..files.naming import naming
 from ..files.numbered import Found, files_in, find_files, matching, with_conversion
 from ..files.units import metres_of
 from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, read_depth, require_png, usual_size
+from .depth_files import SUFFIX, read_depth, require_png, size_of
 from .point_files import point_formats, read_points
 from .scan import DepthScan, PointScan, Scan
 from .undistortion import Undistortion
@@ -73,6 +73,19 @@ class ScanReader(ABC):
     def _load(self, number: int) -> Scan | None:
         """Reads a frame; None if its file is missing."""
 
+    def _take_unit(self, stated: float | None, file: Path) -> None:
+        """Takes the unit that a file of points states, which must be that of the cameras."""
+        if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
+            told = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
+            raise InputError(told, file=file)
+        self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
+
+    def _seen(self, scan: PointScan) -> PointScan:
+        """Returns points with the places of the cameras, unless they have such."""
+        if scan.viewpoints is not None or self.rig is None:
+            return scan
+        return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
+
     @property
     def lost(self) -> tuple[str, ...]:
         """See above."""
@@ -88,22 +101,11 @@ class PointReader(ScanReader):
         self._files = found.files
         present = [file for file in found.files if file is not None]
         super().__init__(path, rig, found, present)
-        said = read_points(present[0]).metadata.metres_per_unit
-        if None not in (said, self.metres_per_unit) and said != self.metres_per_unit:
-            raise ValueError(
-                f"{present[0].name} states {said} metres per unit, but the cameras "
-                f"{self.metres_per_unit}"
-            )
-        self.metres_per_unit = said if self.metres_per_unit is None else self.metres_per_unit
+        self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
         file = self._files[number]
-        if file is None:
-            return None
-        scan = read_points(file).scan
-        if scan.viewpoints is None and self.rig is not None:
-            return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
-        return scan
+        return None if file is None else self._seen(read_points(file).scan)
 
 
 class DepthReader(ScanReader):
@@ -134,7 +136,7 @@ class DepthReader(ScanReader):
             self._lenses = {c.name: Undistortion(c) for c in rig.cameras if c.distortion}
         made = []
         for camera in rig.cameras:
-            size = usual_size(list(by_camera[camera.name].values()), camera)
+            size = size_of(by_camera[camera.name].values(), camera)
             lens = self._lenses.get(camera.name)
             intrinsics = camera.intrinsics if lens is None else lens.intrinsics
             made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))

@@ -1,12 +1,13 @@
 """How well scans were tracked, and whether that makes the result doubtful."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from .._report import Quality
-from ..scans import Scan, ScanReader
+from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
 _DOUBTFUL = 0.02
@@ -51,9 +52,9 @@ class Counts:
                 self.squares += one.distance**2 * (1 - one.far) * one.points
 
     @property
-    def share(self) -> float | None:
-        """The share of far points; None without points."""
-        return self.far / self.points if self.points else None
+    def share(self) -> float:
+        """The share of far points; 0 without points."""
+        return self.far / self.points if self.points else 0.0
 
     @property
     def distance(self) -> float | None:
@@ -62,115 +63,83 @@ class Counts:
         return float(np.sqrt(self.squares / near)) if near > 0 else None
 
 
+class Tracked(NamedTuple):
+    """A frame whose scan had points, and the share of its vertices that had a correspondence."""
+
+    number: int
+    report: TrackingReport
+    observed: float
+
+    @property
+    def far(self) -> float:
+        """The share of the points that are far from the mesh; 0 if none was compared."""
+        return self.report.far if self.report.points else 0.0
+
+
 @dataclass
 class Fits:
     """What is known of the frames that were tracked.
 
     Attributes:
-        total: of all cameras.
-        cameras: of each one that has points.
-        worst: the frames of which many points are far, and their shares, the worst one first.
-        frames: number of frames with points.
-        first: the share of far points of the first of them.
-        observed: the sum over these frames of the share of vertices with a correspondence.
-        prior_weight: the sum of their prior weights.
-        recovered: number of them in which the mesh was lost and found again.
-        empty: number of frames without points.
-        unmeasured: number of frames of which nothing or hardly anything was measured.
-        first_unmeasured: the first of these.
         mean_edge: of the template.
         advice: what to do if the first frame is ruined or a camera suspected.
         registered: why the registration of the template is doubtful; empty if it is not.
+        total: the points of all cameras.
+        cameras: those of each one that has points.
+        tracked: the frames with points.
+        empty: number of frames without points.
+        unmeasured: the frames of which nothing or hardly anything was measured.
     """
 
-    total: Counts = field(default_factory=Counts)
-    cameras: dict[str, Counts] = field(default_factory=dict)
-    worst: list[tuple[int, float]] = field(default_factory=list)
-    frames: int = 0
-    first: float = 0.0
-    observed: float = 0.0
-    prior_weight: float = 0.0
-    recovered: int = 0
-    empty: int = 0
-    unmeasured: int = 0
-    first_unmeasured: list[int] = field(default_factory=list)
     mean_edge: float = 1.0
     advice: str = ""
     registered: str = ""
+    total: Counts = field(default_factory=Counts)
+    cameras: dict[str, Counts] = field(default_factory=dict)
+    tracked: list[Tracked] = field(default_factory=list)
+    empty: int = 0
+    unmeasured: list[int] = field(default_factory=list)
 
-    def add(self, frame: int, tracker: Tracker, cameras: Sequence[str]) -> None:
-        """Adds the last frame of a tracker.
-
-        Args:
-            frame: its number.
-            tracker: whose last scan had points.
-            cameras: the names of its sensors.
-        """
-        report = tracker.report
-        observed = float(np.mean(tracker.observed))
-        if observed < _HARDLY:
-            self._add_unmeasured(frame)
-        share = report.far if report.points else 0.0
-        if not self.frames:
-            self.first = share
-        self.frames += 1
-        self.observed += observed
-        self.prior_weight += report.prior_weight
-        self.recovered += report.recovered
-        self.total.add(report)
-        if share > _BAD_FRAME:
-            self.worst = sorted([*self.worst, (frame, share)], key=lambda one: -one[1])
-            self.worst = self.worst[:_MOST_FRAMES]
-        sensors = tracker.agreement_of_sensors
-        for camera, agreement in zip(cameras, sensors, strict=True):
-            self.cameras.setdefault(camera, Counts()).add(agreement)
-
-    def note(self, scans: ScanReader, frame: int, scan: Scan | None, tracker: Tracker) -> None:
-        """Notes how well the last frame of a tracker fits, counted from 0."""
+    def add(self, scans: ScanReader, frame: int, tracker: Tracker, *, is_empty: bool) -> None:
+        """Adds the last frame of a tracker, counted from 0."""
         number = scans.number(frame)
-        if scan is None:
-            self.add_empty(number)
+        if is_empty:
+            self.empty += 1
+            self.unmeasured.append(number)
             return
-        n_sensors, cameras = len(tracker.agreement_of_sensors), scans.cameras_of(frame)
-        if len(cameras) != n_sensors:
-            cameras = [str(sensor) for sensor in range(n_sensors)]
-        self.add(number, tracker, cameras)
-
-    def add_empty(self, frame: int) -> None:
-        """Adds a frame without points."""
-        self.empty += 1
-        self._add_unmeasured(frame)
-
-    def _add_unmeasured(self, frame: int) -> None:
-        self.unmeasured += 1
-        self.first_unmeasured = [*self.first_unmeasured, frame][:_MOST_FRAMES]
-
-    @property
-    def far(self) -> float | None:
-        """The share of the points that are far from the mesh; None without any."""
-        return self.total.share
+        one = Tracked(number, tracker.report, float(np.mean(tracker.observed)))
+        self.tracked.append(one)
+        if one.observed < _HARDLY:
+            self.unmeasured.append(number)
+        self.total.add(one.report)
+        sensors, names = tracker.agreement_of_sensors, scans.cameras_of(frame)
+        if len(names) != len(sensors):
+            names = [str(sensor) for sensor in range(len(sensors))]
+        for name, agreement in zip(names, sensors, strict=True):
+            if agreement.points:
+                self.cameras.setdefault(name, Counts()).add(agreement)
 
     @property
     def quality(self) -> Quality:
-        """What that share, the cameras and the start tell."""
-        far = self.far or 0.0
-        if far > _RUINED:
+        """What the share of far points, the cameras and the start tell."""
+        if self.total.share > _RUINED:
             return "ruined"
-        is_doubtful = far > _DOUBTFUL or self.suspects or self.registered
+        is_doubtful = self.total.share > _DOUBTFUL or self.suspects or self.registered
         return "doubtful" if is_doubtful else "good"
 
     @property
-    def shares(self) -> dict[str, float]:
-        """The share of far points of each camera that has points."""
-        found = {camera: counts.share for camera, counts in self.cameras.items()}
-        return {camera: share for camera, share in found.items() if share is not None}
+    def worst(self) -> list[Tracked]:
+        """The frames of which many points are far, the worst one first."""
+        bad = [one for one in self.tracked if one.far > _BAD_FRAME]
+        return sorted(bad, key=lambda one: -one.far)[:_MOST_FRAMES]
 
     @property
     def suspects(self) -> tuple[str, ...]:
         """The cameras with far more of them than the others, or that are much farther away."""
+        shares = {name: one.share for name, one in self.cameras.items()}
         distances = {name: one.distance for name, one in self.cameras.items()}
         known = {name: one for name, one in distances.items() if one is not None}
-        more = _beyond(self.shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
+        more = _beyond(shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
         farther = _beyond(known, _FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
 
@@ -182,45 +151,41 @@ class Fits:
             told.append(
                 "doubtful: the template was registered with the first scan, and " + self.registered
             )
-        if self.suspects or (self.far or 0.0) > _DOUBTFUL:
+        if self.suspects or self.total.share > _DOUBTFUL:
             told.append(
-                f"{_QUALITIES[self.quality]}: {self.far:.1%} of the points are farther than a mean "
-                "edge from the mesh"
+                f"{_QUALITIES[self.quality]}: {self.total.share:.1%} of the points are farther "
+                "than a mean edge from the mesh"
             )
         if self.worst:
-            told.append(
-                "the worst frames are "
-                + ", ".join(f"{frame} ({far:.1%})" for frame, far in self.worst)
-            )
+            named = ", ".join(f"{one.number} ({one.far:.1%})" for one in self.worst)
+            told.append(f"the worst frames are {named}")
         if self.suspects:
-            named = (
-                f"{name!r} ({self.shares[name]:.1%} far, the others {one.distance:.2g} away)"
+            cameras = (
+                f"{name!r} ({one.share:.1%} far, the others {one.distance or 0.0:.2g} away)"
                 for name, one in self.cameras.items()
                 if name in self.suspects
             )
             told.append(
-                f"of cameras {', '.join(named)}, points are farther from the mesh than those of "
+                f"of cameras {', '.join(cameras)}, points are farther from the mesh than those of "
                 "the others, so the poses or intrinsics of these, or of one that sees the same "
                 "parts, may be wrong"
             )
-        if self.advice and (self.suspects or self.first > _BAD_FRAME):
+        if self.advice and (self.suspects or (self.tracked and self.tracked[0].far > _BAD_FRAME)):
             told.append(self.advice)
         return "; ".join(told)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else the user should know."""
-        told = []
-        if self.unmeasured:
-            more = self.unmeasured - len(self.first_unmeasured)
-            names = ", ".join(map(str, self.first_unmeasured)) + (
-                f" and {more} more" if more else ""
-            )
-            told.append(
-                f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
-                "vertices were seen"
-            )
-        return tuple(told)
+        if not self.unmeasured:
+            return ()
+        more = len(self.unmeasured) - _MOST_FRAMES
+        names = ", ".join(map(str, self.unmeasured[:_MOST_FRAMES]))
+        names += f" and {more} more" if more > 0 else ""
+        return (
+            f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
+            "vertices were seen",
+        )
 
 
 def _beyond(values: Mapping[str, float], times: float, least: float) -> set[str]:

@@ -1,6 +1,5 @@
 """Landmarks in files."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from ..files.naming import naming
 from ..registration import Landmarks
+from ..scans.cameras import json_in
 
 
 def read_landmarks(path: Path) -> Landmarks:
@@ -18,10 +18,7 @@ def read_landmarks(path: Path) -> Landmarks:
         ValueError: it is not as :func:`register_file` describes; the message names the landmark.
     """
     with naming(path):
-        try:
-            given = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise ValueError(f"is not JSON: {error}") from None
+        given = json_in(path)
         if not isinstance(given, list) or not given:
             raise ValueError("must be a list of landmarks, with at least one")
         rows = [_landmark(number, one) for number, one in enumerate(given)]

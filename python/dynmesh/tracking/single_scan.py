@@ -10,12 +10,12 @@ from ..completion.start import template_of
 from ..files import PathLike
 from ..files.numbered import Found
 from ..files.ply import read_elements
+from ..normals import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
 from ..scans.cameras import Rig
 from ..scans.depth_files import SUFFIX
 from ..scans.point_files import point_formats
 from ..scans.reader import read_rig
-from ..true_surface import vertex_normals
 
 
 class SingleScan(ScanReader):
@@ -37,16 +37,10 @@ class SingleScan(ScanReader):
             )
         super().__init__(path, rig, Found([path]), [path])
         self._scan, stated = _read(path)
-        if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
-            told = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
-            raise InputError(told, file=path)
-        self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
+        self._take_unit(stated, path)
 
     def _load(self, number: int) -> PointScan:  # noqa: ARG002
-        scan = self._scan
-        if scan.viewpoints is None and self.rig is not None:
-            return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
-        return scan
+        return self._seen(self._scan)
 
 
 def open_single(path: Path, cameras: PathLike | None) -> ScanReader:

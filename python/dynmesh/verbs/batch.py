@@ -32,8 +32,6 @@ _VERBS: dict[str, Callable[..., Report]] = {
 }
 """By the column that says what a row is for."""
 
-_SEPARATORS = {";": "semicolons", "\t": "tabs"}
-
 
 @dataclass(frozen=True)
 class Job:
@@ -192,10 +190,8 @@ def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError
 def _check_columns(path: Path, columns: Sequence[str]) -> None:
     for needed in ([*_VERBS], ["output"]):
         if not set(needed) & set(columns):
-            used = [what for mark, what in _SEPARATORS.items() if mark in "".join(columns)]
-            hint = f"; separate the values by commas instead of {used[0]}" if used else ""
             listed = " or ".join(repr(name) for name in needed)
-            raise InputError(f"has no column {listed}{hint}", file=path)
+            raise InputError(f"has no column {listed}", file=path)
 
 
 def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:

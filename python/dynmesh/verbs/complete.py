@@ -9,7 +9,6 @@ import numpy as np
 
 from .._command import How, Output, What
 from .._report import Report
-from ..calibration import in_words
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..completion.ways import Options, complete_frames
@@ -39,8 +38,6 @@ class FileReport(Report):
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
         prior_share: the share of the residual that its poses explain, over the same frames.
-        within_90: with `uncertainty`, the distance within which 90 % of the vertices that were
-            filled in are expected to be, in the unit of the positions; None if there are none.
         dropped: the number of vertices that were left missing, since their standard error exceeds
             `drop_above`.
     """
@@ -57,7 +54,6 @@ class FileReport(Report):
     empty: int = 0
     prior_weight: float | None = None
     prior_share: float | None = None
-    within_90: float | None = None
     dropped: int = 0
 
     def lines(self) -> list[str]:
@@ -218,26 +214,24 @@ def complete_file(
                 folder=writer.folder,
                 progress=progress,
             )
-    trained = bool(training_files and tally.prior_weight)
-    within_90 = tally.distances.within(0.9)
-    errors = in_words(within_90, reader.header.metres_per_unit)
+    reports = tally.reports
+    estimated = [one for one in reports if one.known and one.filled] if training_files else []
+    counted = ("known", "filled", "disconnected", "rejected")
     return FileReport(
         quality="doubtful" if whole.doubtful else "good",
         reason=DOUBTFUL_START if whole.doubtful else "",
         remarks=(
             *writer.remarks,
             *whole.remarks(reader.header),
-            *([errors] if errors else []),
         ),
         output=Path(output),
         frames=reader.n_frames,
         start=whole.number_in(reader.header),
-        completed=len(tally.seconds),
-        seconds_per_frame=float(np.median(tally.seconds)) if tally.seconds else None,
-        **tally.counts,
-        empty=tally.empty,
-        prior_weight=float(np.mean(tally.prior_weight)) if trained else None,
-        prior_share=float(np.mean(tally.prior_share)) if trained else None,
-        within_90=within_90,
+        completed=len(reports),
+        seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
+        **{name: sum(getattr(one, name) for one in reports) for name in counted},
+        empty=sum(one.known == 0 for one in reports),
+        prior_weight=float(np.mean([one.prior_weight for one in estimated])) if estimated else None,
+        prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
         dropped=tally.dropped,
     )

@@ -201,10 +201,6 @@ def _scan(
 def _share(name: str, value: Share) -> float:
     """Returns a share above 0 and below 1, of which text is a percentage."""
     if not isinstance(value, str):
-        advice = f"; for {value:g} per cent, write {value:g}%" if 1 <= value < 100 else ""
-        if advice:
-            told = f"must be above 0 and below 1, not {value:g}{advice}"
-            raise InputError(told, argument=name, value=value)
         check_between(name, value, 0, 1)
         return float(value)
     try:

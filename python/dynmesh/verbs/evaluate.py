@@ -32,7 +32,7 @@ class Evaluation(Report):
         frames: the number of frames that were measured.
         bounding_box_diagonal: the diagonal, in the unit of the positions.
         calibration: how well the standard errors of the completed sequence describe its errors;
-            None if it has none.
+            None if it has none of positions.
         each: the errors of each frame.
     """
 
@@ -58,8 +58,8 @@ class Evaluation(Report):
         }
         if (found := self.calibration) is not None:
             rows |= {
-                "standard errors": f"of {_ERRORS_OF[found.standard_error_of]}; error / standard "
-                f"error is {found.rms_ratio:.3g}, by root mean squares",
+                "standard errors": f"error / standard error is {found.rms_ratio:.3g}, by root mean "
+                "squares",
                 "50 % interval": f"holds {100 * found.coverage_50:.3g} % of the errors",
                 "90 % interval": f"holds {100 * found.coverage_90:.3g} % of the errors",
                 "rank correlation": f"{_shown(found.rank_correlation)} with standard errors, "
@@ -86,9 +86,6 @@ class Evaluation(Report):
             writer.writerows(astuple(errors) for errors in self.each)
 
 
-_ERRORS_OF = {"position": "positions", "surface": "distances from the true surface"}
-
-
 def _shown(correlation: float | None) -> str:
     return "none" if correlation is None else f"{correlation:.3g}"
 
@@ -111,8 +108,8 @@ def evaluate(
     NMSVE is the normalised mean square visual error of the paper; printed, it is multiplied by 1e4,
     as in the documentation. The others are distances between vertices and their true positions:
     mean, root mean square and 99th percentile of a frame, averaged over the frames, and the overall
-    maximum. All are in bounding-box diagonals of the first frame of the reference. Standard errors,
-    if the completed sequence has them, are compared with the errors that they describe.
+    maximum. All are in bounding-box diagonals of the first frame of the reference. Standard errors
+    of positions, if the completed sequence has them, are compared with the errors.
 
     Args:
         completed: the completed sequence.

@@ -18,7 +18,6 @@ from ..files import PathLike, Source
 from ..topology import TopologyReport
 
 _WIDTH = 80  # of findings, which are long
-_REFUSED_SHOWN = 3
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
 
 
@@ -150,10 +149,6 @@ def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
     closed = "" if topology.boundary_edges else ", closed"
     yield "boundary edges", f"{topology.boundary_edges}{closed}"
     yield "refused faces", str(len(topology.refused_faces))
-    for face in topology.refused_faces[:_REFUSED_SHOWN]:
-        yield "", f"face {face.index}: {face.reason}"
-    if len(topology.refused_faces) > _REFUSED_SHOWN:
-        yield "", f"and {len(topology.refused_faces) - _REFUSED_SHOWN} more"
 
 
 def _shares(shares: list[float]) -> str:

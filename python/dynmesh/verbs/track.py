@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import files
 from .._checks import check_flag, check_integer, check_path
@@ -28,10 +27,6 @@ from ..tracking.placing import placed_in
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.units import sizes_told, units_of
 
-_FAR = 1.5
-"""Mean edges between a moved template and a scan beyond which their poses probably differ."""
-_FEW = 0.05
-"""Below this share of vertices with a correspondence, a scan is probably not of the mesh."""
 _NAMED = 3
 """Lost images that are named."""
 
@@ -98,15 +93,9 @@ class TrackFileReport(Report):
         if self.alignment is not None:
             found = self.alignment
             yield (
-                f"the template was {found.before:.3g} mean edges from the first scan; a rotation "
-                f"by {_degrees(found.rotation):.3g} degrees and a shift put it {found.after:.3g} "
-                "from it"
+                f"the template was {found.before:.3g} mean edges from the first scan; a rigid "
+                f"motion put it {found.after:.3g} from it"
             )
-            if found.after > _FAR:
-                yield (
-                    "that is far; the template is probably not in the pose of the first scan, so "
-                    "look at the first frames"
-                )
             if sizes := sizes_told(found.ratio):
                 yield sizes
 
@@ -118,8 +107,6 @@ class TrackFileReport(Report):
                 f"{self.frames} frames tracked in {1e3 * self.seconds_per_frame:.3g} ms each "
                 f"(median); {100 * self.observed:.3g} % of the vertices were seen"
             )
-            if self.observed < _FEW:
-                yield "so few, that the scans are probably not of this mesh or of another unit"
         if self.recovered:
             yield (
                 f"in {self.recovered} of the frames, the mesh was lost and found again by a "
@@ -130,17 +117,8 @@ class TrackFileReport(Report):
         if n := len(self.lost):
             named = "; ".join(self.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
             yield f"{n} depth image{'s were' if n > 1 else ' was'} lost: {named}"
-        if self.suspects:
-            for name, share in self.cameras.items():
-                yield f"camera {name}: {share:.1%} of its points are far from the mesh"
         if self.prior_weight is not None:
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
-
-
-def _degrees(rotation: NDArray[np.float64]) -> float:
-    """Returns the angle of a rotation."""
-    cosine = (np.trace(rotation) - 1) / 2
-    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
 
 
 def track_file(
@@ -260,7 +238,6 @@ def track_file(
                 advice=_advice(look, room),
                 registered=at.doubt,
             )
-            seconds = []
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
             for frame, scan in enumerate(read):
                 with locating(frame=reader.number(frame)):
@@ -268,35 +245,36 @@ def track_file(
                     points = _push(tracker, seen)
                 if seen is not None:
                     room.follow(points)
-                    seconds.append(tracker.report.seconds)
-                fits.note(reader, frame, seen, tracker)
+                fits.add(reader, frame, tracker, is_empty=seen is None)
                 names = header.attributes
                 writer.append(points, **{name: getattr(tracker, name) for name in names})
-    n = fits.frames
-    unwritten = uncertainty and not provenance
+    reports = [one.report for one in fits.tracked]
+    unwritten = ["standard errors are not in the file; provenance writes them"]
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,
         remarks=(
             *writer.remarks,
             *fits.remarks,
-            *(["standard errors are not in the file; provenance writes them"] if unwritten else []),
+            *(unwritten if uncertainty and not provenance else []),
         ),
         output=Path(output),
         frames=header.n_frames,
-        seconds_per_frame=float(np.median(seconds)) if seconds else None,
-        observed=fits.observed / n if n else None,
-        far=fits.far,
-        worst=tuple(fits.worst),
-        cameras=fits.shares,
+        seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
+        observed=float(np.mean([one.observed for one in fits.tracked])) if reports else None,
+        far=fits.total.share if fits.total.points else None,
+        worst=tuple((one.number, one.far) for one in fits.worst),
+        cameras={name: one.share for name, one in fits.cameras.items()},
         suspects=fits.suspects,
         empty=fits.empty,
-        recovered=fits.recovered,
+        recovered=sum(one.recovered for one in reports),
         lost=tuple(reader.lost),
         distance=at.distance,
         alignment=at.alignment,
         registration=at.registration,
-        prior_weight=fits.prior_weight / n if n and training_files else None,
+        prior_weight=float(np.mean([one.prior_weight for one in reports]))
+        if reports and training_files
+        else None,
     )
 
 

@@ -19,7 +19,7 @@ from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
-from ..scales import Scale, every
+from ..scales import every
 from .player import Playback, compose
 from .thin import thin
 
@@ -186,7 +186,7 @@ def page(
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
     camera = View.of(_corners(frames), up, azimuth)
-    scales: dict[Colour, Scale | None] = {name: heatmap.scale(name) for name in heatmap.colours}
+    scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     clouds = [frame.cloud for frame in frames if frame.cloud is not None]
     with locating(file=None if scans is None else scans.path):
         html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)

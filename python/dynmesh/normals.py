@@ -1,0 +1,20 @@
+"""Normals of surfaces."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def vertex_normals(faces: NDArray[np.integer[Any]], points: Floats) -> Floats:
+    """Returns the unit normals of (k, 3) vertices; 0 where there is none."""
+    a, b, c = points[faces.T]
+    of_faces = np.cross(b - a, c - a)
+    normals = np.zeros_like(points)
+    for corner in faces.T:
+        for axis in range(3):
+            normals[:, axis] += np.bincount(corner, of_faces[:, axis], len(normals))
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.where(lengths > 0, lengths, 1))
