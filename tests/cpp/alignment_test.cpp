@@ -20,18 +20,12 @@ using Rows = std::vector<double>;
 Rows placed(const Rows& rows, const std::array<double, 3>& angles,
             const std::array<double, 3>& shift) {
   // What `turned` does about z, with x as the axis.
-  const auto axes_exchanged = [](Rows given) {
-    for (std::size_t i = 0; i < given.size(); i += 3) {
-      std::rotate(given.begin() + static_cast<std::ptrdiff_t>(i),
-                  given.begin() + static_cast<std::ptrdiff_t>(i + 1),
-                  given.begin() + static_cast<std::ptrdiff_t>(i + 3));
-    }
+  const auto cycled = [](Rows given) {
+    for (auto i = given.begin(); i != given.end(); i += 3) std::rotate(i, i + 1, i + 3);
     return given;
   };
-  Rows moved = axes_exchanged(turned(rows, angles[0]));
-  moved = turned(moved, angles[1]);
-  moved = turned(axes_exchanged(axes_exchanged(moved)), angles[2]);
-  return translated(moved, shift[0], shift[1], shift[2]);
+  const Rows tilted = cycled(cycled(turned(cycled(turned(rows, angles[0])), angles[1])));
+  return translated(turned(tilted, angles[2]), shift[0], shift[1], shift[2]);
 }
 
 Rows moved_by(const Alignment& found, const Rows& rows) {

@@ -6,10 +6,6 @@
 #include <limits>
 #include <new>
 
-#ifdef _WIN32
-#include <malloc.h>
-#endif
-
 namespace {
 
 std::atomic<std::size_t> n_allocated = 0;
@@ -53,20 +49,11 @@ void* counted_realloc(void* memory, std::size_t size) {
 }
 #else
 namespace {
-#ifdef _WIN32
-// Windows has no std::aligned_alloc, and std::free cannot free what _aligned_malloc allocates.
-void* real_malloc(std::size_t size) { return _aligned_malloc(size, alignof(std::max_align_t)); }
-void* real_aligned_alloc(std::size_t alignment, std::size_t size) {
-  return _aligned_malloc(size, alignment);
-}
-void real_free(void* memory) { _aligned_free(memory); }
-#else
 void* real_malloc(std::size_t size) { return std::malloc(size); }
 void* real_aligned_alloc(std::size_t alignment, std::size_t size) {
   return std::aligned_alloc(alignment, size);
 }
 void real_free(void* memory) { std::free(memory); }
-#endif
 }  // namespace
 void* counted_malloc(std::size_t size);
 void* counted_aligned_alloc(std::size_t alignment, std::size_t size);

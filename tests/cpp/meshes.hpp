@@ -173,19 +173,4 @@ std::string message_of(const Call& call) {
   return "";
 }
 
-/// What `push_sparse` takes, from the last known vertex to the first.
-template <class Real>
-struct Sparse {
-  std::vector<Index> indices;
-  std::vector<Real> points;
-
-  Sparse(const std::vector<Real>& frame, const std::vector<std::uint8_t>& known) {
-    for (std::size_t v = known.size(); v-- > 0;) {
-      if (known[v] == 0) continue;
-      indices.push_back(static_cast<Index>(v));
-      points.insert(points.end(), {frame[3 * v], frame[3 * v + 1], frame[3 * v + 2]});
-    }
-  }
-};
-
 }  // namespace dynmesh::testing

@@ -79,7 +79,6 @@ TEST_CASE("results do not depend on the order of vertices and the number of thre
   }
 
   std::mt19937 random(1);
-  std::bernoulli_distribution is_known(0.3);
   std::normal_distribution<float> step(0, 0.01F);
   std::vector<float> expected(3 * k);
   for (int frame = 0; frame < 3; ++frame) {
@@ -87,15 +86,14 @@ TEST_CASE("results do not depend on the order of vertices and the number of thre
     // Stretched, so that no edges are kept: which anchors are left out to find out whether they are
     // depends on the order.
     for (float& x : points) x += 0.2F * static_cast<float>(frame + 1) * x + step(random);
-    std::vector<std::uint8_t> known(k);
+    const auto known = random_mask(k, 0.3, static_cast<unsigned>(frame));
     std::vector<std::uint8_t> known_shuffled(k);
-    std::vector<Index> indices;
     for (std::size_t v = 0; v < k; ++v) {
-      known[v] = is_known(random) ? 1 : 0;
       known_shuffled[static_cast<std::size_t>(shuffled.number[v])] = known[v];
       if (known[v] == 0) points[3 * v] = NAN;
     }
     const std::vector<float> given = shuffled.placed(points);
+    std::vector<Index> indices;
     std::vector<float> sparse;
     for (std::size_t v = 0; v < k; ++v) {
       if (known_shuffled[v] == 0) continue;
@@ -105,31 +103,23 @@ TEST_CASE("results do not depend on the order of vertices and the number of thre
     natural.push(view(points), {known.data(), k}, {expected.data(), k});
     const auto wanted = shuffled.placed(expected);
 
-    std::vector<float> first;
-    for (auto& other : others) {
-      std::vector<float> found(3 * k);
-      const Points<float> out(found.data(), k);
+    std::vector<std::vector<float>> found(others.size(), std::vector<float>(3 * k));
+    for (std::size_t i = 0; i < others.size(); ++i) {
+      auto& other = others[i];
+      const Points<float> out(found[i].data(), k);
       const auto pieces = shared_pieces([&] {
         if (frame % 3 == 0) other.push(view(given), {known_shuffled.data(), k}, out);
         if (frame % 3 == 1) other.push(view(given), out);
         if (frame % 3 == 2) other.push_sparse(indices, view(sparse), out);
       });
       CHECK((pieces > 0) == (other.settings().threads > 1));
-      if (first.empty()) first = found;
-      CHECK(found == first);  // to the last bit
-      float largest = 0;
-      for (std::size_t i = 0; i < 3 * k; ++i) {
-        largest = std::max(largest, std::abs(found[i] - wanted[i]));
-      }
-      CHECK(largest < 1e-4F);
+      CHECK(found[i] == found[0]);  // to the last bit
+      CHECK(testing::largest_difference(found[i], wanted) < 1e-4);
       bool same = true;
       for (std::size_t v = 0; v < k; ++v) {
         const auto at = static_cast<std::size_t>(shuffled.number[v]);
-        same = same && other.generation()[at] == natural.generation()[v];
-      }
-      for (std::size_t v = 0; v < k; ++v) {
-        const auto at = static_cast<std::size_t>(shuffled.number[v]);
-        same = same && other.age()[at] == natural.age()[v];
+        same = same && other.generation()[at] == natural.generation()[v] &&
+               other.age()[at] == natural.age()[v];
       }
       CHECK(same);
       CHECK(other.report().iterations == natural.report().iterations);

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sequences import sea
 
 import dynmesh
 from dynmesh.completion.both_ways import combined
@@ -14,9 +15,7 @@ from dynmesh.completion.both_ways import combined
 N = 12
 
 
-@pytest.fixture(scope="module")
-def truth() -> dynmesh.Sequence:
-    return dynmesh.synth.ocean(N, grid=10, seed=3)
+TRUTH = sea(N)
 
 
 def partial(truth: dynmesh.Sequence, whole: int, noise: float = 0) -> dynmesh.Sequence:
@@ -86,14 +85,12 @@ def expected_of(sequence: dynmesh.Sequence, whole: int, points: Any, **settings:
 
 @pytest.mark.parametrize("settings", [{}, {"noise": 0.02}])
 @pytest.mark.parametrize("whole", [0, 3, 8, N - 1, -1])
-def test_a_file_is_completed_from_both_sides(
-    tmp_path: Path, truth: dynmesh.Sequence, whole: int, settings: Any
-) -> None:
+def test_a_file_is_completed_from_both_sides(tmp_path: Path, whole: int, settings: Any) -> None:
     noise = settings.get("noise", 0)
-    sequence, options = partial(truth, max(whole, 0), noise), {**settings}
-    start = sequence.vertices[whole] if whole >= 0 else truth.vertices[5]
+    sequence, options = partial(TRUTH, max(whole, 0), noise), {**settings}
+    start = sequence.vertices[whole] if whole >= 0 else TRUTH.vertices[5]
     if whole < 0:
-        dynmesh.write(tmp_path / "template.npz", replace(truth, vertices=truth.vertices[5:6]))
+        dynmesh.write(tmp_path / "template.npz", replace(TRUTH, vertices=TRUTH.vertices[5:6]))
         options["template"] = tmp_path / "template.npz"
     else:
         options["start"] = whole

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import sea
 
 import dynmesh
 
@@ -15,17 +16,9 @@ N = 10
 FIRST = 1001
 
 
-@pytest.fixture(scope="module")
-def truth() -> dynmesh.Sequence:
-    ocean = dynmesh.synth.ocean(N, grid=10, seed=3)
-    return replace(ocean, start=FIRST, fps=24.0, up_axis="z", metres_per_unit=0.01)
-
-
-@pytest.fixture(scope="module")
-def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
-    known = np.random.default_rng(5).random((N, 100)) < 0.6
-    known[0] = known[2] = True
-    return replace(truth, known=known)
+ABOUT: Any = {"start": FIRST, "fps": 24.0, "up_axis": "z", "metres_per_unit": 0.01}
+TRUTH = sea(N, **ABOUT)
+PARTIAL = sea(N, share=0.6, whole=[0, 2], **ABOUT)
 
 
 def bare(sequence: dynmesh.Sequence) -> dynmesh.Sequence:
@@ -45,22 +38,22 @@ def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, rtol: float = 1e
 
 
 @pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
-def test_a_turn_takes_one_axis_to_the_other(truth: dynmesh.Sequence, one: Any, other: Any) -> None:
-    made = dynmesh.convert(replace(truth, up_axis=one), to_up=other)
+def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
+    made = dynmesh.convert(replace(TRUTH, up_axis=one), to_up=other)
     assert made.up_axis == other
     a, b = "xyz".index(one), "xyz".index(other)
-    np.testing.assert_array_equal(made.vertices[..., b], truth.vertices[..., a])
+    np.testing.assert_array_equal(made.vertices[..., b], TRUTH.vertices[..., a])
     # A rotation keeps distances, and which side of a triangle is its front.
-    frame, turned = (points[3][truth.faces[0]].astype(float) for points in (truth, made))
+    frame, turned = (points[3][TRUTH.faces[0]].astype(float) for points in (TRUTH, made))
     before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frame, turned))
     np.testing.assert_allclose(after, before, rtol=1e-6)
     assert np.linalg.det(turned) == pytest.approx(np.linalg.det(frame))
     back = dynmesh.convert(made, to_up=one)
-    np.testing.assert_array_equal(back.vertices, truth.vertices)
+    np.testing.assert_array_equal(back.vertices, TRUTH.vertices)
 
 
-def test_units_and_scale(partial: dynmesh.Sequence) -> None:
-    made = dynmesh.complete(partial, uncertainty=True)
+def test_units_and_scale() -> None:
+    made = dynmesh.complete(PARTIAL, uncertainty=True)
     inches = dynmesh.convert(made, to_unit="inch", scale=2)
     assert inches.metres_per_unit == 0.0254
     factor = 2 * 0.01 / 0.0254
@@ -82,20 +75,18 @@ CONVERSIONS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("options", CONVERSIONS, ids=str)
-def test_files_are_converted_as_sequences_are(
-    partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
-) -> None:
-    dynmesh.write(tmp_path / "in.npz", partial)
+def test_files_are_converted_as_sequences_are(tmp_path: Path, options: dict[str, Any]) -> None:
+    dynmesh.write(tmp_path / "in.npz", PARTIAL)
     report = dynmesh.convert_file(tmp_path / "in.npz", tmp_path / "out.npz", **options)
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, dynmesh.convert(partial, **options), 0)
+    assert_same(made, dynmesh.convert(PARTIAL, **options), 0)
     assert (report.frames, report.vertices) == made.vertices.shape[:2]
 
 
-def test_usd_gets_axis_and_unit(truth: dynmesh.Sequence, tmp_path: Path) -> None:
+def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
     usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
     plain = tmp_path / "plain.obj"
-    dynmesh.write(plain, bare(truth)[:1])
+    dynmesh.write(plain, bare(TRUTH)[:1])
     said = run("convert", plain, tmp_path / "a.usd").stderr
     assert "assume" in said
     said = run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch").stderr

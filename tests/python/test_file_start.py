@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from plain_files import XYZ, ply
-from sequences import HISTORY, assert_same
+from sequences import HISTORY, assert_same, sea
 
 import dynmesh
 from dynmesh.completion import ways
@@ -17,18 +17,10 @@ from dynmesh.completion import ways
 WHOLE = 7
 
 
-@pytest.fixture(scope="module")
-def truth() -> dynmesh.Sequence:
-    return dynmesh.synth.ocean(15, grid=12, seed=3)
-
-
-@pytest.fixture(scope="module")
-def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
-    """An ocean of which only frame 7 is whole."""
-    known = np.stack(list(dynmesh.degrade.random_known(15, 144, 0.3, seed=1)))
-    known[0] = known[14]
-    known[WHOLE] = True
-    return replace(truth, known=known, fps=25.0)
+TRUTH = sea(15, 12)
+PARTIAL = sea(15, 12, share=0.3, whole=[WHOLE], fps=25.0)
+"""Of which only frame 7 is whole."""
+KNOWN: Any = PARTIAL.known
 
 
 def completed(sequence: dynmesh.Sequence, order: list[int], **settings: Any) -> dict[int, Any]:
@@ -52,8 +44,8 @@ def expected_of(sequence: dynmesh.Sequence, whole: int, **settings: Any) -> dynm
 
 
 @pytest.fixture
-def stored(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
-    dynmesh.write(tmp_path / "partial.npz", partial)
+def stored(tmp_path: Path) -> Path:
+    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
     return tmp_path / "partial.npz"
 
 
@@ -61,28 +53,23 @@ def stored(tmp_path: Path, partial: dynmesh.Sequence) -> Path:
     "settings", [{}, {"method": "motion"}, {"reject_outliers": True, "start": WHOLE}]
 )
 def test_frames_are_completed_backwards_and_forwards(
-    tmp_path: Path, stored: Path, partial: dynmesh.Sequence, settings: Any
+    tmp_path: Path, stored: Path, settings: Any
 ) -> None:
     """From the first whole frame, if no other one is named."""
     report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True, **settings)
     made = dynmesh.read(tmp_path / "out.npz")
     settings = {name: value for name, value in settings.items() if name != "start"}
-    assert_same(made, expected_of(partial, WHOLE, **settings), *HISTORY)
+    assert_same(made, expected_of(PARTIAL, WHOLE, **settings), *HISTORY)
     assert made.fps == 25
     assert any("frame 7" in line for line in report.lines())
     assert (report.frames, report.completed, report.start) == (15, 14, WHOLE)
-    assert partial.known is not None
     if not settings.get("reject_outliers"):
-        assert report.known == np.count_nonzero(partial.known) - 144
+        assert report.known == np.count_nonzero(KNOWN) - 144
 
 
 @pytest.mark.parametrize("frames_in_a_block", [1, 3])
 def test_only_a_few_frames_are_in_memory(
-    tmp_path: Path,
-    stored: Path,
-    partial: dynmesh.Sequence,
-    monkeypatch: pytest.MonkeyPatch,
-    frames_in_a_block: int,
+    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, frames_in_a_block: int
 ) -> None:
     held: list[int] = []
     read = dynmesh.files.Reader.frames
@@ -91,25 +78,24 @@ def test_only_a_few_frames_are_in_memory(
         held.append(len(range(15)[slice(*numbers)]))
         yield from read(self, *numbers)
 
-    size = partial.vertices[0].nbytes * frames_in_a_block
+    size = PARTIAL.vertices[0].nbytes * frames_in_a_block
     monkeypatch.setattr(ways, "_BLOCK", size)
     monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
     dynmesh.complete_file(stored, tmp_path / "out.npz", start=WHOLE, provenance=True)
     monkeypatch.undo()
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, expected_of(partial, WHOLE, method="detail"), *HISTORY)
+    assert_same(made, expected_of(PARTIAL, WHOLE, method="detail"), *HISTORY)
     assert max(held[1:-1]) == frames_in_a_block  # the last call streams the frames after the start
     assert sum(held[1:-1]) == WHOLE
 
 
 @pytest.fixture
-def holed(tmp_path: Path, partial: dynmesh.Sequence) -> dynmesh.Sequence:
+def holed(tmp_path: Path) -> dynmesh.Sequence:
     """The same without a whole frame, also as holed.npz."""
-    assert partial.known is not None
-    known = partial.known.copy()
+    known = KNOWN.copy()
     known[WHOLE] = np.arange(144) % 5 > 0
     known[:, 143] = False
-    made = replace(partial, known=known)
+    made = replace(PARTIAL, known=known)
     dynmesh.write(tmp_path / "holed.npz", made)
     return made
 
@@ -182,31 +168,23 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 
 
-def test_a_template_stands_before_frame_0(
-    tmp_path: Path, stored: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
-) -> None:
-    template = replace(truth, vertices=truth.vertices[9:10])
+def test_a_template_stands_before_frame_0(tmp_path: Path, stored: Path) -> None:
+    template = replace(TRUTH, vertices=TRUTH.vertices[9:10])
     dynmesh.write(tmp_path / "template.obj", template)
     points = dynmesh.read(tmp_path / "template.obj").vertices[0]
-    assert partial.known is not None
-    completer = dynmesh.Completer(partial.faces, points.astype(np.float32), method="detail")
-    expected = [
-        completer.push(*frame) for frame in zip(partial.vertices, partial.known, strict=True)
-    ]
+    completer = dynmesh.Completer(PARTIAL.faces, points.astype(np.float32), method="detail")
+    expected = [completer.push(*frame) for frame in zip(PARTIAL.vertices, KNOWN, strict=True)]
     output = tmp_path / "out.npz"
     report = dynmesh.complete_file(stored, output, template=tmp_path / "template.obj")
     assert (report.frames, report.completed, report.start) == (15, 15, None)
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
 
-def test_a_template_lends_its_faces(
-    tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence
-) -> None:
+def test_a_template_lends_its_faces(tmp_path: Path) -> None:
     """Scanners write points alone, and point caches hold no faces."""
-    dynmesh.write(tmp_path / "template.ply", replace(truth, vertices=truth.vertices[:1]))
-    assert partial.known is not None
-    dynmesh.write(tmp_path / "partial.npz", partial)
-    holed = np.where(partial.known[:, :, None], partial.vertices, np.float32(np.nan))
+    dynmesh.write(tmp_path / "template.ply", replace(TRUTH, vertices=TRUTH.vertices[:1]))
+    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
+    holed = np.where(KNOWN[:, :, None], PARTIAL.vertices, np.float32(np.nan))
     np.save(tmp_path / "points.npy", holed)
     for number, points in enumerate(holed):
         rows = "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in points.tolist())
@@ -219,17 +197,16 @@ def test_a_template_lends_its_faces(
         made.append(dynmesh.read(output))
     for other in made[1:]:
         np.testing.assert_array_equal(other.vertices, made[0].vertices)
-        np.testing.assert_array_equal(other.faces, truth.faces)
+        np.testing.assert_array_equal(other.faces, TRUTH.faces)
 
 
-def test_the_report_of_a_file_counts(tmp_path: Path, partial: dynmesh.Sequence) -> None:
-    assert partial.known is not None
-    astray = list(dynmesh.degrade.add_outliers(partial.vertices, partial.faces, 0.02))
-    spoilt = replace(partial, vertices=np.stack(astray))[WHOLE:]
+def test_the_report_of_a_file_counts(tmp_path: Path) -> None:
+    astray = list(dynmesh.degrade.add_outliers(PARTIAL.vertices, PARTIAL.faces, 0.02))
+    spoilt = replace(PARTIAL, vertices=np.stack(astray))[WHOLE:]
     dynmesh.write(tmp_path / "in.npz", spoilt)
     completer = dynmesh.Completer(spoilt.faces, spoilt[0], reject_outliers=True)
     reports = []
-    for points, known in zip(spoilt.vertices[1:], partial.known[WHOLE + 1 :], strict=True):
+    for points, known in zip(spoilt.vertices[1:], KNOWN[WHOLE + 1 :], strict=True):
         completer.push(points, known)
         reports.append(completer.report)
     for rejects in (False, True):

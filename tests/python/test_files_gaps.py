@@ -6,18 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import sea
 
 import dynmesh
 
 LOST = (3, 4, 8)
 
 
-@pytest.fixture(scope="module")
-def partial() -> dynmesh.Sequence:
-    ocean = dynmesh.synth.ocean(10, grid=8)
-    known = np.stack(list(dynmesh.degrade.random_known(10, 64, 0.5, seed=1)))
-    known[0] = True
-    return replace(ocean, known=known, start=1001, fps=None)
+PARTIAL = sea(10, 8, share=0.5, whole=[0], start=1001, fps=None)
 
 
 def written(folder: Path, partial: dynmesh.Sequence, suffix: str) -> Path:
@@ -35,10 +31,8 @@ def written(folder: Path, partial: dynmesh.Sequence, suffix: str) -> Path:
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_lost_frames_are_frames_without_observations(
-    tmp_path: Path, partial: dynmesh.Sequence, suffix: str
-) -> None:
-    path = written(tmp_path, partial, suffix)
+def test_lost_frames_are_frames_without_observations(tmp_path: Path, suffix: str) -> None:
+    path = written(tmp_path, PARTIAL, suffix)
     with pytest.raises(ValueError, match=r"1004.* gaps are lost"):
         dynmesh.open(path)
     read = dynmesh.read(path, gaps="lost")
@@ -46,9 +40,9 @@ def test_lost_frames_are_frames_without_observations(
     assert len(read.vertices) == 10
     assert read.start == 1001
     np.testing.assert_array_equal(np.isfinite(read.vertices[list(LOST)]), False)
-    present = partial.known if partial.known is not None and suffix != ".obj" else None
+    present = PARTIAL.known if PARTIAL.known is not None and suffix != ".obj" else None
     if present is not None:
-        np.testing.assert_array_equal(read.vertices[kept], partial.vertices[kept])
+        np.testing.assert_array_equal(read.vertices[kept], PARTIAL.vertices[kept])
         assert read.known is not None
         np.testing.assert_array_equal(read.known[kept], present[kept])
         np.testing.assert_array_equal(read.known[list(LOST)], False)
@@ -58,21 +52,21 @@ def test_lost_frames_are_frames_without_observations(
     assert report.empty == 3
     said = run("complete", path, tmp_path / "a.npz", "--gaps", "lost").stderr
     assert " 3 of the frames" in said
-    assert partial.known is not None
+    assert PARTIAL.known is not None
     first = read.vertices[0]
-    completer = dynmesh.Completer(partial.faces, first, method="detail")
+    completer = dynmesh.Completer(PARTIAL.faces, first, method="detail")
     for number in range(1, 10):
         file = tmp_path / "made" / f"g_{1001 + number}.ply"
         expected = (
             completer.skip()
             if number in LOST
-            else completer.push(read.vertices[number], partial.known[number])
+            else completer.push(read.vertices[number], PARTIAL.known[number])
         )
         np.testing.assert_array_equal(dynmesh.read(file).vertices[0], expected)
 
 
-def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path, partial: dynmesh.Sequence) -> None:
-    path = written(tmp_path, partial, ".ply")
+def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path) -> None:
+    path = written(tmp_path, PARTIAL, ".ply")
     everything = np.ones((10, 64), np.bool_)
     read = dynmesh.read(path, gaps="lost", known=everything)
     assert read.known is not None
@@ -82,11 +76,11 @@ def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path, partial: dynmesh.
     assert not zeros.known[list(LOST)].any()
 
 
-def test_numbers_several_apart_survive(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+def test_numbers_several_apart_survive(tmp_path: Path) -> None:
     """Every second frame of a longer recording, one of them lost."""
     times = np.arange(10, dtype=np.float64) * 2 + 100
     path = tmp_path / "in" / "f_%d.ply"
-    dynmesh.write(path, replace(partial, start=100, times=times))
+    dynmesh.write(path, replace(PARTIAL, start=100, times=times))
     names = sorted(file.name for file in path.parent.iterdir())
     assert names == [f"f_{100 + 2 * i}.ply" for i in range(10)]
     (path.parent / "f_106.ply").unlink()
@@ -98,10 +92,10 @@ def test_numbers_several_apart_survive(tmp_path: Path, partial: dynmesh.Sequence
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == names
 
 
-def test_times_in_names_are_no_gaps(tmp_path: Path, partial: dynmesh.Sequence) -> None:
+def test_times_in_names_are_no_gaps(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     for place, number in enumerate((20, 53, 87)):
-        one = replace(partial, vertices=partial.vertices[place : place + 1], known=None)
+        one = replace(PARTIAL, vertices=PARTIAL.vertices[place : place + 1], known=None)
         dynmesh.write(tmp_path / "in" / f"f_{number}.ply", one)
     assert len(dynmesh.read(tmp_path / "in").vertices) == 3
     with pytest.raises(ValueError, match="in: "):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import sea
 
 import dynmesh
 from dynmesh.files.header import header_of
@@ -17,24 +18,15 @@ N = 8
 FIRST = 1001
 
 
-@pytest.fixture(scope="module")
-def truth() -> dynmesh.Sequence:
-    """A shot that starts at 1001."""
-    return replace(dynmesh.synth.ocean(N, grid=10, seed=3), start=FIRST)
-
-
-@pytest.fixture(scope="module")
-def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
-    """Only frame 1004 is whole; in frame 1006, a known vertex is not finite."""
-    known = np.random.default_rng(5).random((N, 100)) < 0.6
-    known[3] = True
-    return replace(truth, known=known)
+TRUTH = sea(N, start=FIRST)
+PARTIAL = sea(N, share=0.6, whole=[3], start=FIRST)
+"""A shot that starts at 1001, of which only frame 1004 is whole."""
 
 
 @pytest.fixture
-def folder(tmp_path: Path, truth: dynmesh.Sequence, partial: dynmesh.Sequence) -> Path:
-    dynmesh.write(tmp_path / "truth.npz", truth)
-    dynmesh.write(tmp_path / "partial.npz", partial)
+def folder(tmp_path: Path) -> Path:
+    dynmesh.write(tmp_path / "truth.npz", TRUTH)
+    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
     return tmp_path
 
 
@@ -69,9 +61,9 @@ def test_completion_and_evaluation(folder: Path) -> None:
     ],
 )
 def test_ranges_are_half_open(
-    truth: dynmesh.Sequence, text: str, times: np.ndarray | None, expected: list[int] | None
+    text: str, times: np.ndarray | None, expected: list[int] | None
 ) -> None:
-    numbers = frame_numbers(header_of(replace(truth, times=times)))
+    numbers = frame_numbers(header_of(replace(TRUTH, times=times)))
     if expected is None:
         with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
             indices_of(numbers, slice_of(text))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import sea
 
 import dynmesh
 from dynmesh.sequence import StandardErrorOf
@@ -16,16 +17,11 @@ from dynmesh.sequence import StandardErrorOf
 N = 8
 
 
-@pytest.fixture(scope="module")
-def truth() -> dynmesh.Sequence:
-    return dynmesh.synth.ocean(N, grid=10, seed=3)
-
-
-@pytest.fixture(scope="module")
-def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
-    """No frame of it is whole."""
-    known = np.random.default_rng(5).random((N, 100)) < 0.6
-    return replace(truth, known=known, fps=25.0, up_axis="z")
+TRUTH = sea(N)
+PARTIAL = sea(N, share=0.6, fps=25.0, up_axis="z")
+"""No frame of it is whole."""
+KNOWN: Any = PARTIAL.known
+COMPLETED = dynmesh.complete(PARTIAL, start=0, method="motion")
 
 
 @pytest.mark.parametrize(
@@ -40,14 +36,12 @@ def partial(truth: dynmesh.Sequence) -> dynmesh.Sequence:
     ],
     ids=str,
 )
-def test_a_sequence_is_completed_as_its_file_is(
-    truth: dynmesh.Sequence, partial: dynmesh.Sequence, tmp_path: Path, options: dict[str, Any]
-) -> None:
+def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[str, Any]) -> None:
     training = options.get("training")
-    given = dict(options) | ({"training": truth.vertices[2:6]} if training else {})
-    made = dynmesh.complete(partial, **given)
-    dynmesh.write(tmp_path / "partial.npz", partial)
-    dynmesh.write(tmp_path / "training.npz", truth[2:6])
+    given = dict(options) | ({"training": TRUTH.vertices[2:6]} if training else {})
+    made = dynmesh.complete(PARTIAL, **given)
+    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
+    dynmesh.write(tmp_path / "training.npz", TRUTH[2:6])
     of_file = dict(options) | ({"training": tmp_path / "training.npz"} if training else {})
     output = tmp_path / "out.npz"
     dynmesh.complete_file(tmp_path / "partial.npz", output, provenance=True, **of_file)
@@ -59,11 +53,6 @@ def test_a_sequence_is_completed_as_its_file_is(
         np.testing.assert_array_equal(values, expected.attributes()[name], err_msg=name)
 
 
-@pytest.fixture(scope="module")
-def completed(partial: dynmesh.Sequence) -> dynmesh.Sequence:
-    return dynmesh.complete(partial, start=0, method="motion")
-
-
 def distances(completed: dynmesh.Sequence, truth: dynmesh.Sequence) -> Any:
     """In bounding-box diagonals of frame 0."""
     diagonal = np.linalg.norm(np.ptp(truth.vertices[0].astype(np.float64), axis=0))
@@ -71,28 +60,25 @@ def distances(completed: dynmesh.Sequence, truth: dynmesh.Sequence) -> Any:
     return np.linalg.norm(apart, axis=-1) / diagonal
 
 
-def test_errors_by_frame_of_missing_vertices_alone(
-    truth: dynmesh.Sequence, partial: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
-) -> None:
+def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
     """From the generations, from the partial sequence, and in the shell."""
-    assert partial.known is not None
-    apart = distances(completed, truth)
+    apart = distances(COMPLETED, TRUTH)
     frames = range(2, 7, 2)
-    expected = [apart[t][~partial.known[t]] for t in frames]
-    bare = replace(completed, generation=None, age=None)
-    for made, more in ((completed, {}), (bare, {"partial": partial})):
-        found = dynmesh.evaluate(made, truth, frames=frames, only="missing", **more)  # type: ignore[arg-type]
+    expected = [apart[t][~KNOWN[t]] for t in frames]
+    bare = replace(COMPLETED, generation=None, age=None)
+    for made, more in ((COMPLETED, {}), (bare, {"partial": PARTIAL})):
+        found = dynmesh.evaluate(made, TRUTH, frames=frames, only="missing", **more)  # type: ignore[arg-type]
         assert [each.frame for each in found.each] == [2, 4, 6]
         assert [each.vertices for each in found.each] == [len(own) for own in expected]
         np.testing.assert_allclose([e.mean for e in found.each], [o.mean() for o in expected])
         np.testing.assert_allclose([e.maximum for e in found.each], [o.max() for o in expected])
         assert found.mean == pytest.approx(np.mean([own.mean() for own in expected]))
-    whole = dynmesh.evaluate(completed, truth)
+    whole = dynmesh.evaluate(COMPLETED, TRUTH)
     assert whole.frames == N - 1
     assert whole.mean == pytest.approx(apart[1:].mean())
     with pytest.raises(ValueError, match="partial: is needed"):
-        dynmesh.evaluate(bare, truth, only="missing")
-    for name, sequence in (("bare", bare), ("truth", truth), ("partial", partial)):
+        dynmesh.evaluate(bare, TRUTH, only="missing")
+    for name, sequence in (("bare", bare), ("truth", TRUTH), ("partial", PARTIAL)):
         dynmesh.write(tmp_path / f"{name}.npz", sequence)
     paths = [tmp_path / f"{name}.npz" for name in ("bare", "truth")]
     options = ("--only", "missing", "--input", tmp_path / "partial.npz", "--frames", "2:5")
@@ -101,39 +87,35 @@ def test_errors_by_frame_of_missing_vertices_alone(
     with table.open() as file:
         rows = list(csv.DictReader(file))
     assert [int(row["frame"]) for row in rows] == [2, 3, 4]
-    means = [apart[t][~partial.known[t]].mean() for t in (2, 3, 4)]
+    means = [apart[t][~KNOWN[t]].mean() for t in (2, 3, 4)]
     np.testing.assert_allclose([float(row["mean"]) for row in rows], means)
     assert said["summary"]["mean"] == pytest.approx(np.mean(means))
     run("evaluate", *paths, "--csv", table, code=1)  # it exists
 
 
-def test_pages_and_pictures_are_those_of_the_file(
-    truth: dynmesh.Sequence, completed: dynmesh.Sequence, tmp_path: Path
-) -> None:
+def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
     pytest.importorskip("k3d")
-    dynmesh.write(tmp_path / "completed.npz", completed)
-    dynmesh.write(tmp_path / "truth.npz", truth)
-    made = dynmesh.view(completed, tmp_path / "page.html", reference=truth, max_frames=3)
+    dynmesh.write(tmp_path / "completed.npz", COMPLETED)
+    dynmesh.write(tmp_path / "truth.npz", TRUTH)
+    made = dynmesh.view(COMPLETED, tmp_path / "page.html", reference=TRUTH, max_frames=3)
     assert (tmp_path / "page.html").read_text() == made.html
     assert made.shown.frames == 3
     assert '"sequence": "sequence", "reference": "the reference"' in made.html
     with pytest.raises(FileExistsError):
-        dynmesh.view(completed, tmp_path / "page.html")
-    drawn = dynmesh.picture(completed, tmp_path / "a.png", frames=3, reference=truth, title="A")
+        dynmesh.view(COMPLETED, tmp_path / "page.html")
+    drawn = dynmesh.picture(COMPLETED, tmp_path / "a.png", frames=3, reference=TRUTH, title="A")
     own, reference = tmp_path / "completed.npz", tmp_path / "truth.npz"
     words = ("--reference", reference, "--frame", "3", "--title", "A", "-o", tmp_path / "b.png")
     run("picture", own, *words)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert drawn.size[0] > 480
     with pytest.raises(ValueError, match="frame 99"):
-        dynmesh.picture(completed, frames=99)
+        dynmesh.picture(COMPLETED, frames=99)
 
 
 @pytest.mark.parametrize("kind", ["position", "surface"])
-def test_a_sequence_is_described_as_its_file_is(
-    partial: dynmesh.Sequence, tmp_path: Path, kind: StandardErrorOf
-) -> None:
-    sequence = replace(partial, standard_error_of=kind)
+def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardErrorOf) -> None:
+    sequence = replace(PARTIAL, standard_error_of=kind)
     dynmesh.write(tmp_path / "partial.npz", sequence)
     assert dynmesh.info(sequence).as_dict() == dynmesh.info(tmp_path / "partial.npz").as_dict()
 

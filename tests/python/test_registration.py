@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh
+from meshes import Array, Mesh, sheet
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from test_tracking import bent, bumpy_torus, edge, error, scan_of
@@ -130,29 +130,14 @@ def test_wrong_scans_are_not_good(torus: Mesh, rng: np.random.Generator) -> None
         assert found.reason, name
 
 
-@pytest.mark.parametrize("seed", [81, 155, 177])
-def test_a_patch_of_a_surface(seed: int) -> None:
-    """The template fits better where it is than from any of the other rotations."""
-    n, m = 12, 8
-    i, j = (a.ravel() for a in np.indices((n, m)))
-    u, v = 2 * np.pi * i / n, 2 * np.pi * j / m
-    r = 1 + 0.35 * np.cos(v) * (1 + 0.3 * np.cos(2 * u))
-    height = 0.35 * np.sin(v) + 0.1 * np.sin(3 * u)
-    vertices = np.stack([1.4 * r * np.cos(u), r * np.sin(u), height], axis=1)
-    a, b = i * m + j, (i + 1) % n * m + j
-    c, d = (i + 1) % n * m + (j + 1) % m, i * m + (j + 1) % m
-    faces = np.stack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)], axis=1)
-    ring = Mesh(faces.reshape(-1, 3), vertices)
+@pytest.mark.parametrize("seed", range(6))
+def test_a_patch_of_a_surface(seed: int, torus: Mesh) -> None:
+    """The template may fit better where it is than from any of the other rotations."""
     rng = np.random.default_rng(seed)
-    size = int(rng.integers(30, 120))
-    corners = ring.vertices[ring.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.linalg.norm(normals, axis=1)
-    chosen = rng.choice(len(areas), 4 * size, p=areas / areas.sum())
-    points = np.einsum("nc,ncx->nx", rng.dirichlet([1, 1, 1], 4 * size), corners[chosen])
-    kept = np.argsort(points @ rng.standard_normal(3))[:size]
+    points, normals = scan_of(torus, torus.vertices, 400, rng)
+    kept = np.argsort(points @ rng.standard_normal(3))[: int(rng.integers(30, 120))]
     moved = points[kept] + 0.3 * rng.standard_normal(3)
-    found = dynmesh.register(ring.faces, ring.vertices, moved, normals[chosen][kept])
+    found = dynmesh.register(torus.faces, torus.vertices, moved, normals[kept])
     assert np.isfinite(found.vertices).all()
 
 
@@ -275,21 +260,14 @@ def test_far_poses(frame: int, rng: np.random.Generator) -> None:
 
 def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) -> None:
     """A sensor behind the shell sees the inside of what is hidden from the other."""
-    n = 40
-    i, j = (a.ravel() for a in np.indices((n, n)))
-    u, v = np.pi * (i / (n - 1) - 0.5), np.pi * (0.1 + 0.8 * j / (n - 1))
+    x, y, _ = sheet(40).vertices.T / 39
+    u, v = np.pi * (y - 0.5), np.pi * (0.1 + 0.8 * x)
     r = 1 + 0.1 * np.sin(3 * u + v) + 0.1 * np.cos(2 * v)
-    vertices = np.stack(
-        [r * np.cos(u) * np.sin(v), r * np.sin(u) * np.sin(v), r * np.cos(v)], axis=1
-    )
-    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    halves = [a, a + n + 1, a + n], [a, a + 1, a + n + 1]
-    faces = np.concatenate([np.stack(half, axis=1) for half in halves])
-    shell = Mesh(faces, vertices)
-    points, normals = scan(shell, vertices, rng)
+    round_ = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=1)
+    shell = Mesh(sheet(40).faces, r[:, None] * round_)
+    points, normals = scan(shell, shell.vertices, rng)
     sensors = np.array([[0.0, 6, 0], [-6, 0, 0]])
     seen = ((sensors[0] - points) * normals).sum(axis=1) > 0
-    found = dynmesh.register(
-        faces, vertices, points[seen], normals[seen], viewpoints=sensors, align=False
-    )
+    given = points[seen], normals[seen]
+    found = dynmesh.register(shell.faces, shell.vertices, *given, viewpoints=sensors, align=False)
     assert found.quality == "good"

@@ -47,14 +47,8 @@ def test_frames_equal_the_transcription(
     if shape == "beyond the training":
         training = mesh.vertices + 0.4 * (training[:4] - mesh.vertices)
     frames = poses(mesh.vertices, 8, rng)
-    completer = dynmesh.Completer(
-        mesh.faces,
-        mesh.vertices,
-        method="detail",
-        disconnected="hold",
-        noise=noise,
-        training=training,
-    )
+    settings: Any = {"disconnected": "hold", "noise": noise, "training": training}
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", **settings)
     expected = Trained(mesh.faces, mesh.vertices, training, noise)
     weights = []
     for n, points in enumerate(frames):
@@ -83,50 +77,20 @@ def completed(mesh: Mesh, frames: Array, masks: Any, **settings: Any) -> list[Ar
     return [completer.push(*frame) for frame in zip(frames[1:], masks, strict=True)]
 
 
-@pytest.fixture
-def sheet() -> Mesh:
-    return meshes.sheet(12)
-
-
-@pytest.fixture
-def clip(sheet: Mesh, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Frames, and masks of those after the first in which a corner is hidden."""
-    frames = poses(sheet.vertices, 12, rng)
+def test_any_stream_of_frames_is_a_training_wherever_they_were(rng: np.random.Generator) -> None:
+    sheet = meshes.sheet(12)
+    frames, training = poses(sheet.vertices, 12, rng), poses(sheet.vertices, 10, rng)
     masks = rng.random((11, len(sheet.vertices))) < 0.5
     masks[:, sheet.vertices[:, 0] > 6] = False
-    return frames, masks
-
-
-@pytest.fixture
-def training(sheet: Mesh, rng: np.random.Generator) -> Array:
-    return poses(sheet.vertices, 10, rng)
-
-
-def test_where_the_take_was_does_not_matter(
-    sheet: Mesh, clip: tuple[Array, Array], training: Array
-) -> None:
-    frames, masks = clip
-    turn = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-    here = completed(sheet, frames, masks, training=training)
-    there = completed(sheet, frames, masks, training=training @ turn + [10, 20, 30])
-    np.testing.assert_allclose(np.stack(there), np.stack(here), atol=1e-5)
-
-
-def test_any_stream_of_frames_is_a_training(
-    sheet: Mesh, clip: tuple[Array, Array], training: Array
-) -> None:
-    frames, masks = clip
     expected = completed(sheet, frames, masks, training=training)
-    for stream in (
-        list(training),
-        iter(training),
-        (frame[::1] for frame in training),
-        training[:, :, ::1],
-    ):
+    for stream in (list(training), iter(training), np.asfortranarray(training)):
         np.testing.assert_array_equal(completed(sheet, frames, masks, training=stream), expected)
     known = [np.ones(len(sheet.vertices), np.bool_), *masks]
     made = dynmesh.complete(sheet.faces, frames, known, training=iter(training), method="detail")
     np.testing.assert_array_equal(list(made)[1:], expected)
+    moved = training @ np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]) + [10, 20, 30]
+    there = completed(sheet, frames, masks, training=moved)
+    np.testing.assert_allclose(np.stack(there), np.stack(expected), atol=1e-5)
 
 
 def errors_of(
