@@ -15,11 +15,9 @@ from typing import Any, Literal, Protocol, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import spsolve
 
-from dynmesh import Completer, cells
+from dynmesh import Completer
 from dynmesh.baselines import LaplacianInterpolation, LeastSquaresMesh
-from dynmesh.matrices import laplacian
 from dynmesh.sequence import Mask, Positions
 from dynmesh.settings import Settings
 
@@ -109,20 +107,20 @@ class _OfThePaper(Completion):
         return completed
 
 
-class _Motion(Completion):
-    """What completes motion vectors shares: the last completed frame."""
+class _Libigl(Completion):
+    """What the methods of libigl share. Every connected part of the mesh needs a known vertex.
+
+    Raises:
+        ImportError: libigl is not installed.
+    """
 
     def __init__(self, faces: Faces, first_frame: Positions) -> None:
         self._faces = np.array(faces, np.int64)
         self._first = self._completed = np.array(first_frame, np.float64)
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        motion = self._motion(points[known] - self._completed[known], known)
-        return self._accept(self._completed + motion, points, known)
-
-    def _motion(self, given: Floats, known: Mask) -> Floats:
-        """Return the motion of all vertices from that of the known ones."""
-        raise NotImplementedError
+        # libigl would use all cores for some of its steps. It reads this variable when it first
+        # runs.
+        os.environ.setdefault("IGL_NUM_THREADS", "1")
+        self._igl = import_module("igl")
 
     def _accept(self, completed: Floats, points: Positions, known: Mask) -> Floats:
         """Remember a frame, with the known vertices exactly as given."""
@@ -133,49 +131,15 @@ class _Motion(Completion):
         return completed
 
 
-class Scipy(_Motion):
-    """`spsolve` of the uniform graph Laplacian of the unknown vertices."""
+class Biharmonic(_Libigl):
+    """``igl.harmonic`` with k = 2 on motion vectors, with the operator of frame 0."""
 
-    def __init__(self, faces: Faces, first_frame: Positions) -> None:
-        """Build the Laplacian of all vertices."""
-        super().__init__(faces, first_frame)
-        self._laplacian = laplacian(faces, len(first_frame))
-
-    def _motion(self, given: Floats, known: Mask) -> Floats:
-        rows = self._laplacian[~known]
-        motion = np.zeros_like(self._completed)
-        # spsolve returns a vector if a single vertex is unknown.
-        right = -(rows[:, known] @ given)
-        motion[~known] = np.asarray(spsolve(rows[:, ~known].tocsc(), right)).reshape(-1, 3)
-        return motion
-
-
-class _Libigl(_Motion):
-    """What the methods of libigl share. Every connected part of the mesh needs a known vertex.
-
-    Raises:
-        ImportError: libigl is not installed.
-    """
-
-    def __init__(self, faces: Faces, first_frame: Positions) -> None:
-        super().__init__(faces, first_frame)
-        # libigl would use all cores for some of its steps. It reads this variable when it first
-        # runs.
-        os.environ.setdefault("IGL_NUM_THREADS", "1")
-        self._igl = import_module("igl")
-
-
-class Harmonic(_Libigl):
-    """``igl.harmonic`` on motion vectors, with the operator of frame 0."""
-
-    def __init__(self, faces: Faces, first_frame: Positions, *, order: int) -> None:
-        """Prepare the harmonic field (`order` 1) or the biharmonic field (`order` 2)."""
-        super().__init__(faces, first_frame)
-        self._order = order
-
-    def _motion(self, given: Floats, known: Mask) -> Floats:
+    def complete(self, points: Positions, known: Mask) -> Floats:
+        """Complete the next frame."""
+        given = points[known] - self._completed[known]
         at = np.flatnonzero(known)
-        return np.asarray(self._igl.harmonic(self._first, self._faces, at, given, self._order))
+        motion = self._igl.harmonic(self._first, self._faces, at, given, 2)
+        return self._accept(self._completed + motion, points, known)
 
 
 class Arap(_Libigl):
@@ -202,27 +166,6 @@ class Arap(_Libigl):
         return self._accept(completed, points, known)
 
 
-class Copy(Completion):
-    """Copies the data that a frame must at least touch: points, previous frame, mask and cells."""
-
-    def __init__(self, faces: Faces, first_frame: Positions) -> None:
-        """Allocate the copies."""
-        _, self._neighbours = cells(faces, len(first_frame))
-        self._previous = first_frame.copy()
-        self._completed = first_frame.copy()
-        known = np.zeros(len(first_frame), bool)
-        self._copies = first_frame.copy(), self._neighbours.copy(), known
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        """Copy the data; no vertex is completed."""
-        previous, neighbours, mask = self._copies
-        np.copyto(self._completed, points)
-        np.copyto(previous, self._previous)
-        np.copyto(neighbours, self._neighbours)
-        np.copyto(mask, known)
-        return self._completed
-
-
 _HARMONIC_LIA = partial(LaplacianInterpolation, objective="harmonic")
 
 MOTION = dynmesh_method("motion (dynmesh)", "#0072b2", "-", method="motion")
@@ -241,10 +184,7 @@ LSM_ON_MOTION = Method(
 COMPARED = (MOTION, DETAIL, LIA, LIA_HARMONIC, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
 """Both methods of dynmesh, and the baselines of the paper, also applied to motion."""
 
-SCIPY = Method("harmonic on motion (SciPy)", "#009e73", "--", Scipy)
-COPY = Method("copy of the bytes", "#888888", "--", Copy)
-HARMONIC = Method("harmonic on motion (libigl)", "#cc3311", "--", partial(Harmonic, order=1))
-BIHARMONIC = Method("biharmonic on motion (libigl)", "#000000", "--", partial(Harmonic, order=2))
+BIHARMONIC = Method("biharmonic on motion (libigl)", "#000000", "--", Biharmonic)
 ARAP = Method("ARAP (libigl)", "#332288", "--", partial(Arap, rest="first"))
 ARAP_FROM_PREVIOUS = Method(
     "ARAP from the previous frame (libigl)", "#f0e442", "--", partial(Arap, rest="previous")

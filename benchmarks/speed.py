@@ -1,4 +1,4 @@
-"""Measures the time of a frame over the size of the mesh, beside libigl, SciPy and a plain copy.
+"""Measures the time of a frame over the size of the mesh, beside libigl.
 
     script/bench [--quick] [--docs] [--out FOLDER]
 
@@ -24,13 +24,13 @@ from dynmesh.sequence import Mask
 from . import harness
 from .cells import ABSENT, Line, milliseconds
 from .harness import DOCS, Table, show
-from .methods import ARAP, BIHARMONIC, COPY, DETAIL, HARMONIC, MOTION, SCIPY, Method, dynmesh_method
+from .methods import ARAP, BIHARMONIC, DETAIL, MOTION, Method, dynmesh_method
 from .runner import run
 from .style import new_figure, save
 from .subjects import Subject, losses
 
 TWO_THREADS = dynmesh_method("motion, two threads", "#56b4e9", "--", method="motion", threads=2)
-SLOW = (DETAIL, SCIPY, HARMONIC, BIHARMONIC, ARAP)
+SLOW = (DETAIL, BIHARMONIC, ARAP)
 """The methods that solve a system for each frame. They take ten to two thousand times as long."""
 
 SHARED_FROM = 23_553
@@ -105,7 +105,7 @@ def sizes(plan: Plan, folders: Sequence[Path]) -> Table:
         sea = Subject.of("sea", synth.ocean(n_frames + 1, grid=side), "z", 0, None)
         vertices = np.ascontiguousarray(sea.vertices, np.float32)  # the types of the library
         sea = replace(sea, vertices=vertices, faces=np.ascontiguousarray(sea.faces, np.int32))
-        methods = [MOTION, COPY, *(SLOW if sea.n_vertices <= plan.slow_limit else ())]
+        methods = [MOTION, *(SLOW if sea.n_vertices <= plan.slow_limit else ())]
         methods += [TWO_THREADS] if sea.n_vertices >= SHARED_FROM else []
         for loss, masks in losses(sea, (0.1, 0.5), ()).items():
             for method, seconds in times(sea, masks, methods).items():

@@ -17,6 +17,7 @@ from .._report import counted
 from ..attributes import FUSED
 from ..files import Frame, PathLike, Reader, Source
 from ..files.header import Header
+from ..files.reader import check_same_mesh
 from ..files.times import index_of
 from ..sequence import Positions
 from ..whole_frames import WholeFrame, whole_frame
@@ -141,7 +142,7 @@ def open_with_template(
     with files.open(template) as whole:
         first = template_of(whole)
         with files.open_with(path, template, **source) as reader:
-            check_same_mesh(whole, reader)
+            check_same_subject(whole, reader)
             # What the output keeps beside positions: texture coordinates, materials and others.
             reader.header = replace(
                 reader.header,
@@ -224,28 +225,12 @@ def check_whole(frame: Frame, advice: str) -> None:
         )
 
 
-def check_same_mesh(other: Reader, reader: Reader) -> None:
+def check_same_subject(other: Reader, reader: Reader) -> None:
     """Refuses another file whose mesh, unit or up axis is not that of the sequence."""
-    for name, what in (
-        ("n_vertices", "number of vertices"),
-        ("metres_per_unit", "unit in metres"),
-        ("up_axis", "up axis"),
-    ):
+    check_same_mesh(other, reader)
+    for name, what in (("metres_per_unit", "unit in metres"), ("up_axis", "up axis")):
         theirs, ours = getattr(other.header, name), getattr(reader.header, name)
         if None not in (theirs, ours) and theirs != ours:
             raise InputError(
                 f"its {what} is {theirs}, but {ours} in {reader.path}", file=other.path
             )
-    theirs, ours = other.faces, reader.faces
-    if len(ours) != len(theirs):
-        raise InputError(
-            f"has {len(theirs)} triangles, but {reader.path} has {len(ours)}", file=other.path
-        )
-    different = np.flatnonzero((ours != theirs).any(axis=1))
-    if len(different):
-        face = int(different[0])
-        raise InputError(
-            f"its triangle {face} is {theirs[face].tolist()}, "
-            f"but {ours[face].tolist()} in {reader.path}",
-            file=other.path,
-        )

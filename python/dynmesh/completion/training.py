@@ -16,7 +16,7 @@ from ..files.scenes import listed
 from ..sequence import Positions
 from ..settings import Settings
 from ..tracker import Tracker
-from .start import check_same_mesh, check_whole
+from .start import check_same_subject, check_whole
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
 """The path of a training file, or those of several."""
@@ -71,7 +71,7 @@ class Training:
         self.files: list[Path] = []
         for training_file in training_files:
             with _open(training_file, reader) as opened:
-                check_same_mesh(opened, reader)
+                check_same_subject(opened, reader)
                 self._n_frames += opened.n_frames
                 self.files += opened.files
 

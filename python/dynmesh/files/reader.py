@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import locating
+from .._errors import InputError, locating
 from ..attributes import as_mask
 from ..sequence import rate, summary
 from .frame import Frame
@@ -120,14 +120,20 @@ class Reader(ABC):
         self.close()
 
 
+def check_same_mesh(other: Reader, reader: Reader) -> None:
+    """Raises an error unless a file has the vertices and the faces of another one."""
+    ours, theirs = reader.n_vertices, other.n_vertices
+    if ours != theirs:
+        raise InputError(f"has {theirs} vertices, but {reader.path} has {ours}", file=other.path)
+    if not np.array_equal(other.faces, reader.faces):
+        raise InputError(f"has other faces than {reader.path}", file=other.path)
+
+
 def check_comparable(completed: Reader, reference: Reader) -> None:
     """Raises an error unless the sequences have the same mesh and number of frames."""
-    for what in ("n_vertices", "n_frames"):
-        ours, truth = getattr(completed, what), getattr(reference, what)
-        if ours != truth:
-            noun = what.removeprefix("n_")
-            raise ValueError(
-                f"{completed.path} has {ours} {noun}, but {reference.path} has {truth}"
-            )
-    if not np.array_equal(completed.faces, reference.faces):
-        raise ValueError(f"{completed.path} and {reference.path} have different faces")
+    check_same_mesh(completed, reference)
+    ours, truth = completed.n_frames, reference.n_frames
+    if ours != truth:
+        raise InputError(
+            f"has {ours} frames, but {reference.path} has {truth}", file=completed.path
+        )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError
+from .._errors import InputError, locating
 from ..completion.start import template_of
 from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
@@ -105,13 +105,8 @@ def placed_in(
         raise InputError("no frame has points", file=scans.path)
     scan = scan.scaled(units.factor)
     room.look(scan, mesh.faces, template)
-    left = room.without(scan)
-    if not left.has_points:
-        raise InputError(
-            "nothing is left of the first scan without floor, walls and what is cropped; is the "
-            "subject in it?",
-            file=scans.path,
-        )
+    with locating(file=scans.path):
+        left = room.left_of(scan)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     try:

@@ -87,6 +87,17 @@ class Room:
             edge = mean_edge_of(template, faces)
             self.planes = planes_of_room(scan.cloud, thickness=edge, size=size)
 
+    def left_of(self, scan: Scan) -> Scan:
+        """Returns a scan with points without the room.
+
+        Raises:
+            ValueError: nothing is left.
+        """
+        left = self.without(scan)
+        if scan.has_points and not left.has_points:
+            raise InputError("nothing is left of the scan without planes and what is cropped")
+        return left
+
     def without(self, scan: Scan) -> Scan:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:

@@ -1,6 +1,5 @@
 """Registration from the file of a scan to the file of a mesh."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,10 @@ from .._report import Report
 from ..completion.start import template_of
 from ..draw.page import page as scan_page
 from ..draw.page import require_page
-from ..files import PathLike, Reader
+from ..files import PathLike
 from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
-from ..scans import PointScan, Scan
 from ..sequence import Positions, Sequence
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import registered_with
@@ -29,10 +27,6 @@ from ..tracking.units import sizes_told, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_HOLE = 0.03
-"""A larger piece without a point was probably not seen by the sensors."""
-_MANY_FAR = 0.05
-"""With more far points, the scan probably shows other things as well."""
 _TOLD = (
     *("quality", "reason", "far", "unexplained", "hole", "overlap", "stretch"),
     *("distance", "rounds", "converged", "growth"),
@@ -147,11 +141,13 @@ def register_file(
             (measured,) = reader.frames()
             if measured is None:
                 raise InputError("all of its images are missing or damaged")
-            options = {"align": align, "scale": scale, "threads": threads}
             room = Room(box, remove_planes)
+            room.look(measured, mesh.faces, first)
+            left = room.left_of(measured)
             sizes = sizes_told(_size(measured.cloud) / _size(first))
+            options = {"align": align, "scale": scale, "threads": threads}
             try:
-                found = _register(mesh, first, measured, marks, room, options)
+                found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 raise InputError("; ".join(filter(None, [str(error), sizes]))) from error
         header = replace(
@@ -179,7 +175,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_advised(found, measured, marks, room=remove_planes),
+        reason=_reason(found, marks),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -192,42 +188,15 @@ def _size(points: Positions) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
-def _register(
-    mesh: Reader,
-    first: Positions,
-    scan: Scan,
-    landmarks: Landmarks | None,
-    room: Room,
-    options: Mapping[str, Any],
-) -> Registration:
-    room.look(scan, mesh.faces, first)
-    left = room.without(scan)
-    if scan.has_points and not left.has_points:
-        raise InputError(f"nothing is left of its {len(scan.cloud)} points without the room")
-    return registered_with(mesh.faces, first, left, landmarks=landmarks, **options)
-
-
-def _advised(
-    found: Registration,
-    scan: Scan,
-    landmarks: Landmarks | None,
-    *,
-    room: bool,
-) -> str:
-    """The quality and its reason, and what to do about it."""
+def _reason(found: Registration, landmarks: Landmarks | None) -> str:
+    """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    causes, advice = [], []
-    if landmarks is not None:
-        causes.append(_misplaced(found, landmarks))
-    elif found.cause in ("pose", "place"):
-        advice.append("landmarks say where head, hands and feet, for example, belong")
-    if isinstance(scan, PointScan) and scan.viewpoints is None and found.hole > _HOLE:
-        advice.append("cameras say what the sensors could not see")
-    if found.far > _MANY_FAR and not room and found.cause != "size":
-        advice.append("planes can be removed, such as floor and walls, and other things cropped")
-    told = ": ".join(filter(None, [found.quality, *causes, found.reason]))
-    return "; ".join([told, *advice])
+    misplaced = "" if landmarks is None else _misplaced(found, landmarks)
+    told = ": ".join(filter(None, [found.quality, misplaced, found.reason]))
+    if landmarks is None and found.cause in ("pose", "place"):
+        told += "; landmarks say where head, hands and feet, for example, belong"
+    return told
 
 
 def _misplaced(found: Registration, landmarks: Landmarks) -> str:

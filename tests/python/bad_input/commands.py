@@ -109,7 +109,7 @@ shell = [
     misused("info body.npz other.npz", "other.npz", "put patterns in quotes"),
     refused("complete no* new.npz", "no*:", "no suffix"),
     misused("complete body.npz", "OUTPUT"),
-    refused(f"{_COMPLETE} --template quad.obj", "quad.obj: its number of vertices is 4, but 49"),
+    refused(f"{_COMPLETE} --template quad.obj", "quad.obj: has 4 vertices, but body.npz has 49"),
     misused(f"{_COMPLETE} --method lsm", "--method", "'lsm'"),
     misused(f"{_COMPLETE} --noise -1", "--noise:", "not -1"),
     misused(f"{_COMPLETE} --method motion --reject-outliers", "--reject-outliers:", "detail"),
@@ -137,7 +137,7 @@ shell = [
     refused(f"{_VIEW} --input long.npz", "3 frames", "40"),
     refused(f"{_VIEW} --input fewer.npz", "49 vertices"),
     refused(f"{_VIEW} --reference late_holes.npz", "late_holes.npz:", "vertex 4"),
-    refused(f"{_VIEW} --reference turned_face.npz", "different faces"),
+    refused(f"{_VIEW} --reference turned_face.npz", "has other faces than"),
     refused(f"{_VIEW} --reference point.npz", "errors have no unit"),
     refused(
         "view in_metres.npz -o new.html --reference in_millimetres.npz", "has 1 metres", "0.001"
