@@ -23,14 +23,23 @@ images = pytest.importorskip("PIL.Image")
 BLUE = (0, 114, 178)
 
 
-@pytest.fixture
-def sequence() -> Sequence:
-    """Four frames; after frame 0 the vertices right of x = 5.5 are filled in."""
-    mesh = sheet(12)
-    vertices = np.stack([mesh.vertices] * 4)
-    generation = np.zeros(vertices.shape[:2], np.int32)
-    generation[1:, mesh.vertices[:, 0] > 5.5] = 1
-    return Sequence(vertices, mesh.faces, generation=generation, age=generation)
+MESH = sheet(12)
+MOVED = (np.arange(5) > 0)[:, None] & (MESH.vertices[:, 0] > 5.5)
+SEQUENCE = Sequence(
+    np.stack([MESH.vertices] * 4),
+    MESH.faces,
+    generation=MOVED[:4].astype(np.int32),
+    age=MOVED[:4].astype(np.int32),
+)
+"""Four frames; after frame 0 the vertices right of x = 5.5 are filled in."""
+MOVING = dynmesh.Sequence(
+    MESH.vertices + np.arange(5)[:, None, None] * np.array([1, 0, 0]),
+    MESH.faces,
+    fps=10.0,
+    generation=2 * MOVED.astype(np.int32),
+    age=2 * MOVED.astype(np.int32),
+)
+"""A sheet that moves along x; of later frames, the vertices beyond x = 5.5 were filled in."""
 
 
 def pixels(path: Path) -> Array:
@@ -58,26 +67,26 @@ def bluish(image: Array) -> Array:
     return np.asarray(image[..., 2] > image[..., 0] + 60)
 
 
-def test_colours_are_at_their_vertices(sequence: Sequence, tmp_path: Path) -> None:
-    first = draw(sequence, tmp_path, indices=[0], colour="known", size=300)
+def test_colours_are_at_their_vertices(tmp_path: Path) -> None:
+    first = draw(SEQUENCE, tmp_path, indices=[0], colour="known", size=300)
     left = first[:, :300]  # the colour bar is at the right
     assert bluish(left).sum() > 10_000
     assert not reddish(left).any()
-    left = draw(sequence, tmp_path, indices=[2], colour="known", size=300)[:, :300]
+    left = draw(SEQUENCE, tmp_path, indices=[2], colour="known", size=300)[:, :300]
     assert bluish(left).sum() > 4_000
     assert reddish(left).sum() > 4_000
     blue, red = (np.nonzero(mask(left))[1] for mask in (bluish, reddish))
     assert np.percentile(blue, 99) < np.percentile(red, 1) + 20
 
 
-def test_holes_and_dots_are_drawn(sequence: Sequence, tmp_path: Path) -> None:
-    known = np.ones(sequence.vertices.shape[:2], np.bool_)
-    known[1, sequence.vertices[0, :, 0] < 5.5] = False
+def test_holes_and_dots_are_drawn(tmp_path: Path) -> None:
+    known = np.ones(SEQUENCE.vertices.shape[:2], np.bool_)
+    known[1, SEQUENCE.vertices[0, :, 0] < 5.5] = False
     known[2] = False
     known[2, 40] = True
     known[3] = False
-    vertices = np.where(known[..., None], sequence.vertices, np.nan)
-    partial = Sequence(vertices, sequence.faces, known)
+    vertices = np.where(known[..., None], SEQUENCE.vertices, np.nan)
+    partial = Sequence(vertices, SEQUENCE.faces, known)
     # In one picture, so that they have the same scale and crop.
     sheets = [draw(partial, tmp_path, indices=[0, n]) for n in range(4)]
     whole, half, dot, nothing = (int(bluish(image).sum()) for image in sheets)
@@ -119,16 +128,6 @@ def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
 
 
-@pytest.fixture
-def moving() -> dynmesh.Sequence:
-    """A sheet that moves along x; of later frames, the vertices beyond x = 5.5 were filled in."""
-    mesh = sheet(12)
-    vertices = np.stack([mesh.vertices + np.array([i, 0, 0]) for i in range(5)])
-    generation = np.zeros(vertices.shape[:2], np.int32)
-    generation[1:, mesh.vertices[:, 0] > 5.5] = 2
-    return dynmesh.Sequence(vertices, mesh.faces, fps=10.0, generation=generation, age=generation)
-
-
 def html_of(shown: Any) -> str:
     """What a notebook shows of an object."""
     return str(shown._repr_html_())
@@ -143,9 +142,9 @@ def size_of(html: str) -> int:
     return len(html.encode())
 
 
-def test_every_second_frame_is_played_at_half_the_rate(moving: dynmesh.Sequence) -> None:
-    assert '"fps": 10.0' in unescape(html_of(moving))
-    assert '"fps": 5.0' in unescape(html_of(moving[::2]))
+def test_every_second_frame_is_played_at_half_the_rate() -> None:
+    assert '"fps": 10.0' in unescape(html_of(MOVING))
+    assert '"fps": 5.0' in unescape(html_of(MOVING[::2]))
 
 
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
@@ -168,10 +167,10 @@ TABLES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("reason", TABLES)
 def test_a_sequence_that_cannot_be_played_is_shown_as_a_table(
-    reason: str, moving: dynmesh.Sequence, monkeypatch: pytest.MonkeyPatch
+    reason: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     change = TABLES[reason]
-    sequence = dynmesh.Sequence(**LEAST | change) if change else moving
+    sequence = dynmesh.Sequence(**LEAST | change) if change else MOVING
     if "simplified" in reason:
         monkeypatch.setattr(notebook, "LARGEST_PLAYER", 100_000)
     if "k3d" in reason:

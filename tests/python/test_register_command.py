@@ -23,10 +23,7 @@ from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import read_landmarks
 from dynmesh.tracking.single_scan import open_single
 
-
-@pytest.fixture
-def torus() -> Mesh:
-    return bumpy_torus(24)
+TORUS = bumpy_torus(24)
 
 
 def written(folder: Path, torus: Mesh, rng: np.random.Generator) -> Array:
@@ -47,20 +44,18 @@ def positions(path: Path) -> Array:
 
 @pytest.mark.parametrize("name", ["first.ply", "second.obj"])
 def test_a_point_cloud_and_a_mesh_whose_vertices_are_the_points(
-    name: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
+    name: str, rng: np.random.Generator, tmp_path: Path
 ) -> None:
-    truth = written(tmp_path, torus, rng)
+    truth = written(tmp_path, TORUS, rng)
     words = ("register", tmp_path / "body.obj", tmp_path / "scans" / name, tmp_path / "made.obj")
     told = json.loads(run(*words, "--json").stdout)
-    assert error(torus, truth, positions(tmp_path / "made.obj")) < 0.5
+    assert error(TORUS, truth, positions(tmp_path / "made.obj")) < 0.5
     assert told["quality"] == "good"
     run(*words, code=1)
 
 
-def test_one_scan_is_registered_at_a_time(
-    torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    written(tmp_path, torus, rng)
+def test_one_scan_is_registered_at_a_time(rng: np.random.Generator, tmp_path: Path) -> None:
+    written(tmp_path, TORUS, rng)
     files = tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made.obj"
     with pytest.raises(DynmeshError, match="name one scan") as caught:
         dynmesh.register_file(*files)
@@ -68,30 +63,28 @@ def test_one_scan_is_registered_at_a_time(
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply"])
-def test_meshes_as_scans_have_the_normals_of_their_faces(
-    torus: Mesh, tmp_path: Path, suffix: str
-) -> None:
-    dynmesh.write(tmp_path / f"scan.{suffix}", dynmesh.Sequence(torus.vertices[None], torus.faces))
+def test_meshes_as_scans_have_the_normals_of_their_faces(tmp_path: Path, suffix: str) -> None:
+    dynmesh.write(tmp_path / f"scan.{suffix}", dynmesh.Sequence(TORUS.vertices[None], TORUS.faces))
     (scan,) = open_single(tmp_path / f"scan.{suffix}", None).frames()
     assert isinstance(scan, PointScan)
     assert scan.normals is not None
-    corners = torus.vertices[torus.faces]
+    corners = TORUS.vertices[TORUS.faces]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     of_faces = across / np.linalg.norm(across, axis=1, keepdims=True)
-    assert ((scan.normals[torus.faces[:, 0]] * of_faces).sum(axis=1) > 0.7).all()
+    assert ((scan.normals[TORUS.faces[:, 0]] * of_faces).sum(axis=1) > 0.7).all()
 
 
-def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) -> None:
-    turned = Rotation.from_euler("xyz", [2, 1, 0.5]).apply(torus.vertices)
-    truth = np.stack([torus.vertices, turned])
-    dynmesh.write(tmp_path / "truth.npz", dynmesh.Sequence(truth, torus.faces, start=7))
-    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(truth[:1], torus.faces))
+def test_depth_images_of_one_moment_are_one_scan(tmp_path: Path) -> None:
+    turned = Rotation.from_euler("xyz", [2, 1, 0.5]).apply(TORUS.vertices)
+    truth = np.stack([TORUS.vertices, turned])
+    dynmesh.write(tmp_path / "truth.npz", dynmesh.Sequence(truth, TORUS.faces, start=7))
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(truth[:1], TORUS.faces))
     depth, made = tmp_path / "depth", tmp_path / "made.obj"
     size = ("--depth", "160x120", "--cameras", "4", "--up", "z")
     run("degrade", tmp_path / "truth.npz", depth, *size)
     words = ("register", tmp_path / "body.obj", depth / "depth_00008_*.png", made)
     run(*words)
-    assert error(torus, turned, positions(made)) < 0.5
+    assert error(TORUS, turned, positions(made)) < 0.5
     assert "holds 2 scans" in run(*words[:2], depth, tmp_path / "two.obj", code=1).stderr
     (depth / "depth_00008_1.png").unlink()
     assert "no image of camera '1' for frame 8" in run(*words, "--overwrite").stderr
@@ -101,12 +94,12 @@ def test_depth_images_of_one_moment_are_one_scan(torus: Mesh, tmp_path: Path) ->
     run(*words, "--overwrite", "--cameras", tmp_path / "rig.json")
 
 
-def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
+def test_the_page(rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
     """A template that is elsewhere and in another unit, in its scan and one of something else."""
-    written(tmp_path, torus, rng)
-    template = torus.vertices / 1000 + [50, 0, 0]
-    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], torus.faces))
-    wrong = rng.normal(size=(2000, 3)) * np.ptp(torus.vertices, axis=0) / 3
+    written(tmp_path, TORUS, rng)
+    template = TORUS.vertices / 1000 + [50, 0, 0]
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], TORUS.faces))
+    wrong = rng.normal(size=(2000, 3)) * np.ptp(TORUS.vertices, axis=0) / 3
     write_ply(tmp_path / "scans" / "wrong.ply", PointScan(wrong, None, None))
     yellow = []
     for name, quality in (("first", "good"), ("wrong", "ruined")):
@@ -127,17 +120,15 @@ def test_the_page(torus: Mesh, rng: np.random.Generator, tmp_path: Path, browser
 
 
 @pytest.mark.parametrize("suffix", ["stl", "glb"])
-def test_scans_of_other_formats(
-    suffix: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    truth = written(tmp_path, torus, rng)
+def test_scans_of_other_formats(suffix: str, rng: np.random.Generator, tmp_path: Path) -> None:
+    truth = written(tmp_path, TORUS, rng)
     scan_file, made = tmp_path / f"scan.{suffix}", tmp_path / "made.obj"
-    trimesh.Trimesh(truth, torus.faces, process=False).export(scan_file)
+    trimesh.Trimesh(truth, TORUS.faces, process=False).export(scan_file)
     body = tmp_path / "body.obj"
     body.write_text("usemtl skin\n" + body.read_text())
     run("register", body, scan_file, made)
     assert "usemtl skin" in made.read_text()
-    assert error(torus, truth, positions(made)) < 0.5
+    assert error(TORUS, truth, positions(made)) < 0.5
     scan_file.write_bytes(scan_file.read_bytes()[:100])
     refused = run("register", tmp_path / "body.obj", scan_file, made, "--overwrite", code=1).stderr
     assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
@@ -151,9 +142,9 @@ def seen(points: Array, width: float, height: float) -> Array:
     return np.stack([width / 2 + scale * x, height / 2 - scale * y, z], axis=1)
 
 
-def test_landmarks_are_picked_by_clicks(torus: Mesh, tmp_path: Path, browser: Any) -> None:
-    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(torus.vertices[None], torus.faces))
-    scanned = 1000 * torus.vertices + 7
+def test_landmarks_are_picked_by_clicks(tmp_path: Path, browser: Any) -> None:
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(TORUS.vertices[None], TORUS.faces))
+    scanned = 1000 * TORUS.vertices + 7
     write_ply(tmp_path / "cloud.ply", PointScan(scanned, None, None))
     html = tmp_path / "pick.html"
     words = ("view", tmp_path / "body.obj", "--scans", tmp_path / "cloud.ply", "-o", html)
@@ -170,14 +161,14 @@ def test_landmarks_are_picked_by_clicks(torus: Mesh, tmp_path: Path, browser: An
         x, y, _ = seen(points, box["width"], box["height"])[index]
         page.mouse.click(box["x"] + x, box["y"] + y)
 
-    front = np.argsort(-seen(torus.vertices, 1, 1)[:, 2])[:40]
+    front = np.argsort(-seen(TORUS.vertices, 1, 1)[:, 2])[:40]
     vertices = front[[0, 13, 26, 39]]
     assert page.is_disabled("#dynmesh-save")
     for vertex in vertices:
-        click("template", torus.vertices, front[20])  # and then another choice
-        click("template", torus.vertices, vertex)
+        click("template", TORUS.vertices, front[20])  # and then another choice
+        click("template", TORUS.vertices, vertex)
         click("scan", scanned, vertex)
-    click("template", torus.vertices, front[20])
+    click("template", TORUS.vertices, front[20])
     page.mouse.move(200, 200)  # which turns the view and picks nothing
     page.mouse.down()
     page.mouse.move(240, 210, steps=3)
@@ -194,14 +185,14 @@ def test_landmarks_are_picked_by_clicks(torus: Mesh, tmp_path: Path, browser: An
     assert complaints == []
     files = tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj"
     run("register", *files, "--scale", "--landmarks", tmp_path / "marks.json")
-    assert error(torus, torus.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3
+    assert error(TORUS, TORUS.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3
 
 
 def test_a_template_in_inches_and_a_scan_in_metres(
-    torus: Mesh, rng: np.random.Generator, tmp_path: Path
+    rng: np.random.Generator, tmp_path: Path
 ) -> None:
-    truth = written(tmp_path, torus, rng)
-    inches = dynmesh.Sequence(torus.vertices[None] / 0.0254, torus.faces)
+    truth = written(tmp_path, TORUS, rng)
+    inches = dynmesh.Sequence(TORUS.vertices[None] / 0.0254, TORUS.faces)
     dynmesh.write(tmp_path / "body.obj", inches)
     words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
     said = run(*words, tmp_path / "none.obj", code=1).stderr
@@ -209,14 +200,12 @@ def test_a_template_in_inches_and_a_scan_in_metres(
     units = ("--template-unit", "inch", "--scan-unit", "m")
     run(*words, tmp_path / "made.obj", *units)
     made = dynmesh.read(tmp_path / "made.obj")
-    assert error(torus, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
+    assert error(TORUS, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
     assert made.metres_per_unit == 1
 
 
-def test_a_wrong_scan_ends_with_code_3(
-    torus: Mesh, rng: np.random.Generator, tmp_path: Path
-) -> None:
-    written(tmp_path, torus, rng)
+def test_a_wrong_scan_ends_with_code_3(rng: np.random.Generator, tmp_path: Path) -> None:
+    written(tmp_path, TORUS, rng)
     wrong = rng.normal(size=(1000, 3))
     write_ply(tmp_path / "wrong.ply", PointScan(2 * wrong, None, None))
     words = (tmp_path / "body.obj", tmp_path / "wrong.ply", tmp_path / "made.obj")
@@ -233,9 +222,9 @@ def test_a_wrong_scan_ends_with_code_3(
     ],
 )
 def test_landmarks_that_contradict_the_scan(
-    pairs: list[tuple[int, int]], named: str, torus: Mesh, rng: np.random.Generator, tmp_path: Path
+    pairs: list[tuple[int, int]], named: str, rng: np.random.Generator, tmp_path: Path
 ) -> None:
-    truth = written(tmp_path, torus, rng)
+    truth = written(tmp_path, TORUS, rng)
     marks = [{"vertex": vertex, "position": truth[other].tolist()} for vertex, other in pairs]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
     words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
@@ -254,9 +243,9 @@ def test_landmarks_that_contradict_the_scan(
     ],
 )
 def test_the_cause_of_a_doubt(
-    cause: str, changed: dict[str, Any], torus: Mesh, rng: np.random.Generator
+    cause: str, changed: dict[str, Any], rng: np.random.Generator
 ) -> None:
-    found = dynmesh.register(torus.faces, torus.vertices, *scan(torus, torus.vertices, rng))
+    found = dynmesh.register(TORUS.faces, TORUS.vertices, *scan(TORUS, TORUS.vertices, rng))
     assert found.reason == ""
     wrong = replace(found, **({"quality": "doubtful"} | changed))
     assert wrong.cause == cause

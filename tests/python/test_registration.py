@@ -25,9 +25,7 @@ def scan(mesh: Mesh, vertices: Array, rng: np.random.Generator, n: int = 4000) -
     return scan_of(mesh, vertices, n, rng, noise=0.05 * edge(mesh))
 
 
-@pytest.fixture(scope="module")
-def torus() -> Mesh:
-    return bumpy_torus(24)
+TORUS = bumpy_torus(24)
 
 
 def test_a_template_comes_back_from_any_rotation(rng: np.random.Generator) -> None:
@@ -42,61 +40,59 @@ def test_a_template_comes_back_from_any_rotation(rng: np.random.Generator) -> No
         assert error(mesh, truth, rigid) < 1
 
 
-def test_all_that_can_be_given(torus: Mesh, rng: np.random.Generator) -> None:
+def test_all_that_can_be_given(rng: np.random.Generator) -> None:
     """Another unit, no normals, cameras, standard errors, threads and single precision."""
-    truth = Rotation.from_euler("xyz", [1, 2, 3]).apply(bent(torus.vertices, 0.1))
-    points, normals = scan(torus, truth, rng)
+    truth = Rotation.from_euler("xyz", [1, 2, 3]).apply(bent(TORUS.vertices, 0.1))
+    points, normals = scan(TORUS, truth, rng)
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     cameras = [camera for up in axes for camera in dynmesh.degrade.orbit(truth, 4, up=up)(0)]
     viewpoints = np.array([camera.position for camera in cameras])
-    single = (1000 * torus.vertices).astype(np.float32)
+    single = (1000 * TORUS.vertices).astype(np.float32)
     found = dynmesh.register(
-        torus.faces, single, points, viewpoints=viewpoints, scale=True, uncertainty=True, threads=2
+        TORUS.faces, single, points, viewpoints=viewpoints, scale=True, uncertainty=True, threads=2
     )
     assert found.vertices.dtype == np.float32
-    assert error(torus, truth, found.vertices) < 0.5
+    assert error(TORUS, truth, found.vertices) < 0.5
     assert found.standard_error is not None
     assert np.isfinite(found.standard_error[found.observed]).all()
     assert abs(np.cbrt(np.linalg.det(found.transform[:3, :3])) - 0.001) < 2e-5
     trained = dynmesh.register(
-        torus.faces,
-        torus.vertices,
+        TORUS.faces,
+        TORUS.vertices,
         points,
         normals,
-        training=[bent(torus.vertices, share) for share in (0.05, 0.1, 0.15)],
+        training=[bent(TORUS.vertices, share) for share in (0.05, 0.1, 0.15)],
     )
-    assert error(torus, truth, trained.vertices) < 0.5
+    assert error(TORUS, truth, trained.vertices) < 0.5
 
 
-def test_numbers_of_vertices_points_and_landmarks_mean_nothing(
-    torus: Mesh, rng: np.random.Generator
-) -> None:
-    truth = bent(torus.vertices, 0.3) + 1.0
-    points, normals = scan(torus, truth, rng)
+def test_numbers_of_vertices_points_and_landmarks_mean_nothing(rng: np.random.Generator) -> None:
+    truth = bent(TORUS.vertices, 0.3) + 1.0
+    points, normals = scan(TORUS, truth, rng)
     marks = np.array([5, 120, 260, 400])
     found = dynmesh.register(
-        torus.faces, torus.vertices, points, normals, landmarks=(marks, truth[marks])
+        TORUS.faces, TORUS.vertices, points, normals, landmarks=(marks, truth[marks])
     )
-    order = rng.permutation(len(torus.vertices))
+    order = rng.permutation(len(TORUS.vertices))
     new = np.argsort(order)
     of_marks = rng.permutation(len(marks))
     again = dynmesh.register(
-        new[torus.faces],
-        torus.vertices[order],
+        new[TORUS.faces],
+        TORUS.vertices[order],
         points,
         normals,
         landmarks=(new[marks][of_marks], truth[marks][of_marks]),
     )
-    assert np.abs(again.vertices[new] - found.vertices).max() < 0.01 * edge(torus)
+    assert np.abs(again.vertices[new] - found.vertices).max() < 0.01 * edge(TORUS)
 
 
-def test_depth_images(torus: Mesh) -> None:
-    truth = Rotation.from_euler("y", 0.4).apply(torus.vertices)
-    (scan,) = dynmesh.degrade.depth_images([truth], torus.faces, 6, width=160, height=120)
+def test_depth_images() -> None:
+    truth = Rotation.from_euler("y", 0.4).apply(TORUS.vertices)
+    (scan,) = dynmesh.degrade.depth_images([truth], TORUS.faces, 6, width=160, height=120)
     found = dynmesh.register_depth(
-        torus.faces, torus.vertices, scan.depth, scan.intrinsics, scan.poses
+        TORUS.faces, TORUS.vertices, scan.depth, scan.intrinsics, scan.poses
     )
-    assert error(torus, truth, found.vertices) < 0.5
+    assert error(TORUS, truth, found.vertices) < 0.5
 
 
 @pytest.mark.parametrize("ratio", [0.5, 25.4])
@@ -117,27 +113,27 @@ def scan_of_half(mesh: Mesh, rng: np.random.Generator) -> Any:
     return points[kept], normals[kept]
 
 
-def test_wrong_scans_are_not_good(torus: Mesh, rng: np.random.Generator) -> None:
+def test_wrong_scans_are_not_good(rng: np.random.Generator) -> None:
     mesh, _ = person()
     wrong = {
         "another body": scan(mesh, mesh.vertices, rng),
-        "half of it": scan_of_half(torus, rng),
+        "half of it": scan_of_half(TORUS, rng),
     }
     for name, (points, normals) in wrong.items():
-        size = np.ptp(torus.vertices) / np.ptp(points)
-        found = dynmesh.register(torus.faces, torus.vertices, size * points, normals)
+        size = np.ptp(TORUS.vertices) / np.ptp(points)
+        found = dynmesh.register(TORUS.faces, TORUS.vertices, size * points, normals)
         assert found.quality != "good", name
         assert found.reason, name
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_patch_of_a_surface(seed: int, torus: Mesh) -> None:
+def test_a_patch_of_a_surface(seed: int) -> None:
     """The template may fit better where it is than from any of the other rotations."""
     rng = np.random.default_rng(seed)
-    points, normals = scan_of(torus, torus.vertices, 400, rng)
+    points, normals = scan_of(TORUS, TORUS.vertices, 400, rng)
     kept = np.argsort(points @ rng.standard_normal(3))[: int(rng.integers(30, 120))]
     moved = points[kept] + 0.3 * rng.standard_normal(3)
-    found = dynmesh.register(torus.faces, torus.vertices, moved, normals[kept])
+    found = dynmesh.register(TORUS.faces, TORUS.vertices, moved, normals[kept])
     assert np.isfinite(found.vertices).all()
 
 
@@ -240,9 +236,9 @@ def test_landmarks_on_limbs_that_moved(rng: np.random.Generator) -> None:
     assert found.quality == "good"
 
 
-def test_a_template_squeezed_into_a_part_is_not_good(torus: Mesh, rng: np.random.Generator) -> None:
-    flat = torus.vertices * (1, 0.4, 1)
-    found = dynmesh.register(torus.faces, torus.vertices, *scan(torus, flat, rng), align=False)
+def test_a_template_squeezed_into_a_part_is_not_good(rng: np.random.Generator) -> None:
+    flat = TORUS.vertices * (1, 0.4, 1)
+    found = dynmesh.register(TORUS.faces, TORUS.vertices, *scan(TORUS, flat, rng), align=False)
     assert found.far < 0.01
     assert found.quality != "good"
 

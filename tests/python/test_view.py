@@ -17,21 +17,39 @@ from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
 from dynmesh.files.memory import SequenceReader
 
-
-@pytest.fixture
-def moving() -> Sequence:
-    """A sheet that moves along x at constant speed, with provenance."""
-    mesh = sheet(12)
-    vertices = np.stack([mesh.vertices + np.array([i, 0, 0]) for i in range(9)])
-    generation = np.zeros(vertices.shape[:2], np.int32)
-    generation[1:, mesh.vertices[:, 0] > 5.5] = 2
-    return Sequence(vertices, mesh.faces, fps=10.0, generation=generation, age=generation)
+MESH = sheet(12)
+X = MESH.vertices[:, 0]
+ALONG = np.arange(9)[:, None, None] * np.array([1, 0, 0])
+RIGHT = np.repeat([[False], [True]], [1, 8], axis=0) & (X > 5.5)
+"""The right half of all frames after the first."""
+MOVING = Sequence(
+    MESH.vertices + ALONG,
+    MESH.faces,
+    fps=10.0,
+    generation=2 * RIGHT.astype(np.int32),
+    age=2 * RIGHT.astype(np.int32),
+)
+"""A sheet that moves along x at constant speed, with provenance."""
+TRUTH = Sequence(np.stack([MESH.vertices] * 9), MESH.faces, fps=0.05)
+"""A sheet that stays; its frames follow one another slowly."""
+KNOWN = ~RIGHT
+KNOWN[5] = X < 2.5
+PARTIAL = replace(TRUTH, known=KNOWN, vertices=np.where(KNOWN[..., None], TRUTH.vertices, np.nan))
+"""The right half is missing after frame 0; in frame 5, more."""
+ERROR = np.where(np.arange(9) == 7, 2.0, 0.2)[:, None] * ~KNOWN
+COMPLETED = replace(
+    TRUTH,
+    vertices=TRUTH.vertices + ERROR[..., None] * [0, 0, 1],
+    generation=(~KNOWN).astype(np.int32),
+    age=3 * (~KNOWN).astype(np.int32),
+)
+"""The missing vertices are estimated too high; the error is largest in frame 7."""
 
 
 def test_a_page_needs_nothing_but_itself_to_show_what_it_names(
-    moving: Sequence, tmp_path: Path, browser: Any
+    tmp_path: Path, browser: Any
 ) -> None:
-    page = page_of(moving, tmp_path, browser)
+    page = page_of(MOVING, tmp_path, browser)
     assert page.text("name") == "sheet.npz"
     assert page.text("note") == ""
     assert page.text("title") == "generation: steps from the observed"
@@ -54,8 +72,8 @@ def test_a_page_needs_nothing_but_itself_to_show_what_it_names(
     assert page.complaints == []
 
 
-def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: Any) -> None:
-    page = page_of(moving, tmp_path, browser)
+def test_play_plays_and_pause_stops(tmp_path: Path, browser: Any) -> None:
+    page = page_of(MOVING, tmp_path, browser)
     page.scrub(0)
     page.choose("speed", "0.5")
     before = page.picture()
@@ -74,14 +92,14 @@ def test_play_plays_and_pause_stops(moving: Sequence, tmp_path: Path, browser: A
     assert page.complaints == []
 
 
-def test_holes_are_seen(moving: Sequence, tmp_path: Path, browser: Any) -> None:
+def test_holes_are_seen(tmp_path: Path, browser: Any) -> None:
     """The whole, half of it, a dot, nothing, and the whole again."""
-    known = np.ones(moving.vertices.shape[:2], np.bool_)
-    known[2, moving.vertices[0, :, 0] < 5.5] = False
+    known = np.ones(MOVING.vertices.shape[:2], np.bool_)
+    known[2, MOVING.vertices[0, :, 0] < 5.5] = False
     known[3:5] = False
     known[3, 30] = True
-    vertices = np.where(known[..., None], np.stack([moving.vertices[0]] * 9), np.nan)
-    page = page_of(Sequence(vertices, moving.faces, known), tmp_path, browser)
+    vertices = np.where(known[..., None], np.stack([MOVING.vertices[0]] * 9), np.nan)
+    page = page_of(Sequence(vertices, MOVING.faces, known), tmp_path, browser)
     areas = []
     for frame in (1, 2, 3, 4, 5):
         page.scrub(frame)
@@ -134,38 +152,11 @@ def test_thinning_keeps_original_vertices_and_prints_nothing(
         thin(mesh.faces, mesh.vertices, 600)
 
 
-@pytest.fixture
-def truth() -> Sequence:
-    """A sheet that stays; its frames follow one another slowly."""
-    mesh = sheet(12)
-    return Sequence(np.stack([mesh.vertices] * 9), mesh.faces, fps=0.05)
-
-
-@pytest.fixture
-def partial(truth: Sequence) -> Sequence:
-    """The right half is missing after frame 0; in frame 5, more."""
-    known = np.ones(truth.vertices.shape[:2], np.bool_)
-    known[1:] = truth.vertices[0, :, 0] < 5.5
-    known[5] = truth.vertices[0, :, 0] < 2.5
-    return replace(truth, known=known, vertices=np.where(known[..., None], truth.vertices, np.nan))
-
-
-@pytest.fixture
-def completed(truth: Sequence, partial: Sequence) -> Sequence:
-    """The missing vertices are estimated too high; the error is largest in frame 7."""
-    assert partial.known is not None
-    vertices = truth.vertices.copy()
-    height = np.where(np.arange(9) == 7, 2.0, 0.2)
-    vertices[..., 2] += np.where(partial.known, 0, height[:, None])
-    generation = np.where(partial.known, 0, 1).astype(np.int32)
-    return replace(truth, vertices=vertices, generation=generation, age=3 * generation)
-
-
 def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
-    truth: Sequence, partial: Sequence, completed: Sequence, tmp_path: Path, browser: Any
+    tmp_path: Path, browser: Any
 ) -> None:
-    others = {"reference": truth, "input": partial}
-    page = page_of(completed, tmp_path, browser, others, colour="plain")
+    others = {"reference": TRUTH, "input": PARTIAL}
+    page = page_of(COMPLETED, tmp_path, browser, others, colour="plain")
     captions = ["input.npz, the input", "sheet.npz", "reference.npz, the reference"]
     assert page.captions() == captions
     areas, references = {}, {}
@@ -200,10 +191,10 @@ def test_the_input_and_the_reference_play_and_turn_beside_the_sequence(
 
 
 def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
-    truth: Sequence, tmp_path: Path, chromium: Any
+    tmp_path: Path, chromium: Any
 ) -> None:
     phone = chromium.new_context(viewport={"width": 390, "height": 800}, is_mobile=True)
-    page = page_of(replace(truth, fps=10.0), tmp_path, phone)
+    page = page_of(replace(TRUTH, fps=10.0), tmp_path, phone)
     changed = "(text) => document.getElementById('dynmesh-counter').innerText !== text"
     for _ in range(3):
         page.page.wait_for_function(changed, arg=page.text("counter"))
@@ -211,15 +202,13 @@ def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
     phone.close()
 
 
-def test_a_page_opens_where_most_is_missing_or_was(partial: Sequence, completed: Sequence) -> None:
-    for sequence in (partial, completed):
+def test_a_page_opens_where_most_is_missing_or_was() -> None:
+    for sequence in (PARTIAL, COMPLETED):
         assert '"first": 5,' in page_for(SequenceReader(sequence)).html
 
 
-def test_keys_and_menus_switch_frames_and_colours(
-    truth: Sequence, completed: Sequence, tmp_path: Path, browser: Any
-) -> None:
-    page = page_of(completed, tmp_path, browser, {"reference": truth}, colour="known")
+def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) -> None:
+    page = page_of(COMPLETED, tmp_path, browser, {"reference": TRUTH}, colour="known")
     assert page.text("counter") == "frame 7 / 8, 140.00 s"  # with the largest error
     states = [page.text("play")]  # it stays there
     for _ in range(2):

@@ -39,17 +39,14 @@ def bent(mesh: Mesh, angle: float) -> Array:
     return np.stack([x, y + angle * x**2, z + np.sin(3 * angle) * x], axis=1)
 
 
-@pytest.fixture(scope="module")
-def recording() -> Recording:
-    """Twelve frames."""
-    return Recording()
+RECORDING = Recording()
 
 
 @pytest.mark.parametrize("base", [0, 5, 11])
-def test_it_is_what_the_method_says(recording: Recording, base: int) -> None:
-    whole = dynmesh.whole_frame(recording.faces, recording.frames, recording.known, frame=base)
+def test_it_is_what_the_method_says(base: int) -> None:
+    whole = dynmesh.whole_frame(RECORDING.faces, RECORDING.frames, RECORDING.known, frame=base)
     positions, errors = reference.whole_frame(
-        recording.faces, recording.frames, recording.known, base, 15
+        RECORDING.faces, RECORDING.frames, RECORDING.known, base, 15
     )
     assert whole.frame == base
     np.testing.assert_allclose(whole.positions, positions, atol=1e-5)
@@ -71,11 +68,11 @@ def test_vertices_that_no_frame_knows_are_said_to_be_uncertain() -> None:
     )
 
 
-def test_the_frame_that_knows_one_vertex_more_is_completed(recording: Recording) -> None:
-    known = np.ones_like(recording.known)
+def test_the_frame_that_knows_one_vertex_more_is_completed() -> None:
+    known = np.ones_like(RECORDING.known)
     known[:, :2] = False
     known[1, 0] = True
-    assert dynmesh.whole_frame(recording.faces, recording.frames, known).frame == 1
+    assert dynmesh.whole_frame(RECORDING.faces, RECORDING.frames, known).frame == 1
 
 
 def test_outliers_are_those_of_the_method_and_do_no_harm() -> None:
@@ -107,19 +104,19 @@ def test_noise_is_smoothed() -> None:
     assert (smooth.standard_error > 0).all()
 
 
-def test_one_frame_is_filled_smoothly(recording: Recording) -> None:
-    frames, known = recording.frames[:1], recording.known[:1]
-    whole = dynmesh.whole_frame(recording.faces, frames, known)
-    expected = reference.smooth_fill(frames[0], known[0], reference.edges_of(recording.faces))
+def test_one_frame_is_filled_smoothly() -> None:
+    frames, known = RECORDING.frames[:1], RECORDING.known[:1]
+    whole = dynmesh.whole_frame(RECORDING.faces, frames, known)
+    expected = reference.smooth_fill(frames[0], known[0], reference.edges_of(RECORDING.faces))
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
     np.testing.assert_array_equal(whole.seen, known[0])
     assert (whole.standard_error[~known[0]] > 0.4).all()
     np.testing.assert_array_equal(whole.standard_error[known[0]], 0)
 
 
-def test_a_whole_frame_comes_back_as_it_is(recording: Recording) -> None:
-    whole = dynmesh.whole_frame(recording.faces, recording.frames)
-    np.testing.assert_array_equal(whole.positions, recording.frames[whole.frame])
+def test_a_whole_frame_comes_back_as_it_is() -> None:
+    whole = dynmesh.whole_frame(RECORDING.faces, RECORDING.frames)
+    np.testing.assert_array_equal(whole.positions, RECORDING.frames[whole.frame])
     np.testing.assert_array_equal(whole.standard_error, 0)
     assert whole.seen.all()
 
@@ -136,23 +133,21 @@ def test_a_part_that_only_another_frame_knows_is_taken_from_it() -> None:
     assert np.isinf(whole.standard_error[part]).all()
 
 
-def test_where_the_others_do_not_help_the_frame_is_filled_smoothly(recording: Recording) -> None:
-    known = recording.known.copy()
+def test_where_the_others_do_not_help_the_frame_is_filled_smoothly() -> None:
+    known = RECORDING.known.copy()
     known[3] = True
     known[3, 20:40] = False
-    frames = recording.frames.copy()
+    frames = RECORDING.frames.copy()
     frames[4:] *= 1 + 3 * np.random.default_rng(1).random((8, 1, 3))
     frames[:3] *= 1 + 3 * np.random.default_rng(2).random((3, 1, 3))
-    whole = dynmesh.whole_frame(recording.faces, frames, known, frame=3)
-    expected = reference.smooth_fill(frames[3], known[3], reference.edges_of(recording.faces))
+    whole = dynmesh.whole_frame(RECORDING.faces, frames, known, frame=3)
+    expected = reference.smooth_fill(frames[3], known[3], reference.edges_of(RECORDING.faces))
     assert whole.doubtful
     np.testing.assert_allclose(whole.positions, expected, atol=1e-8)
     assert (whole.standard_error[20:40] > 0.3).all()
 
 
-def test_progress_counts_and_its_errors_stop_the_work(
-    recording: Recording, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_counts_and_its_errors_stop_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     steps: list[tuple[int, int]] = []
 
     def watch(done: int, of: int) -> None:
@@ -162,5 +157,5 @@ def test_progress_counts_and_its_errors_stop_the_work(
 
     monkeypatch.setattr(whole_frames, "steps", lambda *_: nullcontext(watch))
     with pytest.raises(KeyboardInterrupt):
-        dynmesh.whole_frame(recording.faces, recording.frames, recording.known, progress=True)
+        dynmesh.whole_frame(RECORDING.faces, RECORDING.frames, RECORDING.known, progress=True)
     assert steps == [(done, 162) for done in range(51)]
