@@ -8,11 +8,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from sequences import assert_same, sea
 
 import dynmesh
 from dynmesh.verbs.batch import read_jobs
@@ -23,9 +25,8 @@ dask = pytest.importorskip("dask")
 
 def write_partial(path: Path, n_frames: int = 12, seed: int = 0, grid: int = 20) -> None:
     """Writes an ocean with missing vertices."""
-    ocean = dynmesh.synth.ocean(n_frames, grid=grid, seed=seed)
-    known = np.stack(list(dynmesh.degrade.random_known(n_frames, grid**2, 0.3, seed=seed)))
-    dynmesh.write(path, dynmesh.Sequence(ocean.vertices, ocean.faces, known, fps=30.0))
+    partial = sea(n_frames, grid, share=0.3, whole=[0], fps=30.0)
+    dynmesh.write(path, replace(partial, vertices=partial.vertices + np.float32(seed)))
 
 
 def write_scans(folder: Path) -> None:
@@ -60,11 +61,10 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 def test_ten_jobs_of_which_some_fail(
     where: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    n = 7
-    for number in range(n):
+    for number in range(7):
         write_partial(tmp_path / f"in{number}.npz", seed=number)
     write_scans(tmp_path)
-    damaged = tmp_path / "damaged.npz"
+    damaged, missing, scans = (tmp_path / name for name in ("damaged.npz", "none.npz", "scans"))
     damaged.write_bytes((tmp_path / "in0.npz").read_bytes()[:-1000])
     table = tmp_path / "jobs.csv"
     rows = [
@@ -72,30 +72,28 @@ def test_ten_jobs_of_which_some_fail(
         ",scans,sea.obj,tracked.npz",
         "none.npz,,,new/none.npz",
     ]
-    rows += [f"in{number}.npz,,,new/out{number}.npz" for number in range(n)]
+    rows += [f"in{number}.npz,,,new/out{number}.npz" for number in range(7)]
     table.write_text("\n".join(["input,scans,template,output", *rows]))
     command: list[str | Path] = ["batch", table]
     if where != "here":
         command += ["--scheduler", request.getfixturevalue("scheduler")]
     told = json.loads(run(*command, "--json", code=1).stdout)
     results = {job["input"]: job for job in told["results"]}
-    assert f"{damaged}: is damaged" in results[str(damaged)]["reason"]
     names = [row.removeprefix(",").partition(",")[0] for row in rows]
     assert list(results) == [str(tmp_path / name) for name in names]
-    failed = results[str(tmp_path / "none.npz")]
-    assert failed["status"] == "failed"
-    assert failed["reason"] == f"{tmp_path / 'none.npz'}: No such file or directory"
-    tracked = results[str(tmp_path / "scans")]
+    assert f"{damaged}: is damaged" in results[str(damaged)]["reason"]
+    failed, tracked = results[str(missing)], results[str(scans)]
+    assert (failed["status"], failed["reason"]) == (
+        "failed", f"{missing}: No such file or directory"
+    )  # fmt: skip
     assert (tracked["status"], tracked["frames"], tracked["reason"]) == ("done", 5, "")
     assert tracked["seconds"] > 0
-    made = dynmesh.read(tmp_path / "tracked.npz").vertices
-    dynmesh.track_file(tmp_path / "scans", tmp_path / "one.npz", template=tmp_path / "sea.obj")
-    np.testing.assert_array_equal(made, dynmesh.read(tmp_path / "one.npz").vertices)
-    for number in range(n):
-        alone = tmp_path / f"alone{number}.npz"
-        dynmesh.complete_file(tmp_path / f"in{number}.npz", alone)
-        made = dynmesh.read(tmp_path / "new" / f"out{number}.npz").vertices
-        np.testing.assert_array_equal(made, dynmesh.read(alone).vertices)
+    alone = tmp_path / "alone.npz"
+    dynmesh.track_file(scans, alone, template=tmp_path / "sea.obj")
+    assert_same(dynmesh.read(tmp_path / "tracked.npz"), dynmesh.read(alone))
+    for number in range(7):
+        dynmesh.complete_file(tmp_path / f"in{number}.npz", alone, overwrite=True)
+        assert_same(dynmesh.read(tmp_path / "new" / f"out{number}.npz"), dynmesh.read(alone))
 
     write_partial(damaged)
     table.write_text("\n".join(table.read_text().splitlines()[:3]))

@@ -133,19 +133,13 @@ def test_equal_seeds_give_equal_frames_however_many(make: Any) -> None:
 
 
 def test_frames_are_taken_one_at_a_time() -> None:
-    taken = []
-
-    def stream() -> Iterator[Array]:
-        for i, frame in enumerate(frames_of(SHEET, 5)):
-            taken.append(i)
-            yield frame
-
-    for made in (
-        degrade.add_noise(stream(), SHEET.faces, 0.1),
-        degrade.add_outliers(stream(), SHEET.faces, 0.1),
-        degrade.camera_known(stream(), SHEET.faces, [CAMERA]),
+    taken: list[int] = []
+    frames = frames_of(SHEET, 5)
+    for make in (
+        lambda stream: degrade.add_noise(stream, SHEET.faces, 0.1),
+        lambda stream: degrade.add_outliers(stream, SHEET.faces, 0.1),
+        lambda stream: degrade.camera_known(stream, SHEET.faces, [CAMERA]),
     ):
-        assert taken == []
-        for i, _ in enumerate(made):
-            assert taken == list(range(i + 1))
         taken.clear()
+        for i, _ in enumerate(make(taken.append(i) or frames[i] for i in range(5))):  # type: ignore[func-returns-value]
+            assert taken == list(range(i + 1))

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from sequences import sea
+from sequences import assert_refused, sea
 
 import dynmesh
 
@@ -16,15 +17,15 @@ LOST = (3, 4, 8)
 PARTIAL = sea(10, 8, share=0.5, whole=[0], start=1001, fps=None)
 
 
-def written(folder: Path, partial: dynmesh.Sequence, suffix: str) -> Path:
+KNOWN: Any = PARTIAL.known
+
+
+def written(folder: Path, suffix: str) -> Path:
     """The sequence in files, without those of the lost frames."""
     path = folder / f"scans/f_%04d{suffix}"
-    if suffix == ".obj":
-        missing = np.where(
-            np.array(partial.known)[:, :, None], partial.vertices, np.float32(np.nan)
-        )
-        partial = replace(partial, vertices=missing, known=None)
-    dynmesh.write(path, partial)
+    holes = np.where(KNOWN[:, :, None], PARTIAL.vertices, np.float32(np.nan))
+    missing = replace(PARTIAL, vertices=holes, known=None)
+    dynmesh.write(path, missing if suffix == ".obj" else PARTIAL)
     for lost in LOST:
         path.with_name(path.name % (1001 + lost)).unlink()
     return path
@@ -32,47 +33,37 @@ def written(folder: Path, partial: dynmesh.Sequence, suffix: str) -> Path:
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
 def test_lost_frames_are_frames_without_observations(tmp_path: Path, suffix: str) -> None:
-    path = written(tmp_path, PARTIAL, suffix)
-    with pytest.raises(ValueError, match=r"1004.* gaps are lost"):
-        dynmesh.open(path)
-    read = dynmesh.read(path, gaps="lost")
-    kept = [i for i in range(10) if i not in LOST]
-    assert len(read.vertices) == 10
-    assert read.start == 1001
-    np.testing.assert_array_equal(np.isfinite(read.vertices[list(LOST)]), False)
-    present = PARTIAL.known if PARTIAL.known is not None and suffix != ".obj" else None
-    if present is not None:
-        np.testing.assert_array_equal(read.vertices[kept], PARTIAL.vertices[kept])
-        assert read.known is not None
-        np.testing.assert_array_equal(read.known[kept], present[kept])
-        np.testing.assert_array_equal(read.known[list(LOST)], False)
+    path = written(tmp_path, suffix)
+    assert_refused(path, r"1004.* gaps are lost", lambda given: dynmesh.open(given))
+    read: Any = dynmesh.read(path, gaps="lost")
+    kept, lost = np.setdiff1d(range(10), LOST), list(LOST)
+    assert (len(read.vertices), read.start) == (10, 1001)
+    assert not np.isfinite(read.vertices[lost]).any()
+    seen = KNOWN[kept]
+    np.testing.assert_array_equal(read.vertices[kept][seen], PARTIAL.vertices[kept][seen])
+    if suffix == ".ply":
+        np.testing.assert_array_equal(read.known[kept], seen)
+        assert not read.known[lost].any()
 
     output = tmp_path / "made" / "g_%04d.ply"
     report = dynmesh.complete_file(path, output, source={"gaps": "lost"})
     assert report.empty == 3
     said = run("complete", path, tmp_path / "a.npz", "--gaps", "lost").stderr
     assert " 3 of the frames" in said
-    assert PARTIAL.known is not None
-    first = read.vertices[0]
-    completer = dynmesh.Completer(PARTIAL.faces, first, method="detail")
+    completer = dynmesh.Completer(PARTIAL.faces, read.vertices[0], method="detail")
+    made = dynmesh.read(output).vertices
     for number in range(1, 10):
-        file = tmp_path / "made" / f"g_{1001 + number}.ply"
-        expected = (
-            completer.skip()
-            if number in LOST
-            else completer.push(read.vertices[number], PARTIAL.known[number])
-        )
-        np.testing.assert_array_equal(dynmesh.read(file).vertices[0], expected)
+        points = read.vertices[number], KNOWN[number]
+        expected = completer.skip() if number in LOST else completer.push(*points)
+        np.testing.assert_array_equal(made[number], expected)
 
 
 def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path) -> None:
-    path = written(tmp_path, PARTIAL, ".ply")
+    path = written(tmp_path, ".ply")
     everything = np.ones((10, 64), np.bool_)
-    read = dynmesh.read(path, gaps="lost", known=everything)
-    assert read.known is not None
+    read: Any = dynmesh.read(path, gaps="lost", known=everything)
     np.testing.assert_array_equal(read.known.all(axis=1), [i not in LOST for i in range(10)])
-    zeros = dynmesh.read(path, gaps="lost", missing="zero")
-    assert zeros.known is not None
+    zeros: Any = dynmesh.read(path, gaps="lost", missing="zero")
     assert not zeros.known[list(LOST)].any()
 
 

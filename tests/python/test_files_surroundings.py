@@ -1,13 +1,11 @@
 """What OBJ and PLY files hold beside positions and faces is kept; up axis and unit in comments."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
-from commands import dynmesh_command
 from numpy.typing import NDArray
 from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 
@@ -127,9 +125,8 @@ def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> N
     report = dynmesh.complete_file(tmp_path / "partial.npz", output, template=template)
     for number in (7, 8, 9):
         check_kept(tmp_path / f"made_{number:04}.obj", template)
-    made_polygons, polygons = dynmesh.read(output).polygons, whole.polygons
-    assert made_polygons is not None
-    assert polygons is not None
+    made_polygons: Any = dynmesh.read(output).polygons
+    polygons: Any = whole.polygons
     np.testing.assert_array_equal(made_polygons.sizes, polygons.sizes)
     lost = [remark for remark in report.remarks if "not written" in remark]
     assert lost == ["normals of body.obj are not written"]
@@ -137,27 +134,8 @@ def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> N
         tmp_path / "partial.npz", tmp_path / "made.h5", template=template
     )
     assert [remark for remark in report.remarks if "materials" in remark and "body.obj" in remark]
-    kept = dynmesh.read(tmp_path / "made.h5").polygons
-    assert kept is not None
+    kept: Any = dynmesh.read(tmp_path / "made.h5").polygons
     np.testing.assert_array_equal(kept.corners, polygons.corners)
-
-
-FACES = np.array([[0, 1, 2], [0, 2, 3]])
-SAID = dynmesh.Sequence(
-    np.random.default_rng(0).random((2, 4, 3)),
-    FACES,
-    up_axis="z",
-    metres_per_unit=0.0254,
-)
-
-
-def test_nothing_is_guessed_if_the_file_states_it(tmp_path: Path) -> None:
-    dynmesh.write(tmp_path / "a_%d.ply", SAID)
-    shown = dynmesh_command("info", tmp_path / "a_%d.ply").stdout
-    assert "; probably" not in shown
-    assert "0.0254 m" in shown
-    dynmesh.write(tmp_path / "b_%d.ply", replace(SAID, up_axis=None))
-    assert "; probably" in dynmesh_command("info", tmp_path / "b_%d.ply").stdout
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])

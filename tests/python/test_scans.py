@@ -119,25 +119,23 @@ def test_the_depth_buffer_is_that_of_a_ray_for_each_pixel() -> None:
 def test_equal_seeds_give_equal_scans() -> None:
     mesh = two_bodies(1)
     frames = [mesh.vertices, mesh.vertices * 1.1, mesh.vertices * 1.2]
-    options: dict[str, Any] = {
-        "noise": 0.1, "missing": 0.2, "holes": 0.2, "outliers": 0.1, "points": 300
-    }  # fmt: skip
+    options: Any = {"noise": 0.1, "missing": 0.2, "holes": 0.2, "outliers": 0.1}
 
-    def scans(n: int, seed: int) -> list[PointScan]:
-        return list(degrade.scan_points(frames[:n], mesh.faces, 2, seed=seed, **options))
+    def points(n: int, seed: int) -> list[Array]:
+        given = frames[:n], mesh.faces, 2
+        clouds = degrade.scan_points(*given, seed=seed, points=300, **options)
+        return [np.hstack([cloud.points, np.asarray(cloud.normals)]) for cloud in clouds]
 
-    whole, again, shorter, other = scans(3, 5), scans(3, 5), scans(2, 5), scans(3, 6)
-    for one, same in zip(whole, again, strict=True):
-        np.testing.assert_array_equal(one.points, same.points)
-        np.testing.assert_array_equal(one.normals, same.normals)
-    np.testing.assert_array_equal(whole[1].points, shorter[1].points)
-    assert not np.array_equal(whole[1].points, other[1].points)
-    del options["points"]
-    first, second = (
-        next(degrade.depth_images(frames, mesh.faces, 2, width=60, height=40, seed=5, **options))
-        for _ in range(2)
-    )
-    np.testing.assert_array_equal(first.depth, second.depth)
+    def depth(n: int, seed: int) -> list[Array]:
+        given = frames[:n], mesh.faces, 2
+        scans = degrade.depth_images(*given, seed=seed, width=60, height=40, **options)
+        return [np.stack(scan.depth) for scan in scans]
+
+    for make in (points, depth):
+        whole, again, shorter, other = make(3, 5), make(3, 5), make(2, 5), make(3, 6)
+        for one, same in zip(whole + whole[:2], again + shorter, strict=True):
+            np.testing.assert_array_equal(one, same)
+        assert not np.array_equal(whole[1], other[1])
 
 
 def test_shares_are_lost_and_moved() -> None:
@@ -153,21 +151,15 @@ def test_shares_are_lost_and_moved() -> None:
 def test_holes_are_patches_that_stay() -> None:
     mesh = meshes.sheet(30)
     camera = Camera((15.0, 15.0, 60.0), (15.0, 15.0, 0.0), (1.0, 0.0, 0.0), 60.0)
-
-    def seen(frame: int) -> Array:
-        found = list(
-            degrade.scan_points(
-                [mesh.vertices] * 6, mesh.faces, [camera], points=4000, noise=0.0, holes=0.5
-            )
-        )
-        cells = np.floor(found[frame].points[:, :2]).astype(int)
-        filled = np.zeros((30, 30), bool)
-        filled[cells[:, 0], cells[:, 1]] = True
-        return filled[:29, :29]
-
-    assert seen(0).mean() > 0.95
-    assert 0.3 < seen(1).mean() < 0.75
-    assert (seen(1) == seen(2)).mean() > 0.8
+    seen = np.zeros((3, 30, 30), bool)
+    options: Any = {"points": 4000, "noise": 0.0, "holes": 0.5}
+    clouds = degrade.scan_points([mesh.vertices] * 3, mesh.faces, [camera], **options)
+    for filled, cloud in zip(seen, clouds, strict=True):
+        filled[tuple(np.floor(cloud.points[:, :2]).astype(int).T)] = True
+    first, second, third = seen[:, :29, :29]
+    assert first.mean() > 0.95
+    assert 0.3 < second.mean() < 0.75
+    assert (second == third).mean() > 0.8
 
 
 def test_surfaces_edge_on_return_nothing() -> None:

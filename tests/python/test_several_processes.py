@@ -6,24 +6,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
 from conftest import REPOSITORY
 from jobs import COMMANDS, command, make_sources
-from meshes import Mesh
+from sequences import sea
 
 import dynmesh
 from dynmesh.completion import ways
 from dynmesh.draw import page, picture
 from dynmesh.files.new_output import making
 from dynmesh.verbs import convert, degrade
-
-
-def moving(mesh: Mesh, n_frames: int = 4) -> dynmesh.Sequence:
-    """A mesh that grows by half in each frame."""
-    growth = 1 + 0.5 * np.arange(n_frames)[:, None, None]
-    return dynmesh.Sequence((mesh.vertices * growth).astype(np.float32), mesh.faces)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -54,12 +47,10 @@ def test_no_command_writes_what_another_one_is_writing(
     assert run_here(*words).returncode in (0, 3)  # which is over; 3 if the result is doubtful
 
 
-def test_a_folder_that_a_killed_command_had_put_aside_comes_back(
-    tmp_path: Path, mesh: Mesh
-) -> None:
+def test_a_folder_that_a_killed_command_had_put_aside_comes_back(tmp_path: Path) -> None:
     source, output = tmp_path / "in.npz", tmp_path / "out" / "f_%02d.ply"
-    dynmesh.write(source, moving(mesh, 2))
-    dynmesh.write(output, moving(mesh))
+    dynmesh.write(source, sea(2))
+    dynmesh.write(output, sea(4))
     before = contents(tmp_path)
     (tmp_path / ".out.unfinished").mkdir()
     output.parent.rename(tmp_path / ".out.unfinished" / "old")
@@ -70,12 +61,12 @@ def test_a_folder_that_a_killed_command_had_put_aside_comes_back(
 
 
 @pytest.mark.parametrize("beside", ["readme.txt", ".hidden", "more"])
-def test_other_files_stay_where_they_are(tmp_path: Path, mesh: Mesh, beside: str) -> None:
+def test_other_files_stay_where_they_are(tmp_path: Path, beside: str) -> None:
     output, other = tmp_path / "out" / "f_%02d.ply", tmp_path / "out" / beside
-    dynmesh.write(output, moving(mesh, 6))
+    dynmesh.write(output, sea(6))
     other.mkdir() if beside == "more" else other.write_text("mine")
     was = output.parent.stat().st_ino
-    dynmesh.write(output, moving(mesh))
+    dynmesh.write(output, sea(4))
     assert len(dynmesh.read(output)) == 4
     assert other.exists()
     assert output.parent.stat().st_ino == was
@@ -110,10 +101,10 @@ def write_another(path: Path) -> Callable[..., Iterator[Any]]:
     ],
 )
 def test_an_output_that_appears_meanwhile_is_kept(
-    tmp_path: Path, mesh: Mesh, monkeypatch: pytest.MonkeyPatch, command: str, made: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, made: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    dynmesh.write("in.npz", moving(mesh))
+    dynmesh.write("in.npz", sea(4))
     before = contents(tmp_path)
     for module in (ways, convert, degrade, picture, page):
         monkeypatch.setattr(module, "tracked", write_another(Path(made)))
