@@ -3,7 +3,7 @@
 import argparse
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
@@ -38,15 +38,12 @@ class Table(NamedTuple):
         return "\n".join(rows)
 
 
-def parser(
-    words: str | None, *, folder: bool = True, known: Sequence[float] = ()
-) -> argparse.ArgumentParser:
+def parser(words: str | None, *, folder: bool = True) -> argparse.ArgumentParser:
     """Return a parser of the arguments that all benchmarks have.
 
     Args:
         words: the docstring of the benchmark, whose first line describes it.
         folder: whether it measures sequences, of a folder or the built-in ones.
-        known: the shares of known vertices, if an option can name others.
     """
     made = argparse.ArgumentParser(description=(words or "").partition("\n")[0])
     if folder:
@@ -65,8 +62,6 @@ def parser(
         made.add_argument(
             "--quick", action="store_true", help=f"at most {QUICK_FRAMES} frames of each sequence"
         )
-    if known:
-        made.add_argument("--known", type=float, nargs="+", metavar="SHARE", default=known)
     made.add_argument(
         "--out",
         type=Path,

@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -43,22 +43,14 @@ SLOW_FRAMES = 2
 """The number of frames that the slow methods complete."""
 
 
-@dataclass(frozen=True)
-class Plan:
-    """How much is measured. The defaults are those of the pages in docs.
+GRIDS = (32, 56, 100, 178, 316, 562, 1000)
+"""The numbers of vertices along a side of the meshes; with --quick, the last two are left out."""
 
-    Attributes:
-        frames: the largest number of frames that are completed; of large meshes, there are fewer.
-        grids: the numbers of vertices along a side of the meshes.
-        slow_limit: the largest number of vertices for which slow methods are measured.
-    """
+FRAMES = 49
+"""The largest number of frames that are completed; of large meshes, there are fewer."""
 
-    frames: int = 49
-    grids: tuple[int, ...] = (32, 56, 100, 178, 316, 562, 1000)
-    slow_limit: int = 32_000
-
-
-QUICK = Plan(5, (32, 56, 100, 178, 316), 4_000)
+SLOW_LIMIT = 32_000
+"""The largest number of vertices for which slow methods are measured."""
 
 Times = dict[Method, dict[int, float]]
 """The median seconds of a frame of each method, by number of vertices."""
@@ -97,20 +89,20 @@ def _no_collection() -> Iterator[None]:
         gc.enable()
 
 
-def sizes(plan: Plan, folders: Sequence[Path]) -> Table:
+def sizes(grids: Sequence[int], folders: Sequence[Path]) -> Table:
     """Measure seas on grids of several sizes, the slow methods on the smaller ones."""
     by_loss: dict[str, Times] = {}
-    for side in plan.grids:
-        n_frames = max(2, min(plan.frames, 2_000_000 // side**2))
+    for side in grids:
+        n_frames = max(2, min(FRAMES, 2_000_000 // side**2))
         sea = Subject.of("sea", synth.ocean(n_frames + 1, grid=side), "z", 0, None)
         vertices = np.ascontiguousarray(sea.vertices, np.float32)  # the types of the library
         sea = replace(sea, vertices=vertices, faces=np.ascontiguousarray(sea.faces, np.int32))
-        methods = [MOTION, *(SLOW if sea.n_vertices <= plan.slow_limit else ())]
+        methods = [MOTION, *(SLOW if sea.n_vertices <= SLOW_LIMIT else ())]
         methods += [TWO_THREADS] if sea.n_vertices >= SHARED_FROM else []
         for loss, masks in losses(sea, (0.1, 0.5), ()).items():
             for method, seconds in times(sea, masks, methods).items():
                 by_loss.setdefault(loss, {}).setdefault(method, {})[sea.n_vertices] = seconds
-    counts = [side**2 for side in plan.grids]
+    counts = [side**2 for side in grids]
     lines: list[Line] = [("ms at so many vertices", *map(str, counts), "exponent")]
     for loss, by_method in by_loss.items():
         for method, found in by_method.items():
@@ -157,7 +149,7 @@ def main() -> None:
     made.add_argument("--quick", action="store_true", help="measure less, in about a minute")
     arguments = made.parse_args()
     folders = [arguments.out, *([DOCS / "figures" / "speed"] if arguments.docs else [])]
-    show(arguments, sizes(QUICK if arguments.quick else Plan(), folders))
+    show(arguments, sizes(GRIDS[:5] if arguments.quick else GRIDS, folders))
 
 
 if __name__ == "__main__":

@@ -106,14 +106,7 @@ def least_squares_mesh(
 ) -> NDArray[np.float64]:
     """Completes a frame as :class:`LeastSquaresMesh` does, which also moves known vertices.
 
-    Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        points: (k, 3); rows that are not known are ignored.
-        known: (k,) bool, at least one vertex of each component.
-        previous: (k, 3), a complete frame; if given, the motion since then is completed.
-
-    Raises:
-        ValueError, TypeError: bad input, such as a component without a known vertex.
+    The arguments and errors are those of the class and of its method `complete`.
     """
     return LeastSquaresMesh(faces, _rows(points)).complete(points, known, previous=previous)
 
@@ -130,17 +123,7 @@ def laplacian_interpolation(
 ) -> NDArray[np.float64]:
     """Completes a frame as :class:`LaplacianInterpolation` does, without moving known vertices.
 
-    Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        points: (k, 3); rows that are not known are ignored.
-        known: (k,) bool, at least one vertex of each component.
-        objective: "harmonic": (L x)_i = 0 at the unknown vertices; "least_squares": min |L x|.
-        weights: "uniform", or "inverse_distance", measured on `reference`.
-        reference: (k, 3), required for "inverse_distance" only.
-        previous: (k, 3), a complete frame; if given, the motion since then is completed.
-
-    Raises:
-        ValueError, TypeError: bad input, such as a component without a known vertex.
+    The arguments and errors are those of the class and of its method `complete`.
     """
     system = LaplacianInterpolation(
         faces, _rows(points), objective=objective, weights=weights, reference=reference

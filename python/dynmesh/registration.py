@@ -19,10 +19,6 @@ from .tracker import Matrix, image_arrays, scan_arrays
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 
-_LEAST_SHARE = 0.001
-_MOST_NAMED = 3
-"""A reason mentions the largest shares, and none that is less than this."""
-
 _OTHER_SIZE = 1.5
 """A mesh that became so many times as large, or as small, is probably in another unit."""
 
@@ -91,22 +87,12 @@ class Registration:
         """Why the quality is not good, its probable cause first; empty if it is."""
         if self.quality == "good":
             return ""
-        shares = {
-            "of the points are farther than a mean edge from the mesh": self.far,
-            "of the points are farther from the mesh than their noise explains": self.unexplained,
-            "of the template is one piece without a point": self.hole,
-            "of the template lies where another part of it lies": self.overlap,
-        }
-        if self.stretch > _STRETCHED:
-            shares["of their length is what edges have changed by"] = self.stretch
-        told = [
-            f"{share:.1%} {what}"
-            for what, share in sorted(shares.items(), key=lambda item: -item[1])[:_MOST_NAMED]
-            if share >= _LEAST_SHARE
-        ]
-        unnamed = "landmarks came to lie elsewhere"
         cause = _CAUSES[self.cause].format(self._grown)
-        return f"{cause}: {', '.join(told) or unnamed}"
+        return (
+            f"{cause}: {self.far:.1%} of the points are farther than a mean edge from the mesh, "
+            f"{self.hole:.1%} of the template is one piece without a point, and edges have changed "
+            f"by {self.stretch:.1%}"
+        )
 
     @property
     def cause(self) -> Literal["size", "part", "pose", "place"]:
@@ -190,22 +176,8 @@ def register_depth(
 ) -> Registration:
     """Finds a template in the depth images of one or several cameras of the same moment.
 
-    Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        template: (k, 3) float32 or float64, complete and finite, in any pose.
-        depth: as for :meth:`dynmesh.Tracker.push_depth`, like the next two.
-        intrinsics: (3, 3) of each camera.
-        pose: (4, 4) of each camera.
-        landmarks: as for :func:`dynmesh.register`, like all others.
-        align: whether the rigid motion is sought.
-        scale: whether the template may be in another unit of length than the images.
-        training: other complete frames of the template.
-        uncertainty: whether standard errors are wanted.
-        threads: the number of threads that may work.
-
-    Raises:
-        TypeError: an argument has the wrong kind.
-        ValueError: as for :func:`dynmesh.register`.
+    `depth`, `intrinsics` and `pose` are as for :meth:`dynmesh.Tracker.push_depth`, and all other
+    arguments and the errors as for :func:`dynmesh.register`.
     """
     frame = _arrays.first_frame("template", template)
     scan = (image_arrays(depth, intrinsics, pose),)

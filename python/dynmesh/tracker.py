@@ -331,12 +331,8 @@ def _several(name: str, given: Any) -> list[Any]:
 def _depths(image: Any) -> NDArray[np.float32]:
     array = np.asarray(image)
     if array.dtype.kind != "f":
-        more = "; multiply the counts of a sensor by the depth of one count"
-        raise KindError(
-            f"must be float32 or float64, in the unit of the template, not {array.dtype}"
-            f"{more if array.dtype.kind in 'iu' else ''}",
-            argument="depth",
-        )
+        told = f"must be float32 or float64, in the unit of the template, not {array.dtype}"
+        raise KindError(told, argument="depth")
     if array.ndim != 2:
         raise InputError(f"must have shape (h, w), not {array.shape}", argument="depth")
     with np.errstate(over="ignore"):

@@ -11,7 +11,6 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from unittest import mock
@@ -21,7 +20,6 @@ import pytest
 from commands import run_here
 from conftest import REPOSITORY
 
-import dynmesh
 from dynmesh.cli import VERBS
 
 README = (REPOSITORY / "README.md").read_text()
@@ -116,20 +114,6 @@ def test_shell(tmp_path: Path) -> None:
     (nmsve,) = re.findall(r"^NMSVE x 1e4\s+([\d.]+)", shown, re.MULTILINE)
     assert f"{float(nmsve):.3g}" == quoted
     assert (tmp_path / "errors.html").exists()
-
-
-def test_the_example_completes_as_the_command_does(tmp_path: Path) -> None:
-    sea = dynmesh.synth.ocean(12, grid=20)
-    known = np.array(list(dynmesh.degrade.random_known(12, 400, 0.3)))
-    dynmesh.write(tmp_path / "first.npz", replace(sea, known=known))
-    example = REPOSITORY / "examples" / "python" / "complete_file.py"
-    shown = run(sys.executable, example, "first.npz", "again.npz", cwd=tmp_path)
-    assert "frame 11: 120 known, 280 filled in" in shown
-    alone = subprocess.run([sys.executable, example], capture_output=True, text=True, check=False)
-    assert (alone.returncode, alone.stderr.partition(":")[0]) == (1, "usage")
-    dynmesh.complete_file(tmp_path / "first.npz", tmp_path / "forwards.npz")
-    completed = np.load(tmp_path / "forwards.npz")["vertices"]
-    np.testing.assert_array_equal(np.load(tmp_path / "again.npz")["vertices"], completed)
 
 
 def build(folder: Path, programs: Path) -> Path:

@@ -133,7 +133,7 @@ def _complete_sequence(
     made = Collected(
         replace(
             reader.header,
-            has_known=options.leave_missing,
+            has_known=options.drop_above is not None,
             has_provenance=True,
             has_standard_error=completer.settings["uncertainty"],
             standard_error_of="position",

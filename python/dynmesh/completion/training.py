@@ -10,12 +10,9 @@ from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
-from ..completer import Completer
 from ..files import PathLike, Reader
 from ..files.scenes import listed
 from ..sequence import Positions
-from ..settings import Settings
-from ..tracker import Tracker
 from .start import check_same_subject, check_whole
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
@@ -75,32 +72,11 @@ class Training:
                 self._n_frames += opened.n_frames
                 self.files += opened.files
 
-    def completer(self, first_frame: Positions, settings: Settings) -> Completer:
-        """Creates the completer of the sequence, which reads the training files."""
-        faces = self._reader.faces
-        with self._naming():
-            if not self._training_files:
-                return Completer(faces, first_frame, **settings)
-            return Completer(faces, first_frame, training=self._frames(), **settings)
-
-    def tracker(
-        self, template: Positions, *, threads: int, uncertainty: bool, recover: bool
-    ) -> Tracker:
-        """Creates a tracker of the mesh, which reads the training files."""
-        frames = self._frames() if self._training_files else None
-        with self._naming():
-            return Tracker(
-                self._reader.faces,
-                template,
-                threads=threads,
-                training=frames,
-                uncertainty=uncertainty,
-                recover=recover,
-            )
-
-    def _frames(self) -> Iterator[Positions]:
-        frames = self._frames_as_read()
-        return tracked(frames, self._n_frames, "reading training", self._progress)
+    def frames(self) -> Iterator[Positions] | None:
+        """All frames; None if there is no training."""
+        if not self._training_files:
+            return None
+        return tracked(self._frames_as_read(), self._n_frames, "reading training", self._progress)
 
     def _frames_as_read(self) -> Iterator[Positions]:
         for training_file in self._training_files:
@@ -115,16 +91,16 @@ class Training:
                     yield frame.points
 
     @contextlib.contextmanager
-    def _naming(self) -> Iterator[None]:
+    def naming(self) -> Iterator[None]:
         """Adds the name of the file to what is said of the training frames as a whole."""
         try:
             with files.naming(self._reader.path):
                 yield
         except SettingError as error:
-            if error.argument != "training" or not self._training_files:
-                raise
-            only = self._training_files[0] if len(self._training_files) == 1 else self._reader.path
-            raise InputError(error.reason, argument="training", file=only) from error
+            if error.argument == "training":
+                several = len(self._training_files) > 1
+                error.file = self._reader.path if several else self._training_files[0]
+            raise
 
 
 def _open(training_file: Path, reader: Reader) -> Reader:

@@ -20,7 +20,6 @@ from .._progress import tracked
 from ..completer import Completer, FrameReport
 from ..files import Frame, Reader, naming
 from ..files.memory import Output
-from ..sequence import Mask
 from ..settings import Settings
 from .both_ways import combined
 from .start import Start, StartFrame
@@ -82,18 +81,6 @@ class Options:
         if self.bidirectional:
             implied["learn"] = not trained
         return cast(Settings, {**given, **implied})
-
-    @property
-    def leave_missing(self) -> bool:
-        """Whether vertices may be left missing."""
-        return self.drop_above is not None
-
-    def kept(self, frame: Frame) -> Mask:
-        """Returns (k,) which vertices of a completed frame are not left missing."""
-        if self.drop_above is None:
-            return np.ones(len(frame.points), np.bool_)
-        assert frame.standard_error is not None  # as the options have set
-        return np.asarray(frame.standard_error <= self.drop_above)
 
 
 @dataclass
@@ -245,9 +232,10 @@ def _stored(records: NDArray[Any], number: int) -> Frame:
 
 def _write(frame: Frame, options: Options, output: Output, tally: Tally) -> None:
     """Writes a completed frame, without what is left missing."""
-    kept = options.kept(frame)
-    tally.dropped += int(np.count_nonzero(~kept))
-    if options.leave_missing:
+    if options.drop_above is not None:
+        assert frame.standard_error is not None  # as the options have set
+        kept = np.asarray(frame.standard_error <= options.drop_above)
+        tally.dropped += int(np.count_nonzero(~kept))
         points = np.where(kept[:, None], frame.points, frame.points.dtype.type(np.nan))
         frame = replace(frame, points=points, known=kept)
     values = frame.attributes()

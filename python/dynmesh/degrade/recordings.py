@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -60,33 +60,26 @@ class Losses:
             yield np.where(kept[:, None], points, missing), kept
 
 
-@dataclass(frozen=True)
-class Scanning:
-    """How cameras around a sequence scan it; the verb explains the attributes, too.
+def scanned(
+    reader: Reader,
+    up: Vector,
+    *,
+    size: tuple[int, int] | None,
+    cameras: int,
+    points: int,
+    **options: Any,
+) -> tuple[Rig, Iterator[Scan]]:
+    """Returns cameras around a sequence, and their scans of its frames.
 
-    Attributes:
-        size: width and height of depth images; None for points.
-        shares: further keywords of :func:`scan_points`.
+    The options are those of :func:`scan_points`; `size` is that of depth images, None for points.
     """
-
-    size: tuple[int, int] | None
-    cameras: int
-    points: int
-    noise: float
-    shares: dict[str, float] = field(default_factory=dict)
-    seed: int = 0
-
-    def of(self, reader: Reader, up: Vector) -> tuple[Rig, Iterator[Scan]]:
-        """Returns the cameras around a sequence, and their scans of its frames."""
-        box = _bounding_box(reader)
-        around = orbit(box, self.cameras, degrees_per_frame=0.0, up=up)(0)
-        rig = _rig_of(around, box, self.size, reader.header.metres_per_unit)
-        given = _points(reader), reader.faces, around
-        options: dict[str, Any] = {"noise": self.noise, "seed": self.seed, **self.shares}
-        if self.size is None:
-            return rig, scan_points(*given, points=self.points, **options)
-        width, height = self.size
-        return rig, depth_images(*given, width=width, height=height, **options)
+    box = _bounding_box(reader)
+    around = orbit(box, cameras, degrees_per_frame=0.0, up=up)(0)
+    rig = _rig_of(around, box, size, reader.header.metres_per_unit)
+    given = _points(reader), reader.faces, around
+    if size is None:
+        return rig, scan_points(*given, points=points, **options)
+    return rig, depth_images(*given, width=size[0], height=size[1], **options)
 
 
 def axis(name: str) -> Vector:

@@ -108,21 +108,10 @@ def depth_images(
 ) -> Iterator[DepthScan]:
     """Scans what cameras see as depth images, which are exact at the centres of the pixels.
 
-    The arguments that :func:`scan_points` has, too, mean the same, with these differences:
-
-    Args:
-        frames: see :func:`scan_points`.
-        faces: see :func:`scan_points`.
-        cameras: see :func:`scan_points`; their fields of view are those from the lower to the upper
-            edge of the image.
-        width: of the images, in pixels.
-        height: of the images, in pixels.
-        noise: standard deviation of the depths, in mean edges of frame 0.
-        missing: share of the pixels that is lost at random.
-        holes: see :func:`scan_points`.
-        outliers: share of the pixels whose depth is changed by up to 10 mean edges.
-        up: see :func:`scan_points`.
-        seed: see :func:`scan_points`.
+    The arguments that :func:`scan_points` has, too, mean the same, with these differences: the
+    fields of view of cameras are those from the lower to the upper edge of the image, `noise` is
+    the standard deviation of the depths, `missing` the share of the pixels, and `outliers` that of
+    the pixels whose depth is changed by up to 10 mean edges. `width` and `height` are in pixels.
 
     Returns:
         An iterator over :class:`DepthScan`, one for each frame.

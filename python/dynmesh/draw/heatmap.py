@@ -66,19 +66,13 @@ class Heatmap:
         scan_factor: float = 1.0,
         colour: Colour | None = None,
     ) -> None:
-        """Determines what can be shown.
+        """Determines what can be shown, and the colour that is shown at first.
 
-        Args:
-            reader: of the sequence.
-            reference: of the true sequence, for errors. They are in millimetres if either file
-                states its unit, otherwise in per cent of the bounding-box diagonal of frame 0 of
-                the reference.
-            input: of the sequence that was completed, for what was observed.
-            scans: as many as the sequence has frames, for the distance from the nearest point.
-            scan_factor: the unit of the scans in that of the sequence.
-            colour: None chooses the error if there is a reference, otherwise the generation or the
-                known mask if the sequence has them, otherwise the distance if there are scans,
-                otherwise "plain".
+        That is the error if there is a reference, otherwise the generation or the known mask if the
+        sequence has them, otherwise the distance if there are scans, otherwise "plain". Errors are
+        in millimetres if a file states its unit, otherwise in per cent of the bounding-box diagonal
+        of frame 0 of the reference. The unit of the scans is `scan_factor` times that of the
+        sequence.
 
         Raises:
             ValueError: the sequence does not hold what `colour` requires, or does not match the

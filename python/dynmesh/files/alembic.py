@@ -53,7 +53,7 @@ class AlembicReader(Reader):
             super().__init__(path, self._header(path, self._scene))
 
     def _header(self, path: Path, scene: AlembicScene) -> Header:
-        archive, around = scene.archive, scene.around(self._mesh)
+        archive = scene.archive
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
             raise ValueError("the mesh has no positions")
@@ -75,7 +75,7 @@ class AlembicReader(Reader):
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
             standard_error_of=errors_of(errors or None),
-            mesh_file=MeshFile(path, around) if around else None,
+            mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

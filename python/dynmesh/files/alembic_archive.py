@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -47,34 +46,16 @@ class AlembicScene:
         """Returns the mesh at this path, or see :func:`choose_mesh`."""
         return self._meshes[choose_mesh(self.moves, prim)]
 
-    def around(self, mesh: Any) -> tuple[str, ...]:
-        """What surrounds a mesh: all that an archive with its positions and faces does not hold."""
-        geometry, schema = library("AbcGeom"), mesh.getSchema()
-        above, path = [self.archive.getTop()], mesh.getFullName().split("/")[1:]
-        for name in path[:-1]:
-            above.append(above[-1].getChild(name))
-        transforms = [
-            geometry.IXform(parent, child.getName())
-            for parent, child in pairwise(above)
-            if geometry.IXform.matches(child.getHeader())
-        ]
-        values = {
-            "normals": getattr(schema, "getNormalsParam", None),  # a subdivided mesh has none
-            "texture coordinates": schema.getUVsParam,
-            "velocities": schema.getVelocitiesProperty,
-        }
-        more = schema.getArbGeomParams()
-        names = {h.getName() for h in more.propertyheaders} if more.valid() else set()
-        held = {
-            "transforms": any(one.getSchema().getNumOps() for one in transforms),
-            "other objects": any(parent.getNumChildren() > 1 for parent in above),
-            "other properties": bool(names - parameters.keys()),
-            **{
-                name: get is not None and (one := get()).valid() and one.getNumSamples() > 0
-                for name, get in values.items()
-            },
-        }
-        return tuple(name for name, there in held.items() if there)
+    def is_moved(self, mesh: Any) -> bool:
+        """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
+        kind, parent = library("AbcGeom").IXform, self.archive.getTop()
+        for name in mesh.getFullName().split("/")[1:-1]:
+            child = parent.getChild(name)
+            is_transform = kind.matches(child.getHeader())
+            if is_transform and kind(parent, name).getSchema().getNumOps():
+                return True
+            parent = child
+        return False
 
 
 def _meshes(parent: Any) -> Iterator[Any]:

@@ -65,7 +65,6 @@ class UsdReader(Reader):
         self._primvars = primvars_of(self._mesh)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
-        around = scene.around(self._mesh)
         scheme = self._mesh.GetSubdivisionSchemeAttr()
         return Header(
             faces=faces,
@@ -79,7 +78,7 @@ class UsdReader(Reader):
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
             standard_error_of=errors_of(errors),
-            mesh_file=MeshFile(path, around) if around else None,
+            mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
             subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
         )
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from .scenes import choose_mesh
-from .usd_stage import one_line, primvars, pxr, translating
+from .usd_stage import one_line, pxr, translating
 
 _numbers = itertools.count()
 
@@ -63,23 +63,11 @@ class UsdScene:
             raise ValueError(f"is incomplete: {one_line(str(errors[0]))}")
         return mesh
 
-    def around(self, mesh: Any) -> tuple[str, ...]:
-        """What surrounds a mesh: all that a file with its points and faces alone does not hold."""
-        geometry, shade = pxr("UsdGeom"), pxr("UsdShade")
-        stage = mesh.GetPrim().GetStage()
-        above = [stage.GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
-        orders = [geometry.Xformable(prim).GetXformOpOrderAttr() for prim in above]
-        others = {p.GetPath() for p in stage.Traverse()} - {prim.GetPath() for prim in above}
-        material, _ = shade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
-        own = geometry.PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
-        held = {
-            "transforms": any(order and order.HasAuthoredValue() for order in orders),
-            "materials": bool(material),
-            "other prims": bool(others),
-            **{name: True for name in derived_of(mesh) if name != "extent"},
-            **{str(one.GetName()): one.GetPrimvarName() not in primvars for one in own},
-        }
-        return tuple(name for name, there in held.items() if there)
+    def is_moved(self, mesh: Any) -> bool:
+        """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
+        paths = mesh.GetPath().GetPrefixes()
+        above = [pxr("UsdGeom").Xformable(self.stage.GetPrimAtPath(path)) for path in paths]
+        return any(one and one.GetXformOpOrderAttr().HasAuthoredValue() for one in above)
 
 
 def derived_of(mesh: Any) -> dict[str, Any]:

@@ -41,40 +41,6 @@ class Placed:
         return found.reason if found is not None and found.quality == "doubtful" else ""
 
 
-def placed(
-    faces: NDArray[np.integer[Any]],
-    template: Positions,
-    scan: Scan,
-    landmarks: Landmarks | None,
-) -> Placed:
-    """Finds a template in a scan of the same unit.
-
-    Raises:
-        ValueError: it is not there; the reason says how far it is, and what may be wrong.
-    """
-    found = find_alignment(faces, template, scan.cloud)
-    if found.lies_in_scan:
-        return Placed(template, found.before)
-    told = (
-        f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
-        f"({found.before * found.mean_edge:.3g} in its unit) away"
-    )
-    if sizes := sizes_told(found.ratio):
-        told += f"; {sizes}"
-    if found.other_unit:
-        raise InputError(told)
-    if landmarks is None and found.matches:
-        moved = template.astype(np.float64) @ found.rotation.T + found.shift
-        return Placed(moved.astype(template.dtype), found.before, alignment=found)
-    registered = registered_with(faces, template, scan, landmarks=landmarks)
-    if registered.quality == "ruined":
-        raise InputError(
-            f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
-            "landmarks may be needed"
-        )
-    return Placed(registered.vertices, found.before, registration=registered)
-
-
 def registered_with(
     faces: NDArray[np.integer[Any]], template: Positions, scan: Scan, **options: Any
 ) -> Registration:
@@ -110,10 +76,34 @@ def placed_in(
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     try:
-        found = placed(mesh.faces, template, left, landmarks)
+        found = _placed(mesh.faces, template, left, landmarks)
     except InputError as error:
-        raise InputError(
-            "; ".join([str(error), *([advice] if advice else [])]), file=mesh.path
-        ) from error
+        told = "; ".join(filter(None, [str(error), advice]))
+        raise InputError(told, file=mesh.path) from error
     room.follow(found.points)
     return found
+
+
+def _placed(
+    faces: NDArray[np.integer[Any]], template: Positions, scan: Scan, landmarks: Landmarks | None
+) -> Placed:
+    found = find_alignment(faces, template, scan.cloud)
+    if found.lies_in_scan:
+        return Placed(template, found.before)
+    away = (
+        f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
+        f"({found.before * found.mean_edge:.3g} in its unit) away"
+    )
+    told = "; ".join(filter(None, [away, sizes_told(found.ratio)]))
+    if found.other_unit:
+        raise InputError(told)
+    if landmarks is None and found.matches:
+        moved = template.astype(np.float64) @ found.rotation.T + found.shift
+        return Placed(moved.astype(template.dtype), found.before, alignment=found)
+    registered = registered_with(faces, template, scan, landmarks=landmarks)
+    if registered.quality == "ruined":
+        raise InputError(
+            f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
+            "landmarks may be needed"
+        )
+    return Placed(registered.vertices, found.before, registration=registered)

@@ -178,7 +178,7 @@ def _subject(cloud: _Floats, surface: Surface) -> _Floats:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Judged(Report):
+class RigReport(Report):
     """What the first scan with points says of the cameras.
 
     Attributes:
@@ -192,6 +192,8 @@ class Judged(Report):
         rig: the cameras if they fit, or corrected ones; None if no correction is known.
         reading: what is wrong with them, if it is known.
         meant: how the scan lies on the template then.
+        output: the corrected file that was written, or None.
+        page: the page that was written, or None.
     """
 
     scan: DepthScan = field(repr=False)
@@ -202,6 +204,17 @@ class Judged(Report):
     rig: Rig | None = field(default=None, repr=False)
     reading: Reading | None = None
     meant: Fit | None = None
+    output: Path | None = None
+    page: Path | None = None
+
+    def lines(self) -> list[str]:
+        """Says what was found, and what was written."""
+        told = [self.told]
+        if self.output is not None:
+            told.append("the corrected cameras are written")
+        if self.page is not None:
+            told.append(f"open {self.page} in a browser")
+        return [*told, *self.remarks]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -232,7 +245,7 @@ class Judged(Report):
 
 def judge_rig(
     path: Path, rig: Rig | None, template: PathLike | None, scan_unit: float | str | None
-) -> Judged:
+) -> RigReport:
     """Judges cameras by the first scan with points.
 
     Raises:
@@ -247,7 +260,7 @@ def judge_rig(
     number, scan = _first(reader)
     names = tuple(reader.cameras_of(number))
     if template is None:
-        return Judged(scan=scan, cameras=names)
+        return RigReport(scan=scan, cameras=names)
     with files.open(template) as mesh:
         factor = units_of(reader, mesh, scan_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
@@ -255,7 +268,7 @@ def judge_rig(
     scan = scan.scaled(factor)
     stated = fit_of(scan, surface)
     shown = (surface.faces, surface.points)
-    judged = Judged(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
+    judged = RigReport(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
     if max(stated.by_camera) <= FIT:
         return judged
     judged = replace(judged, quality="doubtful", rig=None)

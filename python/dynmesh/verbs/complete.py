@@ -9,6 +9,7 @@ import numpy as np
 
 from .._command import How, Output, What
 from .._report import Report
+from ..completer import Completer
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..completion.ways import Options, complete_frames
@@ -190,7 +191,7 @@ def complete_file(
         target.check(overwrite=overwrite, reader=reader, others=others)
         header = replace(
             reader.header,
-            has_known=options.leave_missing,
+            has_known=options.drop_above is not None,
             has_provenance=provenance,
             has_standard_error=provenance and settings["uncertainty"],
             standard_error_of="position",
@@ -205,10 +206,14 @@ def complete_file(
                 threads=threads,
                 progress=progress,
             )
+            with learnt.naming():
+                completer = Completer(
+                    reader.faces, whole.points, training=learnt.frames(), **settings
+                )
             tally = complete_frames(
                 reader,
                 whole,
-                learnt.completer(whole.points, settings),
+                completer,
                 writer,
                 options,
                 folder=writer.folder,

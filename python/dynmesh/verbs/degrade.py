@@ -11,9 +11,9 @@ from .._checks import check_between, check_integer, check_not_negative
 from .._command import How, Output, What
 from .._errors import InputError
 from .._progress import tracked
-from .._report import Report
+from .._report import Report, counted
 from ..completion.start import frame_at
-from ..degrade.recordings import Losses, Scanning, Vector, axis
+from ..degrade.recordings import Losses, Vector, axis, scanned
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
@@ -115,15 +115,36 @@ def degrade_file(
         for name, given in (("camera", camera), ("dropout", dropout)):
             if given is not None:
                 raise InputError("is not for scans", argument=name)
-        lost = {
-            "missing": 1 - asked.get("known", 1.0),
-            "holes": asked.get("patches", 0.0),
-            "outliers": asked.get("outliers", 0.0),
-        }
-        sigma = _NOISE if noise is None else noise
-        scanning = Scanning(_size_of(depth, scan), cameras, points, sigma, lost, seed)
+        size = _size_of(depth, scan)
+        if size is not None:
+            require_png()
         with files.open(path, **(source or {})) as reader:
-            return _scan(reader, Path(output), scanning, up, overwrite, progress)
+            upward, guess = _axis(reader, up)
+            rig, scans = scanned(
+                reader,
+                upward,
+                size=size,
+                cameras=cameras,
+                points=points,
+                noise=_NOISE if noise is None else noise,
+                missing=1 - asked.get("known", 1.0),
+                holes=asked.get("patches", 0.0),
+                outliers=asked.get("outliers", 0.0),
+                seed=seed,
+            )
+            folder_of: Any = PointFolder if size is None else DepthFolder
+            n, numbers = reader.n_frames, numbers_of_files(reader.header)
+            with (
+                numbering(reader.path, reader.header),
+                folder_of(Path(output), rig, overwrite=overwrite, numbers=numbers) as folder,
+            ):
+                measured = 0
+                for found in tracked(scans, n, "scanning", progress):
+                    folder.append(found)
+                    measured += len(found.cloud)
+        what = "points" if size is None else "measured pixels"
+        told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
+        return DegradeReport(output=Path(output), frames=n, told=(told,), remarks=guess)
     if not asked and camera is None and noise is None:
         raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
     losses = Losses(camera=camera, noise=noise, seed=seed, **asked)
@@ -166,36 +187,6 @@ def _degrade(
         told=tuple(told),
         remarks=(*(guess if losses.camera else ()), *writer.remarks),
     )
-
-
-def _scan(
-    reader: Reader,
-    output: Path,
-    scanning: Scanning,
-    up: Axis | None,
-    overwrite: bool,
-    progress: bool,
-) -> DegradeReport:
-    """Writes scans of a sequence into a folder, and where the cameras stand beside them."""
-    folder_of: Any = PointFolder
-    if scanning.size is not None:
-        require_png()
-        folder_of = DepthFolder
-    upward, guess = _axis(reader, up)
-    rig, scans = scanning.of(reader, upward)
-    measured, n = 0, reader.n_frames
-    numbers = numbers_of_files(reader.header)
-    with (
-        numbering(reader.path, reader.header),
-        folder_of(output, rig, overwrite=overwrite, numbers=numbers) as folder,
-    ):
-        for found in tracked(scans, n, "scanning", progress):
-            folder.append(found)
-            measured += len(found.cloud)
-    what = "points" if scanning.size is None else "measured pixels"
-    many = "1 camera" if scanning.cameras == 1 else f"{scanning.cameras} cameras"
-    told = f"{n} frames of {measured / n:.0f} {what} from {many}, on average"
-    return DegradeReport(output=output, frames=n, told=(told,), remarks=guess)
 
 
 def _share(name: str, value: Share) -> float:

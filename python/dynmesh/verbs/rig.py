@@ -1,6 +1,6 @@
 """Whether the cameras of depth images are read as they are meant, and a file that corrects them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from .._checks import check_path
@@ -11,29 +11,7 @@ from ..files import PathLike
 from ..files.new_output import check_output, new_output
 from ..scans import write_cameras
 from ..scans.reader import read_rig
-from ..tracking.rig import Judged, judge_rig
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RigReport(Judged):
-    """What :func:`rig` has found.
-
-    Attributes:
-        output: the corrected file that was written, or None.
-        page: the page that was written, or None.
-    """
-
-    output: Path | None = None
-    page: Path | None = None
-
-    def lines(self) -> list[str]:
-        """Says what was found, and what was written."""
-        told = [self.told]
-        if self.output is not None:
-            told.append("the corrected cameras are written")
-        if self.page is not None:
-            told.append(f"open {self.page} in a browser")
-        return [*told, *self.remarks]
+from ..tracking.rig import RigReport, judge_rig
 
 
 def rig(
@@ -74,7 +52,7 @@ def rig(
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = RigReport(**vars(judge_rig(path, stated, template, scan_unit)))
+    found = judge_rig(path, stated, template, scan_unit)
     if output is not None and found.rig is None:
         no_correction = f"{output} is not written, as no correction is known"
         found = replace(found, remarks=(no_correction,))

@@ -230,9 +230,15 @@ def track_file(
             files.naming(Path(scans)),
         ):
             at = placed_in(reader, mesh, room, units, marks, look)
-            tracker = learnt.tracker(
-                at.points, threads=threads, uncertainty=uncertainty, recover=recover
-            )
+            with learnt.naming():
+                tracker = Tracker(
+                    mesh.faces,
+                    at.points,
+                    uncertainty=uncertainty,
+                    recover=recover,
+                    threads=threads,
+                    training=learnt.frames(),
+                )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
                 advice=_advice(look, room),

@@ -142,7 +142,6 @@ shell = [
     refused(
         "view in_metres.npz -o new.html --reference in_millimetres.npz", "has 1 metres", "0.001"
     ),
-    refused("view single.npz -o new.html --scans line", "line: no point is near", "scan_unit"),
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),

@@ -112,28 +112,12 @@ def page(
     a reference; otherwise it plays from the first of those in which the most vertices are missing
     or were filled in.
 
-    Args:
-        reader: of the sequence.
-        reference: of the true sequence, for errors.
-        input: of the sequence that was completed.
-        scans: those that the sequence was tracked in, for distances; some points of each are shown.
-        scan_unit: "m", "cm", "mm" or metres per unit of the scans; None means as their files state
-            it, or else the unit of the sequence.
-        colour: what the colours show at first; see :class:`dynmesh.draw.heatmap.Heatmap`. In the
-            page, they can be switched to everything else that the sequence has.
-        title: the heading; None means the name of the file and, in a scene, of the mesh.
-        up: "x", "y" or "z"; None means as one of the files states it, else z for a flat sheet,
-            else y.
-        azimuth: initial viewing angle around the up axis, in degrees.
-        max_frames: longer sequences show every second, third, ... frame.
-        max_vertices: larger meshes are simplified to about this many vertices.
-        progress: whether to show a bar on standard error.
+    The arguments are those of :func:`dynmesh.view`, with readers in place of paths.
 
     Raises:
         ImportError: k3d, pyvista or SciPy is not installed.
         ValueError: no vertex is known in any shown frame, a mesh to be simplified has no complete
-            frame 0, no point of the scans is near the mesh, or see
-            :class:`dynmesh.draw.heatmap.Heatmap`.
+            frame 0, or see :class:`dynmesh.draw.heatmap.Heatmap`.
     """
     require_page(scans=scans is not None)
     factor = 1.0
@@ -188,8 +172,7 @@ def page(
     camera = View.of(_corners(frames), up, azimuth)
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     clouds = [frame.cloud for frame in frames if frame.cloud is not None]
-    with locating(file=None if scans is None else scans.path):
-        html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
+    html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
     guess = () if said else (f"assuming that {up} is up, as no file states it",)
     return Page(html=html, shown=shown, remarks=guess)
 

@@ -37,14 +37,8 @@ def pick_page(
 ) -> Page:
     """Creates a page that pairs vertices of frame 0 with points of the first scan that has any.
 
-    Args:
-        template: of the template.
-        scans: of scans, in the unit of the landmarks; every so manyth point is shown.
-        file_name: the name under which the page saves the landmarks.
-        azimuth: initial viewing angle around the up axis, in degrees.
-        max_vertices: larger meshes are simplified to about this many vertices.
-        title: the heading; None means the names of the files.
-        up: "x", "y" or "z"; None means as the template states it, or a guess.
+    The scans are in the unit of the landmarks, and the page saves these under `file_name`. The
+    other arguments are those of :func:`dynmesh.view`.
 
     Raises:
         ImportError: k3d is not installed.

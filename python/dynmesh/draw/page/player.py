@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._errors import InputError
 from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import ShownFrame
@@ -73,7 +72,6 @@ def compose(
 
     Raises:
         ImportError: k3d is not installed.
-        ValueError: no point of the scans is near the mesh.
     """
     told = asdict(playback) | {
         "n_vertices": len(frames[0].points),
@@ -173,18 +171,8 @@ def _panes(
 
 
 def _clouds(scans: Sequence[Positions], unit: _Unit) -> dict[str, Any]:
-    """Returns the points near what the page shows, for the script.
-
-    Raises:
-        ValueError: there are points, but none is near; nothing would be seen.
-    """
+    """Returns the points near what the page shows, for the script."""
     near = [points[(np.abs(unit(points)) <= _SCANS_WITHIN).all(axis=1)] for points in scans]
-    if any(map(len, scans)) and not any(map(len, near)):
-        away = min(float(np.abs(unit(points)).max(axis=1).min()) for points in scans if len(points))
-        raise InputError(
-            f"no point is near the mesh: the nearest is {away:.3g} times its size from its middle; "
-            "if another unit is the reason, state theirs (scan_unit)"
-        )
     points = np.concatenate([unit.on_grid(points) for points in near])
     return {"points": packed(points), "counts": [len(points) for points in near]}
 
