@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from meshes import Mesh
+import trimesh
+from meshes import Array, Mesh, turned
 from PIL import Image
 
 from dynmesh import Sequence, degrade
@@ -20,6 +21,28 @@ from dynmesh.scans import (
     ScanCamera,
     ScanReader,
 )
+
+
+def bumpy() -> Mesh:
+    """A smooth closed body without symmetries."""
+    sphere = trimesh.creation.icosphere(subdivisions=3)
+    x, y, z = np.asarray(sphere.vertices, np.float64).T
+    radii = 1 + 0.25 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.2 * np.sin(2.5 * z + x)
+    vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None]
+    return Mesh(np.asarray(sphere.faces, np.int64), vertices)
+
+
+def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:
+    """A body that moves and turns."""
+    mesh = bumpy()
+    frames = [turned(mesh.vertices * scale, 0.02 * i) + shift * i for i in range(n)]
+    return Sequence(np.stack(frames), mesh.faces, up_axis="z")
+
+
+def error(tracked: Sequence, truth: Sequence) -> Array:
+    """The mean distance from the true vertex in each frame, in mean edges."""
+    distances = np.linalg.norm(tracked.vertices - truth.vertices, axis=2)
+    return np.asarray(distances.mean(axis=1) / mean_edge_of(truth.vertices[0], truth.faces))
 
 
 def some_points(dtype: Any = np.float64, n: int = 7) -> PointScan:

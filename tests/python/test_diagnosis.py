@@ -5,18 +5,94 @@ import re
 import tracemalloc
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from broken_sequences import BROKEN, moving, walker
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
-from meshes import Mesh, meshes, sheet
+from meshes import Mesh, join, meshes, sheet
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
 from dynmesh.diagnosis.finding import CODES
+
+
+def moving(mesh: Mesh, n_frames: int = 16, dtype: Any = np.float64) -> Sequence:
+    """Returns a mesh that drifts and grows slowly."""
+    times = np.arange(n_frames)[:, None, None]
+    waves = 0.1 * (np.sin(0.3 * times + mesh.vertices[:, :1]) - np.sin(mesh.vertices[:, :1]))
+    vertices = mesh.vertices * (1 + 0.002 * times) + np.array([0.05, 0.02, 0.01]) * times + waves
+    return Sequence(vertices.astype(dtype), mesh.faces)
+
+
+class Expected(NamedTuple):
+    """The expected content of a finding."""
+
+    number: int
+    vertices: list[int] | None = None
+    faces: list[int] | None = None
+    frames: list[int] | None = None
+
+
+SOUND = moving(sheet(12))
+X = SOUND.vertices
+PATCH = [0, 1, 2, 12, 13, 14, 24, 25, 26]
+SPOILT: dict[str, tuple[dict[Any, Any], Expected]] = {
+    "first_frame_incomplete": ({(0, (3, 7)): np.nan}, Expected(2, [3, 7], frames=[0])),
+    "known_not_finite": (
+        {(4, 5): np.inf, (6, 2): np.nan, "known": ()}, Expected(2, [2, 5], frames=[4, 6])
+    ),
+    "scrambled_frames": (
+        {5: X[5, np.random.default_rng(0).permutation(144)]}, Expected(1, frames=[5])
+    ),
+    "zeros": (
+        {(n, (10, 11, 12, 13)): 0 for n in (3, 4)}, Expected(8, [10, 11, 12, 13], frames=[3, 4])
+    ),
+    "leaps": (  # a cut and a misplaced frame
+        {n: X[n] + 5 for n in (6, 7, 8, 9, 10, 11, 13, 14, 15)}, Expected(3, frames=[6, 12, 13])
+    ),
+    "outliers": ({(4, 50, 2): X[4, 50, 2] + 10}, Expected(1, [50], frames=[4])),
+    "frames_without_anchors": ({"known": (5, 6)}, Expected(2, frames=[5, 6])),
+    "never_seen": ({(n, tuple(PATCH)): np.nan for n in range(1, 16)}, Expected(9, PATCH)),
+}  # fmt: skip
+"""What is changed in a sound sequence, in some of them with a mask that lacks these frames."""
+FLAT = Mesh(sheet(12).faces, sheet(12).vertices * [1, 1, 0])
+TWO = join(FLAT, FLAT._replace(vertices=FLAT.vertices + np.array([11, 0, 0])))
+MESHES: dict[str, tuple[Any, Any, Expected]] = {
+    "coincident_vertices": (
+        TWO.vertices, TWO.faces, Expected(24, np.flatnonzero(TWO.vertices[:, 0] == 11).tolist())
+    ),
+    "non_manifold_edges": ([(5, 5, 2)], [[65, 66, 144]], Expected(1, faces=[242])),  # a fin
+    "non_manifold_vertices": (
+        [(5, 5, 2), (6, 5, 2)], [[65, 144, 145]], Expected(1, faces=[242])
+    ),
+    "degenerate_faces": ([], [[5, 5, 6], [7, 7, 7]], Expected(2, faces=[242, 243])),
+    "no_faces": (SOUND.vertices[0], np.empty((0, 3), int), Expected(1)),
+}  # fmt: skip
+"""Vertices and faces, in lists those that are added to a sheet of 144."""
+
+
+def broken(code: str) -> tuple[Sequence, Expected]:
+    if code in MESHES:
+        vertices, faces, expected = MESHES[code]
+        mesh = sheet(12)
+        if isinstance(faces, list):
+            vertices = np.concatenate([mesh.vertices, np.reshape(vertices, (-1, 3))])
+            faces = np.concatenate([mesh.faces, faces])
+        return moving(Mesh(faces, vertices)), expected
+    changes, expected = SPOILT[code]
+    vertices, known = X.copy(), np.ones(X.shape[:2], np.bool_)
+    for place, value in changes.items():
+        if place == "known":
+            known[list(value)] = False
+        else:
+            vertices[place] = value
+    return replace(SOUND, vertices=vertices, known=known if "known" in changes else None), expected
+
+
+WALKER = synth.walker(40)
 
 
 def info(*arguments: str | Path, code: int = 0) -> str:
@@ -30,7 +106,7 @@ def codes(diagnosis: dynmesh.Diagnosis) -> list[str]:
 
 @pytest.mark.parametrize("code", CODES)
 def test_what_is_broken_is_found_where_it_is(code: str) -> None:
-    sequence, expected = BROKEN[code]()
+    sequence, expected = broken(code)
     found = {finding.code: finding for finding in dynmesh.diagnose(sequence).findings}
     assert set(found) == {code}
     finding = found[code]
@@ -58,7 +134,7 @@ def test_sound_sequences_have_no_findings(sequence: Sequence) -> None:
 
 
 def test_lost_vertices_are_not_a_finding() -> None:
-    whole = walker()
+    whole = WALKER
     assert codes(dynmesh.diagnose(whole)) == []
     n_frames, k, _ = whole.vertices.shape
     for share in (0.3, 0.1):
@@ -75,10 +151,10 @@ def test_recordings_raise_no_false_alarm(data: Path) -> None:
 
 
 def test_most_outliers_are_found_and_nothing_else() -> None:
-    truth = walker().vertices[:20]
-    frames = np.stack(list(degrade.add_outliers(truth, walker().faces, 0.01)))
+    truth = WALKER.vertices[:20]
+    frames = np.stack(list(degrade.add_outliers(truth, WALKER.faces, 0.01)))
     astray = (frames != truth).any(axis=2)
-    (finding,) = dynmesh.diagnose(replace(walker(), vertices=frames)).findings
+    (finding,) = dynmesh.diagnose(replace(WALKER, vertices=frames)).findings
     assert finding.code == "outliers"
     assert 0.9 * astray.sum() < finding.count <= astray.sum()
     assert not set(finding.where.vertices) - set(np.flatnonzero(astray.any(axis=0)))
@@ -181,7 +257,7 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
 
 
 def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
-    sequence, _ = BROKEN["outliers"]()
+    sequence, _ = broken("outliers")
     path, sound = (tmp_path / f"{name}.npz" for name in ("a", "sound"))
     dynmesh.write(path, sequence)
     dynmesh.write(sound, moving(sheet(12)))

@@ -11,8 +11,7 @@ import pytest
 from commands import dynmesh_command as run
 from commands import run_here
 from meshes import turned
-from scan_files import scanned_in_a_room
-from test_track import bumpy
+from scan_files import moving_body, scanned_in_a_room
 
 import dynmesh
 from dynmesh import track_file
@@ -23,9 +22,7 @@ from dynmesh.scans import Rig, read_cameras, write_cameras
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A body, its scans by four cameras, and the first of them in a room."""
     made = tmp_path_factory.mktemp("rig")
-    mesh = bumpy()
-    frames = [turned(mesh.vertices, 0.02 * i) + 0.01 * i for i in range(3)]
-    truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
+    truth = moving_body(3)
     dynmesh.write(made / "truth.npz", truth)
     dynmesh.write(made / "body.obj", truth[:1])
     run("degrade", made / "truth.npz", made / "depth", "--depth", "160x120")
@@ -157,9 +154,7 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
 
 def test_a_camera_that_is_farther_from_the_mesh_makes_the_result_doubtful(tmp_path: Path) -> None:
     """One that went four degrees around the subject pulls the mesh, but its points are near."""
-    mesh = bumpy()
-    frames = [turned(mesh.vertices * [1.5, 0.4, 0.6], 0.02 * i) for i in range(3)]
-    truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
+    truth = moving_body(3, 0, [1.5, 0.4, 0.6])
     dynmesh.write(tmp_path / "truth.npz", truth)
     scans, template = tmp_path / "depth", tmp_path / "truth.npz"
     run("degrade", template, scans, "--depth", "160x120")

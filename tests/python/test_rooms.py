@@ -1,16 +1,14 @@
 """Rooms: floors and walls that scans hold beside the subject, taken away."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import Mesh, turned
-from scan_files import room_around, scanned_in_a_room
+from meshes import Mesh
+from scan_files import error, moving_body, room_around, scanned_in_a_room
 from test_degrade_cameras import potato
-from test_track import bumpy
 
 import dynmesh
 from dynmesh import degrade
@@ -27,64 +25,57 @@ def body() -> Mesh:
     return potato(np.random.default_rng(4))
 
 
-class Rooms(NamedTuple):
-    """Folders of scans with and without a room, of the same truth."""
-
-    folder: Path
-    truth: dynmesh.Sequence
-
-    def errors(self, scans: str, *options: str, code: int = 0) -> Array:
-        """The mean distance from the true vertex in each frame, in mean edges."""
-        output, template = self.folder / "tracked.npz", self.folder / "body.obj"
-        words = ("track", self.folder / scans, output, "--template", template, "--overwrite")
-        run(*words, *options, code=code)
-        found = dynmesh.read(output).vertices
-        distances = np.linalg.norm(found - self.truth.vertices, axis=2).mean(axis=1)
-        return np.asarray(distances / mean_edge_of(self.truth.vertices[0], self.truth.faces))
+TRUTH = moving_body(5, 0.02)
+EDGE = mean_edge_of(TRUTH.vertices[0], TRUTH.faces)
 
 
 @pytest.fixture(scope="module")
-def rooms(tmp_path_factory: pytest.TempPathFactory) -> Rooms:
-    """Sparse points: so many are left of 20 000 that the subject has as many as without a room."""
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of scans of the same truth with a room, in points and depth images, and without.
+
+    The points are so sparse that of 20 000, the subject has as many as without a room.
+    """
     folder = tmp_path_factory.mktemp("rooms")
-    mesh = bumpy()
-    frames = [turned(mesh.vertices, 0.02 * i) + 0.02 * i for i in range(5)]
-    truth = dynmesh.Sequence(np.stack(frames), mesh.faces, up_axis="z")
-    dynmesh.write(folder / "truth.npz", truth)
-    dynmesh.write(folder / "body.obj", truth[:1])
-    scanned_in_a_room(truth, folder / "inside")
-    scanned_in_a_room(truth, folder / "depth", (120, 90))
+    dynmesh.write(folder / "truth.npz", TRUTH)
+    dynmesh.write(folder / "body.obj", TRUTH[:1])
+    scanned_in_a_room(TRUTH, folder / "inside")
+    scanned_in_a_room(TRUTH, folder / "depth", (120, 90))
     run("degrade", folder / "truth.npz", folder / "alone", "--scan", "--points", "400")
-    return Rooms(folder, truth)
+    return folder
+
+
+def largest_error(folder: Path, scans: str, *options: str, code: int = 0) -> float:
+    words = ("track", folder / scans, folder / "tracked.npz", "--template", folder / "body.obj")
+    run(*words, "--overwrite", *options, code=code)
+    return float(error(dynmesh.read(folder / "tracked.npz"), TRUTH).max())
 
 
 def test_a_subject_in_a_sparse_cloud_with_a_room_is_tracked_as_well_as_without(
-    rooms: Rooms,
+    rooms: Path,
 ) -> None:
-    (first, *_) = open_scans(rooms.folder / "inside")
+    (first, *_) = open_scans(rooms / "inside")
     assert isinstance(first, PointScan)
-    near = np.linalg.norm(first.points - rooms.truth.vertices[0].mean(axis=0), axis=1) < 1.5
+    near = np.linalg.norm(first.points - TRUTH.vertices[0].mean(axis=0), axis=1) < 1.5
     assert near.sum() < 0.05 * len(first.points)
-    alone = rooms.errors("alone").max()
-    assert rooms.errors("inside", "--remove-planes").max() < 1.3 * alone
-    assert rooms.errors("depth", "--remove-planes").max() < 0.5
-    assert rooms.errors("inside", "--crop", "0.3", "--remove-planes").max() < 1.3 * alone
+    alone = largest_error(rooms, "alone")
+    assert largest_error(rooms, "inside", "--remove-planes") < 1.3 * alone
+    assert largest_error(rooms, "depth", "--remove-planes") < 0.5
+    assert largest_error(rooms, "inside", "--crop", "0.3", "--remove-planes") < 1.3 * alone
 
 
-def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Rooms) -> None:
+def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
     """A box leaves out the floor as well, if it begins above."""
-    template, scan = rooms.folder / "body.obj", rooms.folder / "inside"
-    words = ("register", template, sorted(scan.glob("*.ply"))[0], rooms.folder / "one.obj")
+    template, scan = rooms / "body.obj", rooms / "inside"
+    words = ("register", template, sorted(scan.glob("*.ply"))[0], rooms / "one.obj")
     run(*words, "--overwrite", code=3)
-    edge = mean_edge_of(rooms.truth.vertices[0], rooms.truth.faces)
-    low, high = rooms.truth.vertices[0].min(axis=0), rooms.truth.vertices[0].max(axis=0)
-    above_the_floor = (-edge, -edge, 0.2 * edge)
-    box = ",".join(str(x) for x in (*(low + above_the_floor), *(high + edge)))
+    low, high = TRUTH.vertices[0].min(axis=0), TRUTH.vertices[0].max(axis=0)
+    above_the_floor = (-EDGE, -EDGE, 0.2 * EDGE)
+    box = ",".join(str(x) for x in (*(low + above_the_floor), *(high + EDGE)))
     for options in (("--remove-planes",), ("--crop", box)):
         run(*words, "--overwrite", *options)
-        found = dynmesh.read(rooms.folder / "one.obj").vertices[0]
-        distance = np.linalg.norm(found - rooms.truth.vertices[0], axis=1).mean()
-        assert distance < 0.2 * edge
+        found = dynmesh.read(rooms / "one.obj").vertices[0]
+        distance = np.linalg.norm(found - TRUTH.vertices[0], axis=1).mean()
+        assert distance < 0.2 * EDGE
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept(body: Mesh) -> None:
@@ -107,14 +98,14 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept(body: Mesh) -> No
     assert planes_of_room(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
 
 
-def test_a_box_keeps_what_is_inside(rooms: Rooms) -> None:
-    low, high = rooms.truth.vertices.min(axis=(0, 1)), rooms.truth.vertices.max(axis=(0, 1))
+def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
+    low, high = TRUTH.vertices.min(axis=(0, 1)), TRUTH.vertices.max(axis=(0, 1))
     corners = [*(low - 0.05), *(high + 0.05)]
     box = ",".join(f"{x:.6g}" for x in corners)
     # The floor in the box is far from the mesh.
-    assert rooms.errors("inside", "--crop", box, code=3).max() < 2 * rooms.errors("alone").max()
+    assert largest_error(rooms, "inside", "--crop", box, code=3) < 2 * largest_error(rooms, "alone")
     crop = crop_of(box)
-    for scan in open_scans(rooms.folder / "depth"):
+    for scan in open_scans(rooms / "depth"):
         assert scan is not None
         left = Room(crop, False).without(scan).cloud
         smaller, larger = np.reshape(np.array(crop), (2, 3))
