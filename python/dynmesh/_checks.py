@@ -2,6 +2,7 @@
 
 import math
 import os
+import sys
 from numbers import Real
 from typing import Any
 
@@ -44,8 +45,8 @@ def check_between(name: str, value: float, low: float, high: float) -> None:
 def check_finite(name: str, value: float) -> None:
     """Raises an error if the value is infinite or NaN."""
     check_number(name, value)
-    if not math.isfinite(value):
-        raise InputError(f"must be finite, not {value}", argument=name, value=value)
+    if not abs(value) <= sys.float_info.max:
+        raise InputError(f"must be finite, not {value!s:.40}", argument=name, value=value)
 
 
 def check_not_negative(name: str, value: float) -> None:
@@ -58,7 +59,7 @@ def check_not_negative(name: str, value: float) -> None:
 def check_positive(name: str, value: float) -> None:
     """Raises an error unless the value is finite and above 0."""
     check_number(name, value)
-    if not (math.isfinite(value) and value > 0):
+    if not 0 < value <= sys.float_info.max:
         raise InputError(f"must be positive and finite, not {value}", argument=name, value=value)
 
 
@@ -95,19 +96,10 @@ def check_path(name: str, value: object, expected: str = "a path") -> None:
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
 
 
-def check_positions(name: str | None, points: NDArray[np.floating[Any]]) -> None:
-    """Raises an error unless the array holds (k, 3) positions of at least one vertex."""
-    check_array(name, points)
-    if points.dtype.kind != "f" or points.dtype.itemsize not in (4, 8):
-        raise KindError(f"must be float32 or float64, not {points.dtype}", argument=name)
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
-        raise InputError(
-            f"must have shape (k, 3) with k at least 1, not {points.shape}", argument=name
-        )
-
-
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:
-    """Raises an error unless all positions are finite."""
+    """Raises an error unless there are positions, and all are finite."""
+    if len(points) == 0:
+        raise InputError("must have at least one vertex", argument=name)
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         vertex = int(finite.argmin())

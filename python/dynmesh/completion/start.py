@@ -16,6 +16,7 @@ from .._errors import InputError, KindError, locating
 from .._report import counted
 from ..attributes import FUSED
 from ..files import Frame, PathLike, Reader, Source
+from ..files.frame import check_whole
 from ..files.header import Header
 from ..files.reader import check_same_mesh
 from ..files.times import index_of
@@ -212,17 +213,6 @@ def _first_whole_frame(reader: Reader) -> int | None:
     """The first frame in which every vertex was observed."""
     with contextlib.closing(reader.frames()) as frames:
         return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
-
-
-def check_whole(frame: Frame, advice: str) -> None:
-    """Refuses a frame with missing vertices; the advice ends the message."""
-    missing = np.flatnonzero(~frame.observed)
-    if len(missing):
-        raise InputError(
-            f"{len(missing)} of {len(frame.points)} vertices "
-            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
-            f"{advice}"
-        )
 
 
 def check_same_subject(other: Reader, reader: Reader) -> None:

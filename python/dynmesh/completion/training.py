@@ -11,9 +11,10 @@ from .._checks import check_path
 from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
 from ..files import PathLike, Reader
+from ..files.frame import check_whole
 from ..files.scenes import listed
 from ..sequence import Positions
-from .start import check_same_subject, check_whole
+from .start import check_same_subject
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
 """The path of a training file, or those of several."""

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import as_array, check_array, check_complete, check_positions
+from .. import _arrays
+from .._checks import check_array, check_complete
 from .._errors import InputError, KindError, locating
 from ..polygons import Faces, split_faces
 from ..sequence import Positions, check_faces
@@ -40,8 +41,7 @@ def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
     expected: tuple[int, ...] = ()
     for frame, points in enumerate(frames):
         with locating(frame=frame):
-            points = as_array("points", points, np.float64)
-            check_positions(None, points)
+            points = _arrays.first_frame("points", points)
         expected = expected or points.shape
         if points.shape != expected:
             raise InputError(

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _arrays
 from .._checks import (
-    as_array,
     check_between,
     check_complete,
     check_finite,
     check_integer,
-    check_positions,
     check_positive,
     check_vector,
 )
@@ -110,8 +109,7 @@ def orbit(
     check_between("elevation", elevation, -90, 90)
     check_positive("distance", distance)
     ahead, left, axis = horizon(up)
-    first_frame = as_array("first_frame", first_frame, np.float64)
-    check_positions("first_frame", first_frame)
+    first_frame = _arrays.first_frame("first_frame", first_frame)
     check_complete("first_frame", first_frame)
     box = np.stack([first_frame.min(axis=0), first_frame.max(axis=0)]).astype(np.float64)
     centre, diagonal = box.mean(axis=0), float(np.linalg.norm(box[1] - box[0]))

@@ -1,6 +1,5 @@
 """The errors of a completed sequence, frame by frame, in constant memory."""
 
-import contextlib
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -11,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import metrics
-from .._errors import InputError
+from .._errors import InputError, locating
 from .._progress import tracked
 from ..calibration import Calibrating, Calibration
 from ..files import Frame, Reader
+from ..files.frame import check_whole
 from ..files.reader import check_comparable
 from ..files.times import frame_numbers, indices_of
 
@@ -93,9 +93,7 @@ def measured(
 
 
 def _diagonal(reference: Reader) -> float:
-    with contextlib.closing(reference.frames(0, 1)) as frames:
-        first = next(frames)
-    _check_whole(0, first, reference)
+    (first,) = _whole(reference.frames(0, 1), range(1), reference)
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
         raise InputError(
@@ -137,15 +135,6 @@ def _errors_of(
 
 def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[Frame]:
     for number, frame in zip(numbers, frames, strict=True):
-        _check_whole(number, frame, reader)
+        with locating(file=reader.path, frame=reader.header.number(number)):
+            check_whole(frame, "; the error is measured between complete sequences")
         yield frame
-
-
-def _check_whole(number: int, frame: Frame, reader: Reader) -> None:
-    missing = np.flatnonzero(~frame.observed)
-    if len(missing):
-        raise InputError(
-            f"lacks vertex {missing[0]}; the error is measured between complete sequences",
-            file=reader.path,
-            frame=reader.header.number(number),
-        )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_complete
 from .._errors import InputError
 from .._extras import require
 from ..sequence import Mask, Positions
@@ -121,7 +122,8 @@ def render(
     _check(faces, points)
     if places.shape != (len(points),):
         raise InputError(f"must have shape ({len(points)},), not {places.shape}", argument="places")
-    _check_finite("places", places)
+    if not np.isfinite(places).all():
+        raise InputError("must be finite", argument="places")
     surface = surface_of(faces, points)
     with _stage(view) as plotter:
         add_places(plotter, surface, places, colours, dots)
@@ -214,13 +216,7 @@ def _check(faces: NDArray[np.integer[Any]], points: Positions) -> None:
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
     cells(faces, len(points))
-    _check_finite("points", points)
-
-
-def _check_finite(name: str, rows: NDArray[np.floating[Any]]) -> None:
-    if not np.isfinite(rows).all():
-        row = int(np.argwhere(~np.isfinite(rows))[0][0])
-        raise InputError(f"row {row} is not finite", argument=name)
+    check_complete("points", points)
 
 
 def load_pyvista() -> Any:

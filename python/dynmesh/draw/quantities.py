@@ -6,8 +6,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
+from ..files.frame import check_whole
 from .figures import HEATMAP_RANGE
 from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
 from .sources import Moment, Sources, visible
@@ -62,14 +64,9 @@ def _lacks_masks(sources: Sources) -> str | None:
 def _error(sources: Sources, moment: Moment) -> Values:
     truth, frame = moment.truth, moment.frame
     assert truth is not None  # as _lacks_reference says
-    missing = ~visible(truth)
-    if missing.any():
-        path = None if sources.reference is None else sources.reference.path
-        raise ValueError(
-            f"{path}: frame {sources.reader.header.number(moment.number)} lacks vertex "
-            f"{missing.argmax()}; "
-            "errors require a complete reference"
-        )
+    path = None if sources.reference is None else sources.reference.path
+    with locating(file=path, frame=sources.reader.header.number(moment.number)):
+        check_whole(truth, "; errors require a complete reference")
     with np.errstate(invalid="ignore"):  # missing positions may be infinite
         difference = frame.points.astype(np.float64) - truth.points
     return np.asarray(np.linalg.norm(difference, axis=1) * sources.unit.per_unit)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .._errors import InputError
 from ..attributes import VertexAttributes
 from ..sequence import Mask, Positions, Sequence
 
@@ -51,3 +52,14 @@ def is_position(points: Positions) -> Mask:
 
 LARGEST = {4: 1e18, 8: 1e200}
 """The largest coordinates that are accepted, by the bytes of a coordinate."""
+
+
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
+    missing = np.flatnonzero(~frame.observed)
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )

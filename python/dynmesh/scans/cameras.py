@@ -10,7 +10,6 @@ coefficients of the lens.
 """
 
 import json
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_finite, check_integer, check_positive
 from ..files.naming import naming
 from ..files.units import UNITS, metres_of
 
@@ -135,7 +135,7 @@ def _rig_of(found: Any, file: Path) -> Rig:
     for number, told in enumerate(found["cameras"]):
         try:
             cameras.append(_camera_of(told))
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             raise ValueError(f"camera {number}: {error}") from error
     names = [camera.name for camera in cameras]
     for number, name in enumerate(names):
@@ -158,7 +158,9 @@ def _camera_of(told: Any) -> ScanCamera:
     size = None
     if "width" in told or "height" in told:
         _refuse_missing(told, "width", "height")
-        size = _count("width", told["width"]), _count("height", told["height"])
+        for field in ("width", "height"):
+            check_integer(field, told[field], 1)
+        size = told["width"], told["height"]
     if "intrinsics" not in told:
         for field in ("depth_scale", "distortion"):
             if field in told:
@@ -168,7 +170,8 @@ def _camera_of(told: Any) -> ScanCamera:
     _check_intrinsics(intrinsics)
     if "depth_scale" not in told:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
-    scale = _positive("depth_scale", told["depth_scale"])
+    check_positive("depth_scale", told["depth_scale"])
+    scale = float(told["depth_scale"])
     distortion = _distortion(told["distortion"]) if "distortion" in told else ()
     if distortion and size is None:
         raise ValueError("width: is missing; a distortion needs width and height")
@@ -184,7 +187,9 @@ def _distortion(listed: Any) -> tuple[float, ...]:
             f"distortion: must be as many numbers as OpenCV has, one of {counts}: k1 k2 p1 p2 k3 "
             f"..., not {listed!r:.60}"
         )
-    return tuple(_number("distortion", value) for value in listed)
+    for value in listed:
+        check_finite("distortion", value)
+    return tuple(map(float, listed))
 
 
 def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
@@ -205,7 +210,10 @@ def _matrix(name: str, value: Any, size: int) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
         raise ValueError(f"{name}: must be {size} rows of {size} numbers, not {value!r:.60}")
-    found = np.array([[_number(f"{name}: row {i}", x) for x in row] for i, row in enumerate(rows)])
+    for number, row in enumerate(rows):
+        for one in row:
+            check_finite(f"{name}: row {number}", one)
+    found = np.array(rows, np.float64)
     last = np.eye(size)[-1]
     if (found[-1] != last).any() and (found[:, -1] == last).all():
         raise ValueError(
@@ -241,31 +249,6 @@ def _check_intrinsics(matrix: _Floats) -> None:
         raise ValueError(
             f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
         )
-
-
-def _number(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{name}: must be a number, not {value!r:.60}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise ValueError(f"{name}: must be finite, not {number}")
-    return number
-
-
-def _positive(name: str, value: Any) -> float:
-    number = _number(name, value)
-    if number <= 0:
-        raise ValueError(f"{name}: must be positive, not {number:g}")
-    return number
-
-
-def _count(name: str, value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ValueError(f"{name}: must be a whole number of pixels, not {value!r:.60}")
-    return value
 
 
 def _row(values: _Floats) -> str:

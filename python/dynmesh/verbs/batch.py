@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, TypeAlias
@@ -38,7 +38,6 @@ class Job:
     """A row of a table: a command line.
 
     Attributes:
-        line: its number in the table.
         kind: the column that says what it is for: "input", "scans" or "scan".
         input: the incomplete sequence, or the scans.
         output: what is written.
@@ -46,12 +45,11 @@ class Job:
         options: its keywords.
     """
 
-    line: int
     kind: str
     input: Path
     output: Path
-    arguments: tuple[Any, ...] = ()
-    options: Mapping[str, Any] = field(default_factory=dict)
+    arguments: tuple[Any, ...]
+    options: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -168,7 +166,10 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             table = csv.DictReader(file, strict=True)
-            _check_columns(path, table.fieldnames or [])
+            for needed in ([*_VERBS], ["output"]):
+                if not set(needed) & set(table.fieldnames or []):
+                    listed = " or ".join(map(repr, needed))
+                    raise InputError(f"has no column {listed}", file=path)
             jobs: list[Job] = []
             lines: dict[str, int] = {}
             for row in table:
@@ -187,13 +188,6 @@ def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError
     return InputError(reason, argument=place, file=path)
 
 
-def _check_columns(path: Path, columns: Sequence[str]) -> None:
-    for needed in ([*_VERBS], ["output"]):
-        if not set(needed) & set(columns):
-            listed = " or ".join(repr(name) for name in needed)
-            raise InputError(f"has no column {listed}", file=path)
-
-
 def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
     if None in row or None in row.values():
         raise _wrong(path, line, None, "has more or fewer values than there are columns")
@@ -210,21 +204,15 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
     words = [given.pop(name) for name in names]
     columns = {f"--{column.replace('_', '-')}": column for column in given}
     for option, column in columns.items():
-        words += [f"{option}={text}" for text in _values(given[column])]
+        words += [f"{option}={text.strip()}" for text in given[column].split(";")]
     try:
         arguments = bound(verb, words)
     except InputError as error:
         option = option_of(verb, error.argument) if error.argument else ""
         raise _wrong(path, line, columns.get(option), error.reason) from error
     arguments.arguments["overwrite"] = overwrite
-    under = arguments_of(arguments, path.parent)
     here = path.parent / row[kind], path.parent / row["output"]
-    return Job(line, kind, *here, *under)
-
-
-def _values(text: str) -> list[str]:
-    """The values of a cell, which semicolons separate."""
-    return [part.strip() for part in text.split(";")]
+    return Job(kind, *here, *arguments_of(arguments, path.parent))
 
 
 def _run(client: Any, jobs: Sequence[Job]) -> Generator[Result, None, None]:

@@ -136,10 +136,10 @@ pictures_and_whole_frames = [
     _whole_frame("frames of text", lambda w: _put_together(w, w.sequence.vertices.astype(str)), TypeError, "frames:", "float32 or float64"),
     _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(_NAN)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
     _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
-    _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: row 4 is not finite"),
+    _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: must be finite, but vertex 4"),
     _render("`points`: two columns", lambda w: _drawn(w, points=w.points[:, :2]), ValueError, "points: must have shape"),
     _render("`places`: too few", lambda w: _drawn(w, places=np.ones(3)), ValueError, "places: must have shape"),
-    _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, _NAN)), ValueError, "places: row 0 is not finite"),
+    _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, _NAN)), ValueError, "places: must be finite"),
     _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
 ]  # fmt: skip
 

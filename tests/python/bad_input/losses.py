@@ -109,7 +109,7 @@ losses = [
     _camera("no camera for frame 2", lambda w: _seen(w, [w.points] * 4, lambda frame: w.cameras(frame) if frame < 2 else []), ValueError, "cameras:", "frame 2"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),
     _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: item 0", "3"),
-    _camera("`frames`: dicts", lambda w: _seen(w, [{}]), TypeError, "frame 0:", "dict"),
+    _camera("`frames`: dicts", lambda w: _seen(w, [{}]), TypeError, "frame 0:", "object"),
     _patch("`patches`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, patches=0), ValueError, "patches:", "not 0"),
     _patch("`lifetime`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, lifetime=0), ValueError, "lifetime:", "not 0"),
     _patch("`n_vertices`: too few", lambda w: degrade.patch_known(w.faces, 5, 40, 0.5), ValueError, "faces: face 29", "vertex 40"),
