@@ -87,6 +87,7 @@ def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
     usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
     plain = tmp_path / "plain.obj"
     dynmesh.write(plain, bare(TRUTH)[:1])
+    run("convert", plain, tmp_path / "a.usd")
     run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch")
     stage = usd.Stage.Open(str(tmp_path / "b.usd"))
     assert geometry.GetStageUpAxis(stage) == "Z"
