@@ -32,6 +32,10 @@ struct TrackingConstants {
   int most_iterations = 12;
   double iterations_per_edge = 3;
   double far_share = 0.95;
+  /// In all but the last iterations, for so many points for each vertex, evenly spread: a stiff
+  /// surface needs no more.
+  int full_iterations = 2;
+  double points_per_vertex = 0.5;
   /// How often rotations are fitted for the same matches of cloth,
   /// after the first iteration, which keeps it from sliding along itself.
   int cloth_fits = 3;

@@ -137,11 +137,14 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
+  const double wanted = constants_.points_per_vertex * static_cast<double>(x.size());
+  const double spacing = static_cast<double>(points_.size()) / wanted;
+  const std::size_t every = search.is_sparse && spacing > 1 ? static_cast<std::size_t>(spacing) : 1;
   auto& rows = rows_.rows;
   rows.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {
     Place before;
-    for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); ++i) {
+    for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); i += every) {
       Match match = nearest(x, i, found_[i].any() ? found_[i] : before, search);
       found_[i] = match.place;
       if (!found_[i].any()) continue;

@@ -29,6 +29,7 @@ struct Search {
   double walked = 0;
   double weight = 1;
   double cloth_weight = 1;
+  bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
   double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
 };
 

@@ -58,6 +58,7 @@ void SurfaceTracking::predict() {
 int SurfaceTracking::approach() {
   const Search search = {.radius = constants_.wide_radius,
                          .walked = constants_.wide_radius,
+                         .is_sparse = !any_cloth_,
                          .scale = constants_.rigid_scale};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
     const SurfaceRows& rows = matches_.find(x_, search);
@@ -80,10 +81,12 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
   for (Landmark& landmark : landmarks_) {
     if (landmark.fades) landmark.weight *= 1 - weight / constants_.last_weight;
   }
-  SurfaceRows& rows = matches_.find(x_, {.radius = constants_.radius_before(left),
-                                         .walked = constants_.walked,
-                                         .weight = weight,
-                                         .cloth_weight = constants_.cloth_weights * weight});
+  SurfaceRows& rows =
+      matches_.find(x_, {.radius = constants_.radius_before(left),
+                         .walked = constants_.walked,
+                         .weight = weight,
+                         .cloth_weight = constants_.cloth_weights * weight,
+                         .is_sparse = !any_cloth_ && left >= constants_.full_iterations});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
     shape_.factorize(rows, landmarks_, std::sqrt(growth));
