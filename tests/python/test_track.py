@@ -108,14 +108,12 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(folder: Path, tmp_pa
     words = ("--template", folder / "body.obj", "--cameras", rig)
     ended = run("track", folder / "depth", output, *words, code=3)
     assert "probably ruined: " in ended.stderr
-    assert "of cameras '" in ended.stderr
     report = track_file(
         folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
     )
     assert report.quality == "ruined"
     assert report.far is not None
     assert report.far > 0.05
-    assert report.suspects
     assert len(report.worst) == 5
     assert [far for _, far in report.worst] == sorted((f for _, f in report.worst), reverse=True)
     table = tmp_path / "jobs.csv"

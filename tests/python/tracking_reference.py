@@ -92,8 +92,9 @@ class Tracked(reference.Detail):
         """
         self.points, self.normals, self.sided = points, normals, sided
         x = self.previous + 0.6 * (self.previous - self.before)
+        part = self._spread()
         for _ in range(6):
-            rows = self._match(x, 8, scale=4)
+            rows = self._match(x, 8, part, scale=4)
             moved = self._moved_rigidly(x, rows)
             way = np.linalg.norm(moved - x, axis=1).max() / self.h
             x = moved
@@ -104,7 +105,7 @@ class Tracked(reference.Detail):
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(x, min(8, 3 * 1.2**left))
+            rows = self._match(x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None))
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
             x = self._bent(x, rows, weight if left == 1 else None)
@@ -125,8 +126,21 @@ class Tracked(reference.Detail):
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         return x, observed
 
-    def _match(self, x: Array, radius: float, scale: float | None = None) -> Rows:
-        points, normals = self.points, self.normals
+    def _spread(self) -> Integers | slice:
+        """Returns which points are matched at first: one of each few along a curve."""
+        self.every = int(len(self.points) / (0.5 * self.k))
+        if self.every < 2:
+            return slice(None)
+        cells = np.minimum((self.points - self.points.min(axis=0)) / self.h, 1023).astype(int)
+        bits = cells[:, None] >> np.arange(10)[:, None] & 1
+        codes = (bits << np.arange(30).reshape(10, 3)).sum(axis=(1, 2))
+        order = np.argsort(codes, kind="stable")
+        return order[np.arange(len(order)) % 256 % self.every == 0]
+
+    def _match(
+        self, x: Array, radius: float, part: Integers | slice, scale: float | None = None
+    ) -> Rows:
+        points, normals = self.points[part], self.normals[part]
         shares, distance = places(points, self.faces, x)
         distance /= self.h
         surface = np.einsum(
@@ -151,26 +165,30 @@ class Tracked(reference.Detail):
         corners, shares = self.faces[face], shares[every, face]
         if scale is None:
             nearest_corners = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)
-            far = 1 + (distances / self._usual(nearest_corners[:, 0], distances)) ** 2
+            far = (
+                1 + (distances / self._usual(nearest_corners[:, 0], distances, ~is_else[kept])) ** 2
+            )
             weights = 1 / far**2
         else:
             weights = 1 / (1 + (distances / scale) ** 2)
+        points_of_row = 1 if isinstance(part, slice) else self.every
+        weights *= points_of_row
         assert weights.sum() >= 12
-        density = min(1, len(np.unique(corners)) / len(corners))
+        density = min(1, len(np.unique(corners)) / (points_of_row * len(corners)))
         return Rows(corners, shares, mean, points[kept], density * weights, distances)
 
-    def _usual(self, vertices: Integers, distances: Array) -> Array:
+    def _usual(self, vertices: Integers, distances: Array, is_nearest: NDArray[np.bool_]) -> Array:
         """Four times the median distance of the points around each, found in a histogram."""
         cluster = self.clusters[vertices]
         around = self.beside | np.eye(len(self.beside), dtype=bool)
         usual = np.zeros(len(around))
         for c in np.unique(cluster):
             width = 1.5 / 4 / 32
-            bins = np.minimum(distances[around[c, cluster]] / width, 32).astype(int)
+            bins = np.minimum(distances[around[c, cluster] & is_nearest] / width, 32).astype(int)
             counts = np.bincount(bins, minlength=33)
             below = np.concatenate([[0], np.cumsum(counts)])
             bin_ = int(np.searchsorted(below[1:], counts.sum() / 2))
-            share = (counts.sum() / 2 - below[bin_]) / counts[bin_]
+            share = (counts.sum() / 2 - below[bin_]) / max(counts[bin_], 1)
             usual[c] = 4 * width * (bin_ + share)
         return np.clip(usual, 0.3, 1.5)[cluster]
 

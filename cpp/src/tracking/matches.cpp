@@ -179,13 +179,14 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   };
   workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
   std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
-  weigh(x, search);
+  weigh(x, search, static_cast<double>(every));
   rows_.index(x.size());
   return rows_;
 }
 
-/// Points that are denser than the vertices count together as much as these.
-void Matches::weigh(Field x, const Search& search) {
+/// Points that are denser than the vertices count together as much as these. Each row stands for
+/// `points_of_row` points.
+void Matches::weigh(Field x, const Search& search, double points_of_row) {
   auto& rows = rows_.rows;
   const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
   std::vector<std::uint8_t> touched(normals_.size());
@@ -196,7 +197,7 @@ void Matches::weigh(Field x, const Search& search) {
   for (SurfaceRow& row : rows) {
     const double ratio = row.distance / (usual.empty() ? search.scale : usual[cluster_of(row)]);
     const double far = 1 + ratio * ratio;
-    row.weight = 1 / (usual.empty() ? far : far * far);
+    row.weight = points_of_row / (usual.empty() ? far : far * far);
     sums[component(row)] += row.weight;
     for (const auto corner : row.corners) touched[corner] = 1;
   }
@@ -204,7 +205,7 @@ void Matches::weigh(Field x, const Search& search) {
   std::erase_if(rows,
                 [&](const SurfaceRow& row) { return sums[component(row)] < constants_.fewest; });
   const double density = std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
-                                           static_cast<double>(std::max(rows.size(), 1UL)));
+                                           (points_of_row * static_cast<double>(std::max(rows.size(), 1UL))));
   for (SurfaceRow& row : rows) {
     row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
   }

@@ -80,7 +80,7 @@ class Matches {
   };
   [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
                               const Search& search) const;
-  void weigh(Field x, const Search& search);
+  void weigh(Field x, const Search& search, double points_of_row);
   [[nodiscard]] std::vector<double> usual_distances() const;
   /// The cluster of the nearest corner.
   [[nodiscard]] std::size_t cluster_of(const SurfaceRow& row) const {
