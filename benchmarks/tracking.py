@@ -1,21 +1,12 @@
-"""What the benchmarks of tracking share: how a scan is tracked, and errors."""
+"""The errors of tracking."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dynmesh import Tracker
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.scans import PointScan, Scan
 from dynmesh.sequence import Positions
 
 from .subjects import Subject
-
-
-def push(tracker: Tracker, scan: Scan) -> Positions:
-    """Track a scan."""
-    if isinstance(scan, PointScan):
-        return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
-    return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
 
 
 def errors(subject: Subject, tracked: Positions, truth: Positions) -> NDArray[np.float64]:

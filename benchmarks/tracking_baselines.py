@@ -19,11 +19,12 @@ import trimesh.registration
 from dynmesh import Tracker, degrade
 from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
+from dynmesh.tracking.placing import push_scan
 
 from .cells import Line, number, ratio
 from .harness import Table, parser, progress, sequences, show
 from .subjects import Subject
-from .tracking import errors, push
+from .tracking import errors
 
 registration: Any = trimesh.registration  # has no types
 
@@ -47,7 +48,7 @@ def methods(subject: Subject) -> dict[str, Register]:
         return np.asarray(method(mesh, scan.points, use_faces=False))
 
     return {
-        "dynmesh": lambda _, scan: push(tracker, scan),
+        "dynmesh": lambda _, scan: push_scan(tracker, scan),
         "rigid ICP (trimesh)": rigid,
         "nricp_amberg (trimesh)": partial(free, registration.nricp_amberg),
         "nricp_sumner (trimesh)": partial(free, registration.nricp_sumner),

@@ -32,11 +32,12 @@ from dynmesh import Tracker, degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.scans import PointScan, Scan
 from dynmesh.sequence import Positions
+from dynmesh.tracking.placing import push_scan
 
 from .cells import Line, number
 from .harness import Table, parser, sequences, show
 from .subjects import Subject
-from .tracking import errors, push
+from .tracking import errors
 
 POINTS = 15_000
 NOISE = 0.05
@@ -86,7 +87,7 @@ def followed(subject: Subject, scans: Iterable[Scan]) -> NDArray[np.float64]:
     rows = []
     for truth, scan in zip(subject.vertices[1:], scans, strict=True):
         begun = time.thread_time()
-        tracked = push(tracker, scan)
+        tracked = push_scan(tracker, scan)
         rows.append((errors(subject, tracked, truth).mean(), time.thread_time() - begun))
     return np.array(rows)
 

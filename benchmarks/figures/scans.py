@@ -7,11 +7,11 @@ import numpy as np
 import dynmesh
 from dynmesh.draw import figures
 from dynmesh.draw.figures import Mark
+from dynmesh.tracking.placing import push_scan
 
 from ..harness import progress
 from ..runner import vertex_error
 from ..subjects import Subject
-from ..tracking import push
 from .gallery import Picture, view_of
 from .strip import DOTS, Panel, draw_surface, save
 
@@ -32,7 +32,7 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     )
     tracker = dynmesh.Tracker(subject.faces, frames[0])
     for scan in progress(scans, picture.file, shown + 1):
-        frame = push(tracker, scan)
+        frame = push_scan(tracker, scan)
     truth = frames[shown]
     error = vertex_error(subject, shown, frame)
     view = view_of(picture, subject).around(truth)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sequences import sea
 
 import dynmesh
-from dynmesh.completion.both_ways import combined
+from dynmesh.completion.ways import combined
 
 N = 12
 

@@ -278,6 +278,7 @@ def long_commands() -> set[str]:
     return {line for line in lines if line.startswith((*MEASURING, "python -m benchmarks"))}
 
 
+@pytest.mark.filterwarnings("ignore:'benchmarks:RuntimeWarning")  # another test imported it
 @pytest.mark.parametrize("command", sorted(long_commands()))
 def test_long_commands_are_understood(command: str) -> None:
     program, *arguments = shlex.split(command, comments=True)

@@ -107,17 +107,11 @@ class StartFrame:
 
 def check_start(start: object, template: object) -> None:
     """Refuses what cannot name a whole frame."""
-    if isinstance(start, str):
-        if start not in ("auto", "best"):
-            raise InputError(
-                f"must be 'auto', 'best' or a frame, not {start!r}", argument="start", value=start
-            )
-    elif not isinstance(start, int | np.integer) or isinstance(start, bool):
-        raise KindError(
-            f"must be 'auto', 'best' or a whole number, not {start!r}",
-            argument="start",
-            value=start,
-        )
+    is_number = isinstance(start, int | np.integer) and not isinstance(start, bool)
+    if start not in ("auto", "best") and not is_number:
+        kind = InputError if isinstance(start, str) else KindError
+        told = f"must be 'auto', 'best' or the number of a frame, not {start!r}"
+        raise kind(told, argument="start", value=start)
     if template is not None and start != "auto":
         raise InputError(
             "stands before frame 0, so completion cannot also start at a frame",

@@ -30,11 +30,10 @@ def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
     """
     if training is None:
         return ()
-    if isinstance(training, str | os.PathLike):
-        training = (training,)
-    elif not isinstance(training, Iterable):
+    given = [training] if isinstance(training, str | os.PathLike) else training
+    if not isinstance(given, Iterable):
         raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
-    training_files = list(training)
+    training_files = list(given)
     for training_file in training_files:
         check_path("training", training_file, _EXPECTED)
     if not training_files:

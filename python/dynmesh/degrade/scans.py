@@ -4,8 +4,9 @@ Nothing of a scan says which vertex it belongs to. Unlike known masks, scans hav
 frame 0: every frame is scanned alike. Surfaces that are nearly edge-on to a camera return nothing.
 """
 
-from collections.abc import Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain, repeat
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,32 @@ from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
 from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
-from ..sequence import Positions
+from ..sequence import Mask, Positions
 from .depth_buffer import DepthBuffer, depth_buffer, intrinsics_of, pose_of
-from .scene import EDGE_ON, Cameras, Scene, scenes_of
-from .shared import Purpose, check_cameras, rng_of, triangles_of, unit
-from .visibility import Camera, visible
+from .losses import patch_known
+from .shared import (
+    Purpose,
+    check_cameras,
+    mean_edge_of,
+    numbered,
+    rng_of,
+    triangles_of,
+    unit,
+)
+from .visibility import Camera, orbit, visible
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
+
+Cameras: TypeAlias = int | Sequence[Camera] | Callable[[int], Sequence[Camera]]
+"""A number of cameras that stand around frame 0; cameras; or those of each frame."""
+
+_EDGE_ON = 0.1
+"""The cosine of the angle between normal and ray below which a sensor measures nothing, which is
+about 84 degrees."""
+
+_HOLES = 6
+"""Holes at a time; each stays for 15 frames."""
 
 _OUTLIER_DISTANCE = 10.0
 """How far outliers are from the surface, in mean edges, as in :func:`add_outliers`."""
@@ -29,6 +48,19 @@ _OUTLIER_DISTANCE = 10.0
 _CANDIDATES = 100_000
 _ROUNDS = 20
 """At most so many points are tried at a time, and so many times, until enough of them are seen."""
+
+
+class _Scene(NamedTuple):
+    """A frame, and who looks at it."""
+
+    number: int
+    points: Positions
+    faces: _Integers
+    cameras: Sequence[Camera]
+    present: Mask
+    """(k,) False in holes."""
+    mean_edge: float
+    """Of frame 0."""
 
 
 def scan_points(
@@ -77,7 +109,7 @@ def scan_points(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[PointScan]:
-        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+        for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
             rng = rng_of(Purpose.SCAN, seed, scene.number)
             positions, normals = _sampled(scene, points, rng)
             positions += noise * scene.mean_edge * rng.standard_normal(positions.shape)
@@ -129,7 +161,7 @@ def depth_images(
     _check(faces, cameras, noise, seed, shares)
 
     def scans() -> Iterator[DepthScan]:
-        for scene in scenes_of(frames, faces, cameras, holes, up, seed):
+        for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
             images = []
             for number, camera in enumerate(scene.cameras):
                 rng = rng_of(Purpose.DEPTH, seed, scene.number, number)
@@ -150,7 +182,35 @@ def depth_images(
     return scans()
 
 
-def _sampled(scene: Scene, wanted: int, rng: "np.random.Generator") -> tuple[_Floats, _Floats]:
+def _scenes_of(
+    frames: Iterable[Positions],
+    faces: Faces,
+    cameras: Cameras,
+    holes: float,
+    up: tuple[float, float, float],
+    seed: int,
+) -> Iterator[_Scene]:
+    """Yields the frames with those who look at them."""
+    rest = numbered(frames)
+    first = next(rest, None)
+    if first is None:
+        return
+    mean_edge = mean_edge_of(first[1], faces)  # refuses polygons with corners that are no vertex
+    triangles = triangles_of(faces)
+    k = len(first[1])
+    if isinstance(cameras, int):
+        cameras = orbit(first[1], cameras, degrees_per_frame=0.0, up=up)
+    present: Iterator[Mask] = repeat(np.ones(k, np.bool_))
+    if holes:
+        endless = 1 << 62  # frames; only those that exist are asked for
+        present = patch_known(triangles, endless, k, holes, patches=_HOLES, seed=seed)
+    for (number, points), mask in zip(chain([first], rest), present, strict=False):
+        own = cameras(number) if callable(cameras) else cameras
+        check_cameras(own, f"frame {number} has none")
+        yield _Scene(number, points, triangles, own, mask, mean_edge)
+
+
+def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[_Floats, _Floats]:
     """Returns (n, 3) points on the surface that cameras see, and their normals."""
     faces = scene.faces
     corners = scene.points.astype(np.float64)[faces]
@@ -180,7 +240,7 @@ def _sampled(scene: Scene, wanted: int, rng: "np.random.Generator") -> tuple[_Fl
     return np.concatenate(found)[:wanted], np.concatenate(sides)[:wanted]
 
 
-def _seen_from(scene: Scene, points: _Floats, normals: _Floats) -> NDArray[np.float64]:
+def _seen_from(scene: _Scene, points: _Floats, normals: _Floats) -> NDArray[np.float64]:
     """Returns for each point 1 or -1, the side from which it is seen best, or 0 if it is not."""
     best = np.zeros(len(points))
     # Points that belong to no triangle hide nothing; all else is as for vertices.
@@ -188,13 +248,13 @@ def _seen_from(scene: Scene, points: _Floats, normals: _Floats) -> NDArray[np.fl
     vertices = np.zeros(len(scene.points), np.bool_)
     for camera in scene.cameras:
         cosines = np.einsum("nx,nx->n", normals, unit(np.array(camera.position) - points))
-        better = np.abs(cosines) > np.maximum(np.abs(best), EDGE_ON)
+        better = np.abs(cosines) > np.maximum(np.abs(best), _EDGE_ON)
         seen = visible(everything, scene.faces, camera, np.concatenate([vertices, better]))
         best = np.where(seen[len(vertices) :], cosines, best)
     return np.sign(best)
 
 
-def _measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> NDArray[np.float64]:
+def _measured(buffer: DepthBuffer, scene: _Scene, camera: Camera) -> NDArray[np.float64]:
     """Returns the depths, infinite where nothing is measured."""
     row, column = np.nonzero(buffer.triangle >= 0)
     corners = scene.faces[buffer.triangle[row, column]]
@@ -206,7 +266,7 @@ def _measured(buffer: DepthBuffer, scene: Scene, camera: Camera) -> NDArray[np.f
     cosines = (unit(normals) * unit(pixels @ to_rays.T)).sum(axis=1)
     nearest = buffer.weights[row, column].argmax(axis=1)
     present = scene.present[corners[np.arange(len(corners)), nearest]]
-    seen = present & (np.abs(cosines) > EDGE_ON)
+    seen = present & (np.abs(cosines) > _EDGE_ON)
     depth = buffer.depth.copy()
     depth[row[~seen], column[~seen]] = np.inf
     return depth

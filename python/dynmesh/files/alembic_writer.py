@@ -17,7 +17,7 @@ from .alembic_archive import (
 from .comments import comments_of
 from .frame import Frame
 from .header import Header
-from .space import bytes_of
+from .new_output import bytes_of
 from .times import frame_seconds
 from .writer import Writer
 

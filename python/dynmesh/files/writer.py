@@ -19,9 +19,8 @@ from ..sequence import Mask, Positions
 from .frame import Frame
 from .header import Header
 from .naming import naming
-from .new_output import exists_already, making
+from .new_output import bytes_of, check_space, exists_already, making
 from .scenes import listed
-from .space import bytes_of, check_space
 
 
 class Writer(ABC):

@@ -126,7 +126,10 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
     measured = ~np.isnan(points).all(axis=1)
     rows = np.flatnonzero(measured)
     points = np.ascontiguousarray(points[measured])
-    _refuse_infinite(points, lambda row: name(int(rows[row])))
+    finite = np.isfinite(points).all(axis=1)
+    if not finite.all():
+        row = int(finite.argmin())
+        raise ValueError(f"{name(int(rows[row]))}: is at {_told(points[row])}, which is not finite")
     if normals is not None:
         normals = np.ascontiguousarray(normals[measured])
         with np.errstate(over="ignore", invalid="ignore"):
@@ -140,13 +143,6 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
             )
         normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
     return PointScan(points, normals, None)
-
-
-def _refuse_infinite(points: Positions, name: Callable[[int], str]) -> None:
-    finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
-        row = int(finite.argmin())
-        raise ValueError(f"{name(row)}: is at {_told(points[row])}, which is not finite")
 
 
 def _told(row: Positions) -> str:

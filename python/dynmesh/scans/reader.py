@@ -267,21 +267,19 @@ def read_rig(path: Path, cameras: PathLike | None) -> Rig | None:
 def _suffix_in(path: Path, rig: Rig | None) -> str:
     """Returns the suffix of the scans."""
     suffixes = (*point_formats, SUFFIX)
-    if path.is_dir():
-        found = [suffix for suffix in suffixes if files_in(path, suffix)]
-        if not found and rig is not None and _images_in(path, rig):
-            return SUFFIX
-        if len(found) != 1:
-            if not found:
-                raise ValueError(f"is a folder without scans; they are {', '.join(suffixes)} files")
-            kinds = " and ".join(found)
-            raise ValueError(f"is a folder with {kinds} files; name one kind by a pattern")
-        return found[0]
-    if not path.suffix and not path.exists():
-        raise ValueError("does not exist")
-    if path.suffix.lower() not in suffixes:
-        raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
-    return path.suffix.lower()
+    if not path.is_dir():
+        if not path.suffix and not path.exists():
+            raise ValueError("does not exist")
+        if path.suffix.lower() not in suffixes:
+            raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
+        return path.suffix.lower()
+    found = [suffix for suffix in suffixes if files_in(path, suffix)]
+    if not found and rig is not None and _images_in(path, rig):
+        return SUFFIX
+    if len(found) != 1:
+        kinds = " and ".join(found) or f"no {' or '.join(suffixes)}"
+        raise ValueError(f"is a folder with {kinds} files; name one kind by a pattern")
+    return found[0]
 
 
 def _images_in(path: Path, rig: Rig) -> list[Path]:
@@ -350,16 +348,10 @@ def _names(cameras: Iterable[ScanCamera]) -> str:
 
 
 def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]) -> None:
-    advice = "; tracking goes on without it if gaps are lost"
-    for camera in rig.cameras:
-        if not by_camera[camera.name]:  # the names of its files may be wrong
-            raise ValueError(
-                f"there is no image of camera {camera.name!r}; their names would be "
-                f"{_names([camera])}{advice}"
-            )
     for number in numbers:
-        for name, images in by_camera.items():
-            if number not in images:
+        for camera in rig.cameras:
+            if number not in by_camera[camera.name]:
                 raise ValueError(
-                    f"there is no image of camera {name!r} for frame {number}" + advice
+                    f"there is no image of camera {camera.name!r} for frame {number}, which would "
+                    f"be named {_names([camera])}; tracking goes on without it if gaps are lost"
                 )

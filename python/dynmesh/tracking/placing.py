@@ -12,7 +12,7 @@ from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
-from ..tracker import Alignment, find_alignment
+from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
 from .units import Units, sizes_told
 
@@ -49,6 +49,15 @@ def registered_with(
         points = scan.points, scan.normals
         return register(faces, template, *points, viewpoints=scan.viewpoints, **options)
     return register_depth(faces, template, *scan, **options)
+
+
+def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
+    """Returns the mesh as it lies in a scan, or as it is carried on."""
+    if scan is None:
+        return tracker.skip()
+    if isinstance(scan, PointScan):
+        return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+    return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
 
 
 def placed_in(

@@ -35,16 +35,10 @@ class DegradeReport(Report):
     Attributes:
         output: the file or folder that was written.
         frames: number of frames in it.
-        told: what is left of them, in sentences.
     """
 
     output: Path
     frames: int
-    told: tuple[str, ...]
-
-    def lines(self) -> list[str]:
-        """Says what is left."""
-        return [*self.told, *super().lines()]
 
 
 def degrade_file(
@@ -144,7 +138,7 @@ def degrade_file(
                     measured += len(found.cloud)
         what = "points" if size is None else "measured pixels"
         told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
-        return DegradeReport(output=Path(output), frames=n, told=(told,), remarks=guess)
+        return DegradeReport(output=Path(output), frames=n, remarks=(told, *guess))
     if not asked and camera is None and noise is None:
         raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
     losses = Losses(camera=camera, noise=noise, seed=seed, **asked)
@@ -184,8 +178,7 @@ def _degrade(
     return DegradeReport(
         output=Path(output),
         frames=header.n_frames,
-        told=tuple(told),
-        remarks=(*(guess if losses.camera else ()), *writer.remarks),
+        remarks=(*told, *(guess if losses.camera else ()), *writer.remarks),
     )
 
 

@@ -17,13 +17,12 @@ from ..degrade.shared import mean_edge_of
 from ..files import PathLike
 from ..files.format import Gaps
 from ..registration import Registration
-from ..scans import PointScan, Scan, open_scans
+from ..scans import open_scans
 from ..scans.reader import DepthReader
-from ..sequence import Positions
 from ..tracker import Alignment, Tracker
 from ..tracking.fits import Fits
 from ..tracking.landmarks import read_landmarks
-from ..tracking.placing import placed_in
+from ..tracking.placing import placed_in, push_scan
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.units import sizes_told, units_of
 
@@ -248,7 +247,7 @@ def track_file(
             for frame, scan in enumerate(read):
                 with locating(frame=reader.number(frame)):
                     seen = room.subject(scan, units.factor)
-                    points = _push(tracker, seen)
+                    points = push_scan(tracker, seen)
                 if seen is not None:
                     room.follow(points)
                 fits.add(reader, frame, tracker, is_empty=seen is None)
@@ -291,12 +290,3 @@ def _advice(look: str, room: Room) -> str:
     """What to do if many points are far from the mesh."""
     others = "floor, walls and other things count as well, unless they are removed or cropped"
     return "; ".join(filter(None, [look, "" if room.takes else others]))
-
-
-def _push(tracker: Tracker, scan: Scan | None) -> Positions:
-    """Returns the mesh as it lies in a scan, or as it is carried on."""
-    if scan is None:
-        return tracker.skip()
-    if isinstance(scan, PointScan):
-        return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
-    return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
