@@ -56,7 +56,7 @@ def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
     return float(np.linalg.norm(truth - tracked, axis=1).mean() / edge(mesh))
 
 
-@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.04), (1.2, 1, 0.12)])
+@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.04), (0.8, 1, 0.1)])
 def test_frames_equal_the_transcription(
     speed: float, frames: int, limit: float, rng: np.random.Generator
 ) -> None:

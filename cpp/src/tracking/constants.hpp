@@ -35,7 +35,7 @@ struct TrackingConstants {
   /// In all but the last iterations, for so many points for each vertex, evenly spread: a stiff
   /// surface needs no more.
   int full_iterations = 2;
-  double points_per_vertex = 0.5;
+  double points_per_vertex = 1;
   /// How often rotations are fitted for the same matches of cloth,
   /// after the first iteration, which keeps it from sliding along itself.
   int cloth_fits = 3;

@@ -139,7 +139,8 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const double wanted = constants_.points_per_vertex * static_cast<double>(x.size());
   const double spacing = static_cast<double>(points_.size()) / wanted;
-  const std::size_t every = search.is_sparse && spacing > 1 ? static_cast<std::size_t>(spacing) : 1;
+  const std::size_t every =
+      search.is_sparse ? std::max<std::size_t>(1, std::llround(spacing)) : std::size_t{1};
   auto& rows = rows_.rows;
   rows.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {
@@ -204,8 +205,9 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   if (!usual.empty()) boundary_.draw(x, normals_, rows);
   std::erase_if(rows,
                 [&](const SurfaceRow& row) { return sums[component(row)] < constants_.fewest; });
-  const double density = std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
-                                           (points_of_row * static_cast<double>(std::max(rows.size(), 1UL))));
+  const double density =
+      std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
+                        (points_of_row * static_cast<double>(std::max(rows.size(), 1UL))));
   for (SurfaceRow& row : rows) {
     row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
   }
