@@ -109,8 +109,7 @@ def indices_of(
     first, last = np.searchsorted(numbers, (begin, stop)).tolist()
     if not (numbers[0] <= begin < stop <= end and first < last):
         raise InputError(
-            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not "
-            f"{slice_text(frames)}",
+            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not {begin}:{stop}",
             argument=argument,
         )
     return range(first, last, frames.step or 1)
@@ -143,12 +142,6 @@ def slice_of(text: str) -> slice:
     except ValueError:
         raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
     return slice(begin, end, *step)
-
-
-def slice_text(frames: slice | range) -> str:
-    """Returns what :func:`slice_of` parses."""
-    bounds = (frames.start, frames.stop, *([frames.step] if (frames.step or 1) > 1 else []))
-    return ":".join("" if bound is None else str(bound) for bound in bounds)
 
 
 def _span(header: Header) -> str:

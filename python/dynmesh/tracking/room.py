@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_finite
-from .._errors import InputError, KindError
+from .._checks import check_not_negative
+from .._errors import InputError
 from ..degrade.shared import mean_edge_of
 from ..diagnosis.planes import Plane, planes_of_room
 from ..scans.scan import Scan
@@ -20,35 +20,27 @@ def crop_of(value: Any) -> Crop | None:
     """Checks what should be cropped: a number, six numbers, or text with these and commas.
 
     Raises:
-        TypeError, ValueError: it is something else, or the corners of the box are exchanged.
+        ValueError: it is something else, or the corners of the box are exchanged.
     """
     if value is None:
         return None
-    if isinstance(value, str):
-        try:
-            value = [float(part) for part in value.split(",")]
-        except ValueError:
-            raise InputError(
-                f"must be a distance, or x,y,z,x,y,z of two corners, not {value!r}", argument="crop"
-            ) from None
-        value = value[0] if len(value) == 1 else value
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        check_finite("crop", value)
-        if value < 0:
-            raise InputError(f"must not be negative, but is {value:g}", argument="crop")
-        return float(value)
+    expected = "must be a distance, or x,y,z,x,y,z of two corners"
     try:
-        corners = np.asarray(value, np.float64)
+        given = value.split(",") if isinstance(value, str) else value
+        numbers = np.atleast_1d(np.asarray(given, np.float64)).tolist()
     except (TypeError, ValueError):
-        raise KindError(f"must be one or six numbers, not {value!r}", argument="crop") from None
-    if corners.shape != (6,) or not np.isfinite(corners).all():
-        raise InputError(f"must be one or six finite numbers, not {value!r}", argument="crop")
-    if (corners[:3] >= corners[3:]).any():
+        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value) from None
+    if len(numbers) not in (1, 6) or not np.isfinite(numbers).all():
+        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value)
+    if len(numbers) == 1:
+        check_not_negative("crop", numbers[0])
+        return float(numbers[0])
+    a, b, c, d, e, f = numbers
+    if not (a < d and b < e and c < f):
         raise InputError(
             f"the first corner must be the smaller one in x, y and z, but the box is {value!r}",
             argument="crop",
         )
-    a, b, c, d, e, f = corners.tolist()
     return a, b, c, d, e, f
 
 
