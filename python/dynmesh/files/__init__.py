@@ -23,7 +23,7 @@ from .choice import PathLike, check_suffix, format_of, formats, listed
 from .format import Gaps, Template, template_of
 from .frame import Frame, frame_of
 from .header import Header, header_of
-from .masks import MaskedReader, check_missing
+from .masks import MaskedReader
 from .memory import SequenceReader
 from .naming import naming
 from .reader import Reader
@@ -117,7 +117,8 @@ def open(
     """
     check_path("path", path)
     path = Path(path)
-    check_missing(missing)
+    if missing not in (None, "zero"):
+        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
     if gaps not in ("refuse", "lost"):
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):

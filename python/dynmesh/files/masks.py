@@ -21,12 +21,6 @@ from .rows import read_header
 from .times import index_of
 
 
-def check_missing(missing: object) -> None:
-    """Refuses what does not name a value that marks missing positions."""
-    if missing not in (None, "zero"):
-        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
-
-
 class MaskedReader(Reader):
     """A sequence whose known masks are given, or derived from positions of zero, or both."""
 

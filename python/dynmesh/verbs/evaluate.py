@@ -57,14 +57,10 @@ class Evaluation(Report):
             f"{self.bounding_box_diagonal:g}",
         }
         if (found := self.calibration) is not None:
-            rows |= {
-                "standard errors": f"error / standard error is {found.rms_ratio:.3g}, by root mean "
-                "squares",
-                "50 % interval": f"holds {100 * found.coverage_50:.3g} % of the errors",
-                "90 % interval": f"holds {100 * found.coverage_90:.3g} % of the errors",
-                "rank correlation": f"{_shown(found.rank_correlation)} with standard errors, "
-                f"{_shown(found.generation_correlation)} with generations",
-            }
+            rows["standard errors"] = (
+                f"the 90 % interval holds {100 * found.coverage_90:.3g} % of the errors, the 50 % "
+                f"interval {100 * found.coverage_50:.3g} %"
+            )
         return [f"{name:18}{value}" for name, value in rows.items()] + super().lines()
 
     def to_dict(self) -> dict[str, Any]:
@@ -84,10 +80,6 @@ class Evaluation(Report):
             writer = table.writer(file)
             writer.writerow(field.name for field in fields(FrameErrors))
             writer.writerows(astuple(errors) for errors in self.each)
-
-
-def _shown(correlation: float | None) -> str:
-    return "none" if correlation is None else f"{correlation:.3g}"
 
 
 def evaluate(
