@@ -93,8 +93,7 @@ class Stream:
             Little-endian bytes for `restore`. They contain no times, so objects that received the
             same frames have identical states.
         """
-        state: bytes = self._core.state()
-        return state
+        return bytes(self._core.state())
 
     def restore(self, state: bytes | bytearray | memoryview) -> None:
         """Continues from a state, with the same results, or up to rounding on another processor.
@@ -118,14 +117,12 @@ class Stream:
 
         0 for an observed vertex, -1 where no chain of edges leads to one.
         """
-        generation: NDArray[np.int32] = self._core.generation()
-        return generation
+        return np.asarray(self._core.generation())
 
     @property
     def age(self) -> NDArray[np.int32]:
         """(k,) int32: the number of frames since the vertex was last observed."""
-        age: NDArray[np.int32] = self._core.age()
-        return age
+        return np.asarray(self._core.age())
 
     @property
     def topology(self) -> TopologyReport:
@@ -142,8 +139,7 @@ class Stream:
     @property
     def n_frames(self) -> int:
         """The number of frames since construction or `reset`; `restore` restores it."""
-        n_frames: int = self._core.n_frames()
-        return n_frames
+        return int(self._core.n_frames())
 
     @property
     def n_vertices(self) -> int:
@@ -153,8 +149,7 @@ class Stream:
     @property
     def n_edges(self) -> int:
         """The number of edges of the mesh."""
-        n_edges: int = self._core.n_edges()
-        return n_edges
+        return int(self._core.n_edges())
 
     @property
     def dtype(self) -> np.dtype[Any]:
@@ -168,8 +163,7 @@ class Stream:
         return _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
 
     def _standard_error(self) -> NDArray[np.floating[Any]]:
-        found: NDArray[np.floating[Any]] = self._core.standard_error()
-        return found
+        return np.asarray(self._core.standard_error())
 
 
 def _check_setting(name: str, value: Any, kind: Any) -> None:

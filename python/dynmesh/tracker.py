@@ -247,8 +247,7 @@ class Tracker(Stream):
     @property
     def observed(self) -> Mask:
         """(k,) bool: whether the vertex has a measured point in the last frame."""
-        observed: Mask = self._core.observed().astype(np.bool_)
-        return observed
+        return np.asarray(self._core.observed(), np.bool_)
 
     @property
     def standard_error(self) -> NDArray[np.floating[Any]]:
