@@ -41,8 +41,8 @@ double slope_after(int steps) {
   const std::size_t k = mesh.size();
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
-  ShapeSystem system(topology.cells, workers);
-  system.reset(system.prepare(triangles_of(mesh), rows_of(mesh.vertices), DetailConstants{}));
+  ShapeSystem system(triangles_of(mesh), topology.cells, workers, rows_of(mesh.vertices),
+                     DetailConstants{});
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
@@ -82,9 +82,8 @@ double slope_of_rows_after(int steps) {
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
   const Field first = rows_of(mesh.vertices);
-  ShapeSystem shape(topology.cells, workers);
-  shape.reset(
-      shape.prepare(triangles_of(mesh), first, DetailConstants{}, std::vector<double>(k, 0.0)));
+  ShapeSystem shape(triangles_of(mesh), topology.cells, workers, first, DetailConstants{},
+                    std::vector<double>(k, 0.0));
   TrackingConstants constants;
   constants.steps = steps;
   constants.settled = 0;

@@ -18,9 +18,7 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   Workers workers(1);
-  Rotations rotations(topology.cells, workers);
-  const auto rest = rows_of(mesh.vertices);
-  rotations.reset(rotations.prepare(rest), rest, 1);
+  Rotations rotations(topology.cells, workers, rows_of(mesh.vertices), 1);
   rotations.fit(rows_of(turned(mesh.vertices, 0.5)));
   const std::vector<Quaternion> before(rotations.quaternions().begin(),
                                        rotations.quaternions().end());

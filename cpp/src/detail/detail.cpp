@@ -34,11 +34,13 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       workers_(workers),
       noise_(settings.noise),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      system_(topology.cells, workers),
-      rotations_(topology.cells, workers),
+      system_(settings.faces, topology.cells, workers, first_frame, constants_),
+      rounding_(system_.k(), mean_edge_, settings.epsilon),
+      rotations_(topology.cells, workers, first_frame, mean_edge_),
       local_blend_(topology.cells, workers, constants_),
-      is_trained_(!settings.training.empty()),
-      rest_fit_(ShapeFit::Of::rest, topology.cells, workers, constants_.training),
+      rest_fit_(ShapeFit::Of::rest, topology.cells, workers, constants_.training,
+                training_modes(settings.training, system_.k(), topology.cells, first_frame,
+                               mean_edge_, rounding_, constants_, workers)),
       error_bars_(topology.cells, workers, constants_, settings.has_uncertainty,
                   noise_.has_value()),
       next_generations_(first_frame.size()),
@@ -51,26 +53,18 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       shape_(x_.size()),
       turned_(x_.size()),
       k_steps_(x_.size()) {
-  auto prepared = system_.prepare(settings.faces, x_, constants_);
-  rounding_ = Rounding(prepared.k, mean_edge_, settings.epsilon);
-  if (settings.learns || is_trained_) {
-    const auto parts = divide_surface(topology.cells, x_, constants_.training);
-    if (settings.learns) {
-      const ModeScale scale = {mean_edge_, rounding_.mean_square(x_)};
-      learned_ = std::make_unique<LearnedModes>(parts, topology.cells, workers, constants_.training,
-                                                scale);
-    } else {
-      rest_fit_.reset(training_modes(settings.training, parts, prepared.k, topology.cells, x_,
-                                     mean_edge_, rounding_, constants_, workers));
-    }
+  if (settings.learns) {
+    const ModeScale scale = {mean_edge_, rounding_.mean_square(x_)};
+    learned_ =
+        std::make_unique<LearnedModes>(divide_surface(topology.cells, x_, constants_.training),
+                                       topology.cells, workers, constants_.training, scale);
+  }
+  if (settings.learns || rest_fit_.exists()) {
     steps_.resize(x_.size());
     fitted_.resize(x_.size());
   }
-  first_order_ = std::make_unique<FirstOrder>(topology, prepared.k, rounding_, workers,
+  first_order_ = std::make_unique<FirstOrder>(topology, system_.k(), rounding_, workers,
                                               constants_.first_order, noise_.has_value());
-  system_.reset(std::move(prepared));
-  rotations_.reset(rotations_.prepare(x_), x_, mean_edge_);
-  error_bars_.reset();
   system_.apply(x_, 1, first_shape_);
   for (std::size_t v = 0; v < x_.size(); ++v) shapes_[v].last = first_shape_[v];
 }

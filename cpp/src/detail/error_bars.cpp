@@ -16,12 +16,6 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-void ChangeSizes::allocate(std::size_t n_vertices) {
-  energies_.resize(n_vertices);
-  sizes_.resize(n_vertices);
-  averaged_.resize(n_vertices);
-}
-
 void ChangeSizes::reset() {
   std::ranges::fill(energies_, Energy{});
   std::ranges::fill(sizes_, 1.0);
@@ -53,24 +47,25 @@ void ChangeSizes::find(Workers& workers) {
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers), constants_(constants), sizes_(constants.uncertainty) {
+    : cells_(cells),
+      workers_(workers),
+      constants_(constants),
+      sizes_(constants.uncertainty, are_wanted ? cells.size() : 0) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells, 0.5);
   for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
-  sizes_.allocate(k);
   energies_.resize(k);
   standard_errors_.resize(k);
 }
 
-void ErrorBars::reset() {
-  if (!exist()) return;
+/// Begins the ensemble again, as in frame 0, which has no error.
+void ErrorBars::begin_again() {
   for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
   sizes_.reset();
   energy_ = {};
   frame_ = 0;
-  std::ranges::fill(standard_errors_, 0.0);
 }
 
 /// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
@@ -196,7 +191,7 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
 
   const Energy energy = compare(frame, steps, anchors);
   if (!(energy.expected < largest_member)) {  // nothing that was made up makes sense any more
-    reset();
+    begin_again();
     return pass(generations, clusters);
   }
   const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);

@@ -32,12 +32,16 @@ struct Energy {
 
 /// The size of the changes around each vertex, compared with the mean, which tells busy parts from
 /// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
-/// closer to 1 where there is little energy to tell. Allocates memory only in `allocate`.
+/// closer to 1 where there is little energy to tell. Allocates memory only in the constructor.
 class ChangeSizes {
  public:
   /// `constants` must outlive this object.
-  explicit ChangeSizes(const UncertaintyConstants& constants) : constants_(constants) {}
-  void allocate(std::size_t n_vertices);
+  ChangeSizes(const UncertaintyConstants& constants, std::size_t n_vertices)
+      : constants_(constants),
+        energies_(n_vertices),
+        sizes_(n_vertices, 1.0),
+        averaged_(n_vertices) {}
+  /// Forgets all frames.
   void reset();
 
   [[nodiscard]] double of_vertex(std::size_t v) const { return sizes_[v]; }
@@ -89,9 +93,6 @@ class ErrorBars {
 
   [[nodiscard]] bool exist() const { return !errors_.empty(); }
 
-  /// Begins a sequence: frame 0 has no error.
-  void reset();
-
   /// Finds the errors of a frame of which some vertices were solved for.
   void update(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
               ShapeSystem& system, const Clusters& clusters);
@@ -127,6 +128,7 @@ class ErrorBars {
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
 
+  void begin_again();
   void draw_changes(const Clusters& clusters);
   void set_targets();
   void set_noise(const Anchors& anchors);
@@ -145,7 +147,7 @@ class ErrorBars {
   Members changes_;  // eta, how the true shape changes, with unit size
   ChangeSizes sizes_;
   Energy energy_;                        // of earlier frames, over the mesh
-  std::uint64_t frame_ = 0;              // the number of frames since `reset`
+  std::uint64_t frame_ = 0;              // the number of frames since the ensemble was begun
   std::vector<double> standard_errors_;  // (k,)
 
   // Of one frame:

@@ -160,12 +160,10 @@ LearnedModes::LearnedModes(const SurfaceParts& parts, const Cells& cells, Worker
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       weights_(weights_of(parts)),
       library_(parts, workers, scale.mean_edge),
-      fit_(ShapeFit::Of::change, cells, workers, constants),
+      fit_(ShapeFit::Of::change, cells, workers, constants, Modes(parts, scale.mean_edge)),
       next_(parts, scale.mean_edge),
       used_(static_cast<std::size_t>(constants.local_parts + 1)),
-      making_(static_cast<std::size_t>(constants.local_parts + 1)) {
-  fit_.reset(Modes(parts, scale.mean_edge));
-}
+      making_(static_cast<std::size_t>(constants.local_parts + 1)) {}
 
 void LearnedModes::advance(std::span<const ShapeTerms> memory, bool is_evident) {
   if (n_slices_ > 0) make_slice();

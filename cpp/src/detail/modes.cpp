@@ -168,8 +168,7 @@ std::vector<Vector3<double>> training_shapes(std::span<const std::vector<Vector3
   std::vector<Vector3<double>> kx(n_vertices);
   std::vector<Quaternion> before(n_vertices);
   apply_operator(k, first, 1, first_shape, workers);
-  Rotations rotations(cells, workers);
-  rotations.reset(rotations.prepare(first), first, mean_edge);
+  Rotations rotations(cells, workers, first, mean_edge);
   for (std::size_t frame = 0; frame < training.size(); ++frame) {
     std::ranges::copy(training[frame], x.begin());
     std::ranges::fill(rotations.quaternions(), whole_rotation(first, x));
@@ -346,15 +345,17 @@ void Modes::project_and_weigh(Field field, std::span<const double> weights,
 }
 
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const SurfaceParts& parts, const DetailOperator& k, const Cells& cells,
+                     const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
                      const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+  if (training.empty()) return {};
   const auto shapes = training_shapes(training, k, cells, first, mean_edge, workers);
   ModeScale scale = {mean_edge, 0};
   for (const auto& frame : training) {
     scale.rounding = std::max(scale.rounding, rounding.mean_square(frame));
   }
-  return Modes(parts, shapes, training.size(), constants.training, scale);
+  return Modes(divide_surface(cells, first, constants.training), shapes, training.size(),
+               constants.training, scale);
 }
 
 }  // namespace dynmesh

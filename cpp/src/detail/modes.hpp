@@ -107,9 +107,10 @@ class Modes {
 };
 
 /// Returns the modes of the shapes z = Q^T K V - m_0 of the frames V, in the axes of frame 0, which
-/// is `first` and has the operator `k`. Those of a moved and turned sequence are the same.
+/// is `first` and has the operator `k`; none without frames. Those of a moved and turned sequence
+/// are the same.
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const SurfaceParts& parts, const DetailOperator& k, const Cells& cells,
+                     const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
                      const Rounding& rounding, const DetailConstants& constants, Workers& workers);
 

@@ -26,7 +26,7 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   std::ranges::fill(found, Vector3<double>{});
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
-    factor_->precondition(solution_, fields);
+    factor_.precondition(solution_, fields);
   };
   const auto multiply = [&] { multiply_with_planes(width, anchors); };
   const auto advance = [&](const std::array<double, width>& lengths) {

@@ -6,25 +6,20 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-Rotations::Rotations(const Cells& cells, Workers& workers, const RotationKernels& kernels)
+
+Rotations::Rotations(const Cells& cells, Workers& workers,
+                     std::span<const Vector3<double>> first_frame, double mean_edge)
     : cells_(cells),
       workers_(workers),
-      kernels_(kernels),
+      kernels_(best_kernels().rotations),
       turning_(best_kernels().products),
       rest_edges_(cells.neighbours.size()),
       covariances_(cells.size()),
-      quaternions_(cells.size()) {}
-
-Rotations::Prepared Rotations::prepare(std::span<const Vector3<double>> first_frame) const {
-  Clusters clusters = cluster_vertices(cells_, first_frame);
-  const std::size_t n = clusters.size();
-  return {std::move(clusters), std::vector<Covariance>(n), std::vector<Covariance>(n),
-          std::vector<Quaternion>(n)};
-}
-
-void Rotations::reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
-                      double mean_edge) noexcept {
-  of_clusters_ = std::move(prepared);
+      quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
+      clusters_(cluster_vertices(cells, first_frame)),
+      sums_(clusters_.size()),
+      averaged_(clusters_.size()),
+      turns_(clusters_.size()) {
   std::size_t half_edge = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     for (const Index j : cells_[i]) {
@@ -32,7 +27,6 @@ void Rotations::reset(Prepared prepared, std::span<const Vector3<double>> first_
       rest_edges_[half_edge++] = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
     }
   }
-  std::ranges::fill(quaternions_, Quaternion{1, 0, 0, 0});
 }
 
 RotationData Rotations::data(std::span<const Vector3<double>> frame) {
@@ -46,7 +40,7 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   });
   const auto for_each_cluster = [&](const auto& work) {
     constexpr Index vertices = 7;  // of most clusters
-    workers_.for_each_short_chunk(static_cast<Index>(of_clusters_.clusters.size()), work, vertices);
+    workers_.for_each_short_chunk(static_cast<Index>(clusters_.size()), work, vertices);
   };
   const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists, bool with_own,
                           std::vector<Covariance>& sums) {
@@ -55,20 +49,18 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
                          sums.data(), first, last);
     });
   };
-  add_up(covariances_, of_clusters_.clusters.members, false, of_clusters_.covariances);
+  add_up(covariances_, clusters_.members, false, sums_);
   for (int n = 0; n < 2; ++n) {
-    add_up(of_clusters_.covariances, of_clusters_.clusters.neighbours, true, of_clusters_.averaged);
-    std::swap(of_clusters_.covariances, of_clusters_.averaged);
+    add_up(sums_, clusters_.neighbours, true, averaged_);
+    std::swap(sums_, averaged_);
   }
-  for (std::size_t c = 0; c < of_clusters_.clusters.size(); ++c) {
-    of_clusters_.quaternions[c] = quaternions_[of_clusters_.clusters.centres[c]];
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
+    turns_[c] = quaternions_[clusters_.centres[c]];
   }
-  for_each_cluster([&](Index first, Index last) {
-    kernels_.turn(of_clusters_.covariances.data(), of_clusters_.quaternions.data(), first, last);
-  });
+  for_each_cluster(
+      [&](Index first, Index last) { kernels_.turn(sums_.data(), turns_.data(), first, last); });
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.blend(data(frame), of_clusters_.clusters.of_vertex.data(),
-                   of_clusters_.quaternions.data(), first, last);
+    kernels_.blend(data(frame), clusters_.of_vertex.data(), turns_.data(), first, last);
   });
 }
 

@@ -36,21 +36,9 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
 /// determine a rotation keeps its rotation. Allocates memory only in the constructor.
 class Rotations {
  public:
-  /// `cells` and `workers` must outlive this object.
-  Rotations(const Cells& cells, Workers& workers,
-            const RotationKernels& kernels = best_kernels().rotations);
-
-  /// What depends on frame 0 and needs memory.
-  struct Prepared {
-    Clusters clusters;
-    std::vector<Covariance> covariances;  // of the clusters
-    std::vector<Covariance> averaged;
-    std::vector<Quaternion> quaternions;
-  };
-  [[nodiscard]] Prepared prepare(std::span<const Vector3<double>> first_frame) const;
-  /// Sets frame 0, in any unit of length, and resets all rotations to the identity.
-  void reset(Prepared prepared, std::span<const Vector3<double>> first_frame,
-             double mean_edge) noexcept;
+  /// `cells` and `workers` must outlive this object. All rotations are the identity.
+  Rotations(const Cells& cells, Workers& workers, std::span<const Vector3<double>> first_frame,
+            double mean_edge);
 
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
   /// clusters. Each vertex then takes the mean rotation of the clusters of its cell.
@@ -69,7 +57,7 @@ class Rotations {
   [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
 
   /// The clusters of frame 0.
-  [[nodiscard]] const Clusters& clusters() const { return of_clusters_.clusters; }
+  [[nodiscard]] const Clusters& clusters() const { return clusters_; }
 
  private:
   [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);
@@ -81,7 +69,9 @@ class Rotations {
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;
-  Prepared of_clusters_;
+  Clusters clusters_;
+  std::vector<Covariance> sums_, averaged_;  // of the clusters
+  std::vector<Quaternion> turns_;            // of the clusters
 };
 
 }  // namespace dynmesh

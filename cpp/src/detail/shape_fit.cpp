@@ -25,24 +25,28 @@ void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system
 
 }  // namespace
 
-void ShapeFit::reset(Modes modes) {
-  if (modes.n_coefficients() > 0) {
-    for (auto* values :
-         {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
-      values->resize(modes.n_coefficients());
-    }
-    for (auto* values : {&seen_, &averaged_}) values->resize(cells_.size());
-    for (AddedShape* added : {&added_, &direction_added_}) {
-      for (auto* fields : {&added->shape, &added->wanted, &added->steps, &added->k_steps}) {
-        fields->resize(cells_.size());
-      }
-    }
-    left_.resize(cells_.size());
-  }
-  // Nothing below can throw.
-  modes_ = std::move(modes);
-  begin_at_zero();
+ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants,
+                   Modes modes)
+    : of_(of),
+      constants_(constants),
+      cells_(cells),
+      workers_(workers),
+      modes_(std::move(modes)),
+      coefficients_(static_cast<std::size_t>(modes_of_part * (constants.local_parts + 1))) {
   begin();
+  const std::size_t n = modes_.n_coefficients();
+  if (n == 0) return;
+  for (auto* values :
+       {&gradient_, &direction_, &product_, &preconditioned_, &squares_, &penalties_, &shares_}) {
+    values->resize(n);
+  }
+  for (auto* values : {&seen_, &averaged_}) values->resize(cells.size());
+  for (AddedShape* added : {&added_, &direction_added_}) {
+    for (auto* fields : {&added->shape, &added->wanted, &added->steps, &added->k_steps}) {
+      fields->resize(cells.size());
+    }
+  }
+  left_.resize(cells.size());
 }
 
 /// Nothing is known about the coefficients yet.

@@ -50,16 +50,10 @@ class ShapeFit {
     change
   };
 
-  /// The arguments must outlive this object.
-  ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants)
-      : of_(of),
-        constants_(constants),
-        cells_(cells),
-        workers_(workers),
-        coefficients_(static_cast<std::size_t>(modes_of_part * (constants.local_parts + 1))) {}
+  /// `cells`, `workers` and `constants` must outlive this object.
+  ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants,
+           Modes modes);
 
-  /// Begins a sequence with these modes. If it throws, nothing has changed.
-  void reset(Modes modes);
   /// Continues with other modes of the same parts, which are swapped with the present ones.
   void replace(Modes& modes);
 

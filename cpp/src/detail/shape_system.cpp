@@ -5,35 +5,25 @@
 
 namespace dynmesh {
 
-ShapeSystem::ShapeSystem(const Cells& cells, Workers& workers)
+ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
+                         std::span<const Vector3<double>> first_frame,
+                         const DetailConstants& constants, std::vector<double> membrane)
     : cells_(cells),
       workers_(workers),
       kernels_(best_kernels().products),
+      operator_(build_detail_operator(faces, cells, first_frame, constants)),
+      membrane_(std::move(membrane)),
+      factor_(normal_matrix(operator_, membrane_), workers),
       scaled_residual_(3 * cells.size()),
       solution_(3 * cells.size()),
       steps_(cells.size()) {}
-
-ShapeSystem::Prepared ShapeSystem::prepare(std::span<const Triangle> faces,
-                                           std::span<const Vector3<double>> first_frame,
-                                           const DetailConstants& constants,
-                                           std::vector<double> membrane) const {
-  auto k = build_detail_operator(faces, cells_, first_frame, constants);
-  auto factor = std::make_unique<MaskedFactor>(normal_matrix(k, membrane), workers_);
-  return {std::move(k), std::move(membrane), std::move(factor)};
-}
-
-void ShapeSystem::reset(Prepared prepared) noexcept {
-  operator_ = std::move(prepared.k);
-  membrane_ = std::move(prepared.membrane);
-  factor_ = std::move(prepared.factor);
-}
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
   apply_operator(operator_, x, fields, detail, workers_);
 }
 
 void ShapeSystem::factorize(const Anchors& anchors) {
-  factor_->factorize(anchors.is_solved, anchors.weights);
+  factor_.factorize(anchors.is_solved, anchors.weights);
 }
 
 /// Sets the solution to K^T of the residual at the vertices that are solved for.
@@ -67,7 +57,7 @@ void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     solution_[r] = right_side[static_cast<std::size_t>(order[r])];
   });
-  factor_->precondition(solution_, 1);
+  factor_.precondition(solution_, 1);
   scatter_to(x);
 }
 
@@ -79,7 +69,7 @@ void ShapeSystem::scatter_to(std::span<Vector3<double>> x) const {
 
 /// Solves for the steps, and brings them into the order of vertices.
 ShapeSystem::Field ShapeSystem::solve_and_scatter(int fields) {
-  factor_->solve(solution_, fields);
+  factor_.solve(solution_, fields);
   return scatter(solution_, static_cast<std::size_t>(fields));
 }
 

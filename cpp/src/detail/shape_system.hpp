@@ -3,7 +3,6 @@
 
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,26 +19,19 @@ namespace dynmesh {
 /// K of frame 0, and N = K^T K restricted to the vertices that are solved for. Fields have one or
 /// three Vector3 for each vertex, side by side.
 ///
-/// Allocates memory in `reset`, and in `factorize` if the factor is larger than ever before.
+/// Allocates memory in the constructor, and in `factorize` if the factor is larger than ever
+/// before.
 class ShapeSystem {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells` and `workers` must outlive this object.
-  ShapeSystem(const Cells& cells, Workers& workers);
+  /// `cells` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane
+  /// at the vertices, which `multiply` adds.
+  ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
+              std::span<const Vector3<double>> first_frame, const DetailConstants& constants,
+              std::vector<double> membrane = {});
 
-  /// K of a new frame 0, and what is needed to factor N.
-  struct Prepared {
-    DetailOperator k;
-    std::vector<double> membrane;
-    std::unique_ptr<MaskedFactor> factor;
-  };
-  [[nodiscard]] Prepared prepare(std::span<const Triangle> faces,
-                                 std::span<const Vector3<double>> first_frame,
-                                 const DetailConstants& constants,
-                                 std::vector<double> membrane = {}) const;
-  /// Begins a sequence.
-  void reset(Prepared prepared) noexcept;
+  [[nodiscard]] const DetailOperator& k() const { return operator_; }
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
@@ -51,7 +43,7 @@ class ShapeSystem {
   void factorize(const Anchors& anchors);
 
   /// The vertices that are solved for.
-  [[nodiscard]] std::span<const Index> solved() const { return factor_->order(); }
+  [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
 
   /// Returns the steps D that bring K (x + D) closest to K x + residual, for each of one or three
   /// fields: N D = K^T residual. `residual(v, field)` is the wanted value minus the current one. In
@@ -128,7 +120,7 @@ class ShapeSystem {
   const OperatorKernels& kernels_;
   DetailOperator operator_;  // K
   std::vector<double> membrane_;
-  std::unique_ptr<MaskedFactor> factor_;  // the factor of N
+  MaskedFactor factor_;  // of N
   std::vector<Vector3<double>>
       scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3<double>> solution_;  // in the order of elimination

@@ -26,6 +26,19 @@ std::vector<double> chosen(std::span<const std::uint8_t> is_cloth, double of_clo
   return values;
 }
 
+DetailConstants with_largest_kept(double largest_kept) {
+  DetailConstants constants;
+  constants.training.largest_kept = largest_kept;
+  return constants;
+}
+
+std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_frame,
+                                      const ShapeSystem& system) {
+  std::vector<Vector3<double>> shape(first_frame.size());
+  system.apply(first_frame, 1, shape);
+  return shape;
+}
+
 }  // namespace
 
 NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
@@ -34,39 +47,34 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                            TrainingFrames training, bool has_uncertainty, double epsilon)
     : topology_(topology),
       workers_(workers),
-      system_(topology.cells, workers),
-      rotations_(topology.cells, workers),
-      rest_(topology.cells, workers, detail_constants_, std::move(training)),
+      detail_constants_(with_largest_kept(constants.largest_kept)),
+      system_(faces, topology.cells, workers, first_frame, detail_constants_,
+              chosen(is_cloth, constants.cloth_membrane, constants.membrane)),
+      rotations_(topology.cells, workers, first_frame, mean_edge),
+      rounding_(system_.k(), mean_edge, epsilon),
+      shape_(shape_of(first_frame, system_)),
+      rest_(topology.cells, workers, detail_constants_,
+            training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
+                           detail_constants_, workers),
+            shape_),
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       membrane_(faces, first_frame, mean_edge,
                 chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
       pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
-      shape_(first_frame.size()),
-      remembered_(first_frame.size()),
+      remembered_(rotations_.quaternions().begin(), rotations_.quaternions().end()),
       anchors_(first_frame.size(), true),
       wanted_(first_frame.size()),
       turned_(first_frame.size()),
       kx_(first_frame.size()),
       planes_(first_frame.size()),
       forces_(first_frame.size()) {
-  detail_constants_.training.largest_kept = constants.largest_kept;
   system_.take_planes(constants.steps);
-  auto prepared = system_.prepare(faces, first_frame, detail_constants_,
-                                  chosen(is_cloth, constants.cloth_membrane, constants.membrane));
-  rounding_ = Rounding(prepared.k, mean_edge, epsilon);
-  rest_.reset(rest_.learn(prepared.k, first_frame, mean_edge, rounding_));
-  system_.reset(std::move(prepared));
-  rotations_.reset(rotations_.prepare(first_frame), first_frame, mean_edge);
-  std::ranges::copy(rotations_.quaternions(), remembered_.begin());
   surface_system_.emplace(system_, topology.cells, workers, constants,
                           find_ties(topology, first_frame, mean_edge, constants), first_frame,
                           rotations_.clusters());
   for (const Tie& tie : surface_system_->ties()) {
     tied_.push_back(first_frame[tie.i] - first_frame[tie.j]);
   }
-  system_.apply(first_frame, 1, shape_);
-  rest_.set_first(shape_);
-  error_bars_.reset();
 }
 
 void NonrigidStep::begin_frame() {

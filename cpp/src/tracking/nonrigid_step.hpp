@@ -96,13 +96,13 @@ class NonrigidStep {
   ShapeSystem system_;
   Rotations rotations_;
   Rounding rounding_;
+  std::vector<Vector3<double>> shape_;  // m = Q^T K X of the last frame
   RestShape rest_;
   ErrorBars error_bars_;
   Membrane membrane_;
   std::optional<SurfaceSystem> surface_system_;
   std::vector<double> pulls_;           // (k,) the share of frame 0 in the wanted shape
   std::vector<Vector3<double>> tied_;   // what the ties keep, in frame 0
-  std::vector<Vector3<double>> shape_;  // m = Q^T K X of the last frame
   std::vector<Quaternion> remembered_;  // Q of the last frame
 
   // Of the current frame:

@@ -5,48 +5,26 @@
 #include <utility>
 
 #include "detail/blend.hpp"
-#include "detail/modes.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 
 RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     TrainingFrames training)
+                     Modes modes, Field first_shape)
     : cells_(cells),
-      workers_(workers),
-      constants_(constants),
-      training_(std::move(training)),
-      fit_(ShapeFit::Of::rest, cells, workers, constants.training),
-      first_(cells.size()),
-      shape_(cells.size()),
+      fit_(ShapeFit::Of::rest, cells, workers, constants.training, std::move(modes)),
+      first_(first_shape.begin(), first_shape.end()),
+      shape_(first_),
       generations_(is_trained() ? cells.size() : 0),
       known_(is_trained() ? cells.size() : 0),
       kx_(known_.size()),
       wanted_(known_.size()),
       steps_(known_.size()),
-      k_steps_(known_.size()) {}
-
-Modes RestShape::learn(const DetailOperator& k, Field first_frame, double mean_edge,
-                       const Rounding& rounding) const {
-  if (!is_trained()) return {};
-  const auto parts = divide_surface(cells_, first_frame, constants_.training);
-  return training_modes(training_, parts, k, cells_, first_frame, mean_edge, rounding, constants_,
-                        workers_);
-}
-
-void RestShape::reset(Modes modes) {
-  fit_.reset(std::move(modes));
-  prior_weight_ = 0;
-  prior_share_ = 0;
+      k_steps_(known_.size()) {
   std::size_t n = 0;
   known_fields(*this, [&](const auto& visited) { n += numbers_of(visited).size(); });
   remembered_.resize(n);
   remember();
-}
-
-void RestShape::set_first(Field first_shape) {
-  std::ranges::copy(first_shape, first_.begin());
-  std::ranges::copy(first_shape, shape_.begin());
 }
 
 void RestShape::fit(const Surface& surface, ShapeSystem& system, const Rotations& rotations) {

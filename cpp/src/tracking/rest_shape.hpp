@@ -30,21 +30,13 @@ class RestShape {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells`, `workers` and `constants` must outlive this object. `training` is a training
-  /// sequence, or empty.
-  RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-            TrainingFrames training);
+  /// `cells`, `workers` and `constants` must outlive this object. `modes` are those of a training
+  /// sequence, or none. (k,) `first_shape` is m_first.
+  RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants, Modes modes,
+            Field first_shape);
 
-  /// Whether there is a training sequence.
-  [[nodiscard]] bool is_trained() const { return !training_.empty(); }
-
-  /// Learns the modes of the training sequence for a frame 0 with the operator `k`; none without
-  /// one.
-  [[nodiscard]] Modes learn(const DetailOperator& k, Field first_frame, double mean_edge,
-                            const Rounding& rounding) const;
-  /// Begins a sequence. If it throws, nothing has changed.
-  void reset(Modes modes);
-  void set_first(Field first_shape);
+  /// Whether there are modes.
+  [[nodiscard]] bool is_trained() const { return fit_.exists(); }
 
   /// p: (k,).
   [[nodiscard]] Field shape() const { return shape_; }
@@ -85,10 +77,6 @@ class RestShape {
   void set_shape();
 
   const Cells& cells_;
-  Workers& workers_;
-  const DetailConstants& constants_;
-  TrainingFrames
-      training_;  // the frames of the training sequence, since a new frame 0 has other modes
   ShapeFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
