@@ -38,6 +38,7 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       rounding_(system_.k(), mean_edge_, settings.epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
       local_blend_(topology.cells, workers, constants_),
+      is_trained_(!settings.training.empty()),
       rest_fit_(ShapeFit::Of::rest, topology.cells, workers, constants_.training,
                 training_modes(settings.training, system_.k(), topology.cells, first_frame,
                                mean_edge_, rounding_, constants_, workers)),
@@ -59,7 +60,7 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
         std::make_unique<LearnedModes>(divide_surface(topology.cells, x_, constants_.training),
                                        topology.cells, workers, constants_.training, scale);
   }
-  if (settings.learns || rest_fit_.exists()) {
+  if (settings.learns || is_trained_) {
     steps_.resize(x_.size());
     fitted_.resize(x_.size());
   }

@@ -79,7 +79,7 @@ class Detail final : public Estimator<double> {
     for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
     visit(self.lambda_);
     FirstOrder::fields(*self.first_order_, visit);
-    if (self.rest_fit_.exists()) ShapeFit::fields(self.rest_fit_, visit);
+    if (self.is_trained_) ShapeFit::fields(self.rest_fit_, visit);
     if (self.learned_) LearnedModes::fields(*self.learned_, visit);
   }
 
@@ -106,6 +106,7 @@ class Detail final : public Estimator<double> {
   Rounding rounding_;
   Rotations rotations_;
   LocalBlend local_blend_;
+  bool is_trained_;  // although the training may have no modes for this frame 0
   ShapeFit rest_fit_;
   std::unique_ptr<LearnedModes> learned_;  // null if it does not learn
   ErrorBars error_bars_;

@@ -53,7 +53,7 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       rotations_(topology.cells, workers, first_frame, mean_edge),
       rounding_(system_.k(), mean_edge, epsilon),
       shape_(shape_of(first_frame, system_)),
-      rest_(topology.cells, workers, detail_constants_,
+      rest_(topology.cells, workers, detail_constants_, !training.empty(),
             training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
                            detail_constants_, workers),
             shape_),

@@ -10,13 +10,14 @@
 namespace dynmesh {
 
 RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     Modes modes, Field first_shape)
+                     bool is_trained, Modes modes, Field first_shape)
     : cells_(cells),
+      is_trained_(is_trained),
       fit_(ShapeFit::Of::rest, cells, workers, constants.training, std::move(modes)),
       first_(first_shape.begin(), first_shape.end()),
       shape_(first_),
-      generations_(is_trained() ? cells.size() : 0),
-      known_(is_trained() ? cells.size() : 0),
+      generations_(is_trained ? cells.size() : 0),
+      known_(is_trained ? cells.size() : 0),
       kx_(known_.size()),
       wanted_(known_.size()),
       steps_(known_.size()),

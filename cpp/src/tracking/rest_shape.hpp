@@ -31,12 +31,12 @@ class RestShape {
   using Field = std::span<const Vector3<double>>;
 
   /// `cells`, `workers` and `constants` must outlive this object. `modes` are those of a training
-  /// sequence, or none. (k,) `first_shape` is m_first.
-  RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants, Modes modes,
-            Field first_shape);
+  /// sequence, if there is one. (k,) `first_shape` is m_first.
+  RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants, bool is_trained,
+            Modes modes, Field first_shape);
 
-  /// Whether there are modes.
-  [[nodiscard]] bool is_trained() const { return fit_.exists(); }
+  /// Whether there is a training sequence, although it may have no modes for this frame 0.
+  [[nodiscard]] bool is_trained() const { return is_trained_; }
 
   /// p: (k,).
   [[nodiscard]] Field shape() const { return shape_; }
@@ -77,6 +77,7 @@ class RestShape {
   void set_shape();
 
   const Cells& cells_;
+  bool is_trained_;
   ShapeFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
