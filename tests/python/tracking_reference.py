@@ -135,7 +135,8 @@ class Tracked(reference.Detail):
         bits = cells[:, None] >> np.arange(10)[:, None] & 1
         codes = (bits << np.arange(30).reshape(10, 3)).sum(axis=(1, 2))
         order = np.argsort(codes, kind="stable")
-        return order[np.arange(len(order)) % 256 % self.every == 0]
+        first: Integers = order[np.arange(len(order)) % 256 % self.every == 0]
+        return first
 
     def _match(
         self, x: Array, radius: float, part: Integers | slice, scale: float | None = None
