@@ -20,8 +20,9 @@ import dynmesh
 from dynmesh._errors import DynmeshError
 from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
-from dynmesh.tracking.landmarks import read_landmarks
+from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
+from dynmesh.tracking.units import Units
 
 TORUS = bumpy_torus(24)
 
@@ -196,12 +197,31 @@ def test_a_template_in_inches_and_a_scan_in_metres(
     dynmesh.write(tmp_path / "body.obj", inches)
     words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
     said = run(*words, tmp_path / "none.obj", code=1).stderr
-    assert re.search(r"the scan is 0\.02\d* times as large as the template; state the units", said)
+    assert re.search(r"the scan is 0\.02\d* times as large as the template, as if", said)
+    assert "as if the template were in inch and the scan in m:" in said
     units = ("--template-unit", "inch", "--scan-unit", "m")
     run(*words, tmp_path / "made.obj", *units)
     made = dynmesh.read(tmp_path / "made.obj")
     assert error(TORUS, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
     assert made.metres_per_unit == 1
+
+
+@pytest.mark.parametrize(
+    ("ratio", "size", "pair"),
+    [
+        (0.00095, 1800, "in mm and the scan in m"),
+        (950, 1.8, "in m and the scan in mm"),
+        (0.00095, 0.5, "in m and the scan in km"),  # a template of half a millimetre is none
+        (26, 70, "in inch and the scan in mm"),
+        (3.3, 1.8, "in m and the scan in foot"),
+        (1.3, 1.8, None),
+        (7, 1.8, ""),
+    ],
+)
+def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -> None:
+    told = Units(None, None).told(ratio, size)
+    assert bool(told) == (pair is not None)
+    assert (f"as if the template were {pair}" in told) == bool(pair)
 
 
 def test_a_wrong_scan_ends_with_code_3(rng: np.random.Generator, tmp_path: Path) -> None:
@@ -219,6 +239,10 @@ def test_a_wrong_scan_ends_with_code_3(rng: np.random.Generator, tmp_path: Path)
     ("pairs", "named"),
     [
         ([(5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130)], " of vertex 400 "),
+        (
+            [(5, 5), (60, 60), (120, 330), (260, 260), (330, 120), (400, 400)],
+            "s of vertices 120 and",
+        ),
     ],
 )
 def test_landmarks_that_contradict_the_scan(
@@ -230,6 +254,13 @@ def test_landmarks_that_contradict_the_scan(
     words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
     said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
     assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
+
+
+def test_a_mirrored_set_of_landmarks() -> None:
+    vertices = np.arange(0, 400, 37)
+    mirrored = TORUS.vertices * [-1, 1, 1]
+    assert exchanged(TORUS.vertices, (vertices, TORUS.vertices[vertices])) == ""
+    assert "left and right" in exchanged(TORUS.vertices, (vertices, mirrored[vertices]))
 
 
 @pytest.mark.parametrize(

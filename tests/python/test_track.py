@@ -1,6 +1,7 @@
 """Tracking from files of scans: the command, interruptions, units, alignment, and the examples."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -108,6 +109,8 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(folder: Path, tmp_pa
     words = ("--template", folder / "body.obj", "--cameras", rig)
     ended = run("track", folder / "depth", output, *words, code=3)
     assert "probably ruined: " in ended.stderr
+    each = re.findall(r"out.npz: camera (\w+): .*% of its points are far", ended.stderr)
+    assert each == ["0", "1", "2", "3"]
     report = track_file(
         folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
     )

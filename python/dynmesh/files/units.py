@@ -1,6 +1,7 @@
 """Units of length."""
 
 import math
+from itertools import permutations
 
 from .._errors import InputError
 
@@ -26,3 +27,20 @@ def metres_of(value: object, argument: str = "unit") -> float:
         argument=argument,
         value=value,
     )
+
+
+def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
+    """Returns pairs of units that differ by about a ratio of sizes, the nearest and usual first.
+
+    Among pairs that are equally near within a tenth, as poses change sizes, usual ones are first.
+
+    Args:
+        ratio: how many times as large, in numbers, something in the second unit is as the same in
+            the first.
+        tolerance: the largest factor by which it may be off.
+    """
+    usual = list(UNITS)
+    pairs = permutations(usual, 2)
+    off = {pair: abs(math.log(ratio * UNITS[pair[1]] / UNITS[pair[0]])) for pair in pairs}
+    near = [pair for pair in off if off[pair] < math.log(tolerance)]
+    return sorted(near, key=lambda pair: (int(10 * off[pair]), *sorted(map(usual.index, pair))))

@@ -1,13 +1,19 @@
 """Landmarks in files."""
 
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..files.naming import naming
 from ..registration import Landmarks
 from ..scans.cameras import json_in
+from ..sequence import Positions
+
+_BETTER = 0.3
+"""Landmarks are exchanged if exchanging them leaves so little of the squared distances."""
 
 
 def read_landmarks(path: Path) -> Landmarks:
@@ -39,3 +45,37 @@ def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
     ):
         raise ValueError(f"landmark {number}: the position must be three numbers, not {position!r}")
     return vertex, [float(x) for x in position]
+
+
+def exchanged(template: Positions, landmarks: Landmarks) -> str:
+    """Says which landmarks are probably exchanged; empty if none are.
+
+    Landmarks, other ones for two of them, and their mirror image are compared with the vertices of
+    the template, (k, 3), after the best rigid motion of each (Kabsch 1976).
+    """
+    vertices, positions = landmarks
+    ours, theirs = (
+        np.asarray(points - points.mean(axis=0), np.float64)
+        for points in (template[vertices], positions)
+    )
+    usual = _residual(ours, theirs)
+    best, told = _BETTER * usual, ""
+    if len(vertices) > 3 and (mirrored := _residual(ours, -theirs)) < best:
+        best, told = mirrored, "left and right are probably exchanged in the landmarks"
+    for one, other in combinations(range(len(vertices)), 2):
+        swapped = theirs.copy()
+        swapped[[one, other]] = theirs[[other, one]]
+        if (left := _residual(ours, swapped)) < best:
+            best = left
+            told = (
+                f"the landmarks of vertices {vertices[one]} and {vertices[other]} are probably "
+                "exchanged"
+            )
+    return told
+
+
+def _residual(ours: NDArray[np.float64], theirs: NDArray[np.float64]) -> float:
+    """The sum of the squared distances after the best rotation around the common middle."""
+    left, sizes, right = np.linalg.svd(ours.T @ theirs)
+    sizes[2] *= np.sign(np.linalg.det(left @ right))
+    return float((ours**2).sum() + (theirs**2).sum() - 2 * sizes.sum())

@@ -14,7 +14,7 @@ from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
-from .units import Units, sizes_told
+from .units import Units
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +27,14 @@ class Placed:
         alignment: the rigid motion that put it there; None if it lay there already or was
             registered.
         registration: of the template with the scan, if it had another pose there.
+        sizes: that the scan is larger or smaller than the template; empty if it is as large.
     """
 
     points: Positions
     distance: float
     alignment: Alignment | None = None
     registration: Registration | None = None
+    sizes: str = ""
 
     @property
     def doubt(self) -> str:
@@ -85,7 +87,7 @@ def placed_in(
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     try:
-        found = _placed(mesh.faces, template, left, landmarks)
+        found = _placed(mesh.faces, template, left, landmarks, units)
     except InputError as error:
         told = "; ".join(filter(None, [str(error), advice]))
         raise InputError(told, file=mesh.path) from error
@@ -94,7 +96,11 @@ def placed_in(
 
 
 def _placed(
-    faces: NDArray[np.integer[Any]], template: Positions, scan: Scan, landmarks: Landmarks | None
+    faces: NDArray[np.integer[Any]],
+    template: Positions,
+    scan: Scan,
+    landmarks: Landmarks | None,
+    units: Units,
 ) -> Placed:
     found = find_alignment(faces, template, scan.cloud)
     if found.lies_in_scan:
@@ -103,16 +109,17 @@ def _placed(
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    told = "; ".join(filter(None, [away, sizes_told(found.ratio)]))
+    sizes = units.told(found.ratio, float(np.linalg.norm(np.ptp(template, axis=0))))
+    told = "; ".join(filter(None, [away, sizes]))
     if found.other_unit:
         raise InputError(told)
     if landmarks is None and found.matches:
         moved = template.astype(np.float64) @ found.rotation.T + found.shift
-        return Placed(moved.astype(template.dtype), found.before, alignment=found)
+        return Placed(moved.astype(template.dtype), found.before, alignment=found, sizes=sizes)
     registered = registered_with(faces, template, scan, landmarks=landmarks)
     if registered.quality == "ruined":
         raise InputError(
             f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
             "landmarks may be needed"
         )
-    return Placed(registered.vertices, found.before, registration=registered)
+    return Placed(registered.vertices, found.before, registration=registered, sizes=sizes)

@@ -1,15 +1,21 @@
-"""The units of length of a template and of scans."""
+"""The units of length of a template and of scans, and which ones explain how their sizes differ."""
 
 import math
 from typing import NamedTuple
 
 from .._errors import InputError
 from ..files import Reader
-from ..files.units import metres_of
+from ..files.units import UNITS, explaining, metres_of
 from ..scans import ScanReader, unit_of_scans
 
 _ALIKE = 1.5
 """Sizes that differ by less than this factor need no other unit."""
+
+_EXPLAINED = 1.3
+"""Units explain a ratio of sizes up to this factor, as a scan shows a part or other things, too."""
+
+_SUBJECTS = (1e-3, 100.0)
+"""Metres between which the size of a subject lies."""
 
 
 class Units(NamedTuple):
@@ -25,12 +31,43 @@ class Units(NamedTuple):
             return 1.0
         return self.scans / self.template
 
+    def told(self, ratio: float, size: float) -> str:
+        """Says which units explain that a scan is not as large as the template.
 
-def sizes_told(ratio: float) -> str:
-    """Says that a scan is so many times as large as a template; empty if the sizes are alike."""
-    if 1 / _ALIKE < ratio < _ALIKE:
-        return ""
-    return f"the scan is {ratio:.3g} times as large as the template; state the units if they differ"
+        Args:
+            ratio: how many times as large the scan is, in the unit of the template.
+            size: of the template, in its unit.
+
+        Returns:
+            A sentence; empty if the sizes are alike.
+        """
+        if 1 / _ALIKE < ratio < _ALIKE:
+            return ""
+        told = f"the scan is {ratio:.3g} times as large as the template"
+        pairs = self._explaining(ratio, size)
+        if not pairs:
+            return told
+        ours, theirs = pairs[0]
+        return (
+            f"{told}, as if the template were in {ours} and the scan in {theirs}: state the units "
+            "if they are"
+        )
+
+    def _explaining(self, ratio: float, size: float) -> list[tuple[str, str]]:
+        """Returns units of the template and of the scan, the most likely pair first.
+
+        What is stated is believed, unless nothing explains the ratio then.
+        """
+        found = [
+            (-_is(self.template, ours) - _is(self.scans, theirs), number, ours, theirs)
+            for number, (ours, theirs) in enumerate(explaining(ratio / self.factor, _EXPLAINED))
+            if _SUBJECTS[0] <= size * UNITS[ours] <= _SUBJECTS[1]
+        ]
+        return [(ours, theirs) for *_, ours, theirs in sorted(found)]
+
+
+def _is(stated: float | None, unit: str) -> bool:
+    return stated is not None and math.isclose(stated, UNITS[unit])
 
 
 def units_of(

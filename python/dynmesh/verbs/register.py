@@ -19,11 +19,11 @@ from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
 from ..sequence import Positions, Sequence
-from ..tracking.landmarks import read_landmarks
+from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.single_scan import open_single
-from ..tracking.units import sizes_told, units_of
+from ..tracking.units import units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
@@ -144,7 +144,7 @@ def register_file(
             room = Room(box, remove_planes)
             room.look(measured, mesh.faces, first)
             left = room.left_of(measured)
-            sizes = sizes_told(_size(measured.cloud) / _size(first))
+            sizes = units.told(_size(measured.cloud) / _size(first), _size(own))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
                 found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
@@ -175,7 +175,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_reason(found, marks),
+        reason=_reason(found, first, marks),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -188,12 +188,14 @@ def _size(points: Positions) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
-def _reason(found: Registration, landmarks: Landmarks | None) -> str:
+def _reason(found: Registration, template: Positions, landmarks: Landmarks | None) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    misplaced = "" if landmarks is None else _misplaced(found, landmarks)
-    told = ": ".join(filter(None, [found.quality, misplaced, found.reason]))
+    wrong = ""
+    if landmarks is not None:
+        wrong = exchanged(template, landmarks) or _misplaced(found, landmarks)
+    told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if landmarks is None and found.cause in ("pose", "place"):
         told += "; landmarks say where head, hands and feet, for example, belong"
     return told

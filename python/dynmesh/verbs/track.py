@@ -24,7 +24,7 @@ from ..tracking.fits import Fits
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import placed_in, push_scan
 from ..tracking.room import Crop, Room, crop_of
-from ..tracking.units import sizes_told, units_of
+from ..tracking.units import units_of
 
 _NAMED = 3
 """Lost images that are named."""
@@ -95,8 +95,6 @@ class TrackFileReport(Report):
                 f"the template was {found.before:.3g} mean edges from the first scan; a rigid "
                 f"motion put it {found.after:.3g} from it"
             )
-            if sizes := sizes_told(found.ratio):
-                yield sizes
 
     def _done(self) -> Iterator[str]:
         if self.seconds_per_frame is not None and self.observed is not None:
@@ -116,6 +114,9 @@ class TrackFileReport(Report):
         if n := len(self.lost):
             named = "; ".join(self.lost[:_NAMED]) + ("; ..." if n > _NAMED else "")
             yield f"{n} depth image{'s were' if n > 1 else ' was'} lost: {named}"
+        if self.suspects:
+            for name, share in self.cameras.items():
+                yield f"camera {name}: {share:.1%} of its points are far from the mesh"
         if self.prior_weight is not None:
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
 
@@ -259,6 +260,7 @@ def track_file(
         quality=fits.quality,
         reason=fits.reason,
         remarks=(
+            *([at.sizes] if at.sizes else []),
             *writer.remarks,
             *fits.remarks,
             *(unwritten if uncertainty and not provenance else []),

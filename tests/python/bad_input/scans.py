@@ -248,7 +248,7 @@ cases = [
     _open("scans of two kinds", lambda _: open_scans("kinds"), ValueError, "kinds:", ".ply and .xyz"),
     _file("scans that are not there", _track("nowhere"), ValueError, "nowhere:", "does not exist"),
     _file("no scan has points", _track("blank"), ValueError, "blank:", "no frame has points"),
-    _file("the template is elsewhere", _track("far"), ValueError, "template.npz:", "mean edges", "1e+03 times as large", "state the units"),
+    _file("the template is elsewhere", _track("far"), ValueError, "template.npz:", "mean edges", "1e+03 times as large", "the template were in m and the scan in mm"),
     _file("the template has another shape", _track("line"), ValueError, "template.npz:", "rigid motion"),
     _file("a unit of the scans alone", _track("cloud", scan_unit="mm"), ValueError, "template.npz:", "states no unit"),
     _file("a file states a unit, the template none", _track("in_mm"), ValueError, "template.npz:", "0.001 m"),
