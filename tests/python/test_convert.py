@@ -11,6 +11,7 @@ from commands import dynmesh_command as run
 from sequences import sea
 
 import dynmesh
+from dynmesh.scans import read_points
 
 N = 10
 FIRST = 1001
@@ -98,3 +99,30 @@ def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
     refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
     assert "c.usd: " in refused
     run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> None:
+    folder = tmp_path / "clouds"
+    folder.mkdir()
+    points = np.random.default_rng(0).random((20, 3))
+    normals = np.tile([0.0, 0, 1], (20, 1))
+    np.savetxt(folder / "a_7.xyz", np.hstack([points, normals]))
+    if is_folder:
+        np.savetxt(folder / "a_9.xyz", points[:5])
+    given, output = (
+        (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")
+    )
+    changes: dict[str, Any] = {"unit": "mm", "to_unit": "m", "up": "z", "to_up": "y"}
+    report = dynmesh.convert_file(given, output, **changes)
+    assert report.frames == 1 + is_folder
+    found = read_points(output / "a_7.ply" if is_folder else output)
+    turned = points[:, [0, 2, 1]] * [1, 1, -1] / 1000
+    np.testing.assert_allclose(found.scan.points, turned, atol=1e-12)
+    assert found.scan.normals is not None
+    np.testing.assert_allclose(found.scan.normals, np.tile([0.0, 1, 0], (20, 1)), atol=1e-12)
+    assert (found.metadata.up_axis, found.metadata.metres_per_unit) == ("y", 1)
+    if is_folder:
+        assert sorted(file.name for file in output.iterdir()) == ["a_7.ply", "a_9.ply"]
+    with pytest.raises(FileExistsError):
+        dynmesh.convert_file(given, output, **changes)

@@ -7,12 +7,15 @@ from pathlib import Path
 from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
-from .._errors import KindError
+from .._errors import InputError, KindError
 from .._progress import tracked
 from .._report import Written
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
 from ..files.memory import Collected, SequenceReader
+from ..files.new_output import check_output, new_output
+from ..scans import read_points, write_ply
+from ..scans.conversion import clouds_in, converted
 from ..sequence import Sequence
 
 
@@ -40,7 +43,8 @@ def convert_file(
     """Writes a sequence in another format, or with other frames, axes, units or rates.
 
     Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. docs/formats.md says what
-    each format keeps.
+    each format keeps. Files that hold points alone, as scanners write them, become PLY files; those
+    of a folder keep their names.
 
     Args:
         path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
@@ -68,6 +72,8 @@ def convert_file(
     check_path("path", path)
     check_path("output", output)
     changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
+    if not source and not format and (clouds := clouds_in(Path(path))):
+        return _convert_clouds(clouds, Path(path), Path(output), changes, overwrite, progress)
     named = Path(output) if output_format else files.named_like(path, output)
     target = files.target_of(named, output_format)
     with files.open(path, format=format, **(source or {})) as reader:
@@ -96,6 +102,31 @@ def convert_file(
         vertices=header.n_vertices,
         remarks=tuple(remarks),
     )
+
+
+def _convert_clouds(
+    clouds: list[Path],
+    path: Path,
+    output: Path,
+    changes: Changes,
+    overwrite: bool,
+    progress: bool,
+) -> ConversionReport:
+    """Writes point clouds with other axes or units."""
+    for name in ("frames", "fps"):
+        if getattr(changes, name) is not None:
+            raise InputError("is for sequences, not for point clouds", argument=name)
+    made = [output] if path in clouds else [output / f"{file.stem}.ply" for file in clouds]
+    for file in made:
+        check_output(file, overwrite, ".ply", inputs=clouds)
+    n_points = 0
+    for source, file in tracked(zip(clouds, made, strict=True), len(made), "converting", progress):
+        with files.naming(source):
+            scan, said = converted(read_points(source), changes)
+        with new_output(file, overwrite, ".ply") as hidden:
+            write_ply(hidden, scan, said.metres_per_unit, said.up_axis)
+        n_points += len(scan.points)
+    return ConversionReport(output=output, frames=len(made), vertices=n_points // len(made))
 
 
 def convert(
