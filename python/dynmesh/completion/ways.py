@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_positive
-from .._errors import KindError, SettingError, locating
+from .._errors import SettingError, locating
 from .._progress import tracked
 from ..completer import Completer, FrameReport
 from ..files import Frame, Reader, naming
@@ -52,18 +52,11 @@ class Options:
 
     @classmethod
     def among(cls, given: Mapping[str, Any]) -> tuple["Options", Settings]:
-        """Returns the options and the settings of the completer among keywords.
-
-        Raises:
-            TypeError: one of them is neither, nor `start`.
-        """
-        names = {one.name for one in fields(cls)}
-        own = {name: value for name, value in given.items() if name in names}
-        settings = {name: value for name, value in given.items() if name not in {*names, "start"}}
-        possible = Settings.__annotations__
-        for name in settings.keys() - possible.keys():
-            told = f"is not an argument; there are {', '.join((*names, *possible))}"
-            raise KindError(told, argument=name)
+        """Returns the options and the settings of the completer among keywords."""
+        own, settings = (
+            {name: value for name, value in given.items() if name in names}
+            for names in ({one.name for one in fields(cls)}, Settings.__annotations__)
+        )
         return cls(**own), cast(Settings, settings)
 
     def settings(self, given: Settings, *, trained: bool) -> Settings:
