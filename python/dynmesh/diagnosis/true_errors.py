@@ -17,8 +17,12 @@ from ..files import Frame, Reader
 from ..files.frame import check_whole
 from ..files.reader import check_comparable
 from ..files.times import frame_numbers, indices_of
+from ..files.units import explaining
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
+
+_SAME = 1.05
+"""Two sequences are in different units if their sizes differ by the ratio of these, about."""
 
 Only: TypeAlias = Literal["all", "missing"]
 
@@ -90,6 +94,26 @@ def measured(
     if not any(errors.vertices for errors in each):
         raise InputError("no vertex was missing in these frames", file=completed.path)
     return each, unit, calibrating.result()
+
+
+def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
+    """Yields what is probably wrong with the choice of the sequences."""
+    if reference.has_provenance and not completed.has_provenance:
+        yield (
+            "the reference holds generations, and the completed sequence holds none: were they "
+            "exchanged? The completed one comes first"
+        )
+    sizes = []
+    for reader in (completed, reference):
+        (first,) = reader.frames(0, 1)
+        sizes.append(metrics.bounding_box_diagonal(first.points) or 1.0)
+    ratio = sizes[0] / sizes[1]
+    if pairs := explaining(1 / ratio, _SAME):
+        ours, theirs = pairs[0]
+        yield (
+            f"the completed sequence is {ratio:.4g} times as large as the reference, as if it were "
+            f"in {ours} and the reference in {theirs}"
+        )
 
 
 def _diagonal(reference: Reader) -> float:

@@ -13,7 +13,7 @@ from .._command import Output, What
 from .._errors import InputError
 from .._report import Report, as_json
 from ..calibration import Calibration
-from ..diagnosis.true_errors import FrameErrors, Only, measured
+from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
 from ..files import OneSequence, PathLike, Reader, Source, opened_beside
 from ..files.new_output import check_output, new_output
 from ..files.reader import check_comparable
@@ -146,6 +146,7 @@ def evaluate(
                 argument="partial",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
+        remarks = tuple(suspicions(ours, truth))
     counted = [errors for errors in each if errors.vertices]
     found = Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
@@ -157,6 +158,7 @@ def evaluate(
         bounding_box_diagonal=unit,
         calibration=calibration,
         each=tuple(each),
+        remarks=remarks,
     )
     if csv is not None:
         with new_output(Path(csv), overwrite, ".csv") as made:
