@@ -58,6 +58,19 @@ def test_a_wrong_line_is_named(
     assert caught.value.file == tmp_path / "mask.txt"
 
 
+@pytest.mark.parametrize("inverted", [False, True])
+def test_an_inverted_mask_is_asked_about(
+    ocean: dynmesh.Sequence, tmp_path: Path, inverted: bool
+) -> None:
+    known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.89)))
+    dynmesh.write(tmp_path / "in.npz", ocean)
+    np.save(tmp_path / "mask.npy", ~known if inverted else known)
+    dynmesh.write(tmp_path / "whole.obj", ocean[:1])
+    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
+    said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
+    assert ("11%" in said) == inverted
+
+
 def test_zeros_are_missing_in_the_first_frame_as_well(
     ocean: dynmesh.Sequence, tmp_path: Path
 ) -> None:

@@ -16,6 +16,9 @@ from ..completion.ways import Options, complete_frames
 from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
 
+_FEW = 0.2
+"""A separate mask that knows a smaller share in most frames may be inverted."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FileReport(Report):
@@ -228,6 +231,7 @@ def complete_file(
         remarks=(
             *writer.remarks,
             *whole.remarks(reader.header),
+            *_of_mask(source or {}, [one.known / reader.n_vertices for one in reports]),
         ),
         output=Path(output),
         frames=reader.n_frames,
@@ -240,3 +244,10 @@ def complete_file(
         prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
         dropped=tally.dropped,
     )
+
+
+def _of_mask(source: Source, shares: list[float]) -> Iterator[str]:
+    """Yields what is probably wrong with a separate mask, of which frames know these shares."""
+    share = float(np.median(shares or [1.0]))
+    if source.get("known") is not None and share < _FEW:
+        yield f"only {share:.0%} are known in most frames: is the mask inverted?"
