@@ -54,7 +54,8 @@ class ObjWriter(FramesWriter):
     def _begin(self) -> None:
         super()._begin()
         if self.mesh_file is not None:
-            self._before, self._after = _around(self.mesh_file, self._names.folder)
+            self._before, self._after, materials = _around(self.mesh_file)
+            self._copy(materials)
             self._lost &= {"normals"}
         else:
             sizes, corners = as_polygons(self.header.faces, self.header.polygons)
@@ -63,6 +64,14 @@ class ObjWriter(FramesWriter):
             self._after = "".join(["\n", *(f"f {' '.join(map(str, face))}\n" for face in faces)])
         comments = "".join(f"# {line}\n" for line in comments_of(self.header))
         self._before[0] = comments + self._before[0]
+
+    def _copy(self, materials: list[Path]) -> None:
+        """Copies files of materials beside the output, unless there are such."""
+        for file in materials:
+            if not (self._names.folder / file.name).exists():
+                lines = _relocated(file, self._names.folder)
+                (self.folder / file.name).write_bytes(lines)
+                self._beside.append(file.name)
 
     def _save(self, file: Path, frame: Frame) -> None:
         with file.open("w", encoding="latin-1", newline="") as lines:
@@ -73,12 +82,13 @@ class ObjWriter(FramesWriter):
             lines.write(self._after)
 
 
-def _around(file: Path, folder: Path) -> tuple[list[str], str]:
-    """Returns what stands before each vertex of a file, and what follows the last.
+def _around(file: Path) -> tuple[list[str], str, list[Path]]:
+    """Returns what stands before each vertex of a file, what follows the last, and its materials.
 
-    Normals are left out, and the paths of files of materials are relative to a folder.
+    Normals are left out, and files of materials are named as if they stood beside.
     """
     before: list[str] = []
+    materials: list[Path] = []
     text: list[bytes] = []
     for line in _lines(file):
         keyword, *words = line.split() or [b""]
@@ -92,11 +102,24 @@ def _around(file: Path, folder: Path) -> tuple[list[str], str]:
             rest = os.fsdecode(line.split(None, 1)[1].strip())
             # Several names, or one with spaces.
             names = [rest] if (file.parent / rest).is_file() else rest.split()
-            found = [os.path.relpath(file.parent / name, folder) for name in names]
-            text.append(b"mtllib %s\n" % b" ".join(map(os.fsencode, found)))
+            found = [file.parent / name for name in names]
+            materials += filter(Path.is_file, found)
+            text.append(b"mtllib %s\n" % b" ".join(os.fsencode(one.name) for one in found))
         elif keyword != b"vn" and not _states_metadata(line):
             text += [line, b"\n"]
-    return before, b"".join(text).decode("latin-1")
+    return before, b"".join(text).decode("latin-1"), materials
+
+
+def _relocated(file: Path, folder: Path) -> bytes:
+    """The lines of a file of materials, with the paths of pictures relative to a folder."""
+    made = []
+    for line in file.read_bytes().splitlines():
+        *words, name = line.split() or [b""]
+        picture = file.parent / os.fsdecode(name)
+        if words and words[0].startswith((b"map_", b"bump", b"disp")) and picture.is_file():
+            line = b" ".join([*words, os.fsencode(os.path.relpath(picture, folder))])
+        made.append(line)
+    return b"\n".join([*made, b""])
 
 
 def _lines(file: Path) -> list[bytes]:
