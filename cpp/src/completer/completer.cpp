@@ -11,7 +11,7 @@
 
 #include "completer/outliers.hpp"
 #include "detail/detail.hpp"
-#include "generations/estimator.hpp"
+#include "mesh/estimator.hpp"
 #include "mesh/training_frames.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"

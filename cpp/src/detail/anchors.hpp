@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

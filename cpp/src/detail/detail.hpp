@@ -22,8 +22,8 @@
 #include "detail/rounding.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/estimator.hpp"
-#include "generations/generations.hpp"
+#include "mesh/estimator.hpp"
+#include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 

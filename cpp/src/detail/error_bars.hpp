@@ -13,7 +13,7 @@
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 

@@ -15,7 +15,7 @@
 #include "detail/first_order_step.hpp"
 #include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

@@ -14,7 +14,7 @@
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

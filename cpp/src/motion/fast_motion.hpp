@@ -4,8 +4,8 @@
 #include <dynmesh/topology.hpp>
 #include <vector>
 
-#include "generations/estimator.hpp"
 #include "kernels/kernels.hpp"
+#include "mesh/estimator.hpp"
 #include "support/large_vector.hpp"
 #include "support/workers.hpp"
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "generations/estimator.hpp"
-#include "generations/generations.hpp"
+#include "mesh/estimator.hpp"
+#include "mesh/generations.hpp"
 
 namespace dynmesh {
 

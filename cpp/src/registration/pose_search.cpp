@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"

@@ -15,14 +15,14 @@
 #include "registration/pose_search.hpp"
 #include "registration/register_measurement.hpp"
 #include "registration/targets.hpp"
-#include "scans/camera_arguments.hpp"
-#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
+#include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
+#include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {
 namespace {

@@ -7,11 +7,11 @@
 #include <stdexcept>
 #include <string>
 
-#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
+#include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {
 

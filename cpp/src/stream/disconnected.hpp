@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 
 namespace dynmesh {
 

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "generations/generations.hpp"
 #include "kernels/kernels.hpp"
+#include "mesh/generations.hpp"
 #include "mesh/numbering.hpp"
 #include "stream/disconnected.hpp"
 #include "support/workers.hpp"

@@ -12,13 +12,13 @@
 #include "mesh/numbering.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
-#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
+#include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {
 namespace {

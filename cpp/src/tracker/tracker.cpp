@@ -11,16 +11,16 @@
 #include <utility>
 
 #include "mesh/training_frames.hpp"
-#include "scans/camera_arguments.hpp"
-#include "scans/scan_arguments.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
+#include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/robust_size.hpp"
+#include "tracking/scan_arguments.hpp"
 #include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {

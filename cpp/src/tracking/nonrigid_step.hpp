@@ -15,7 +15,7 @@
 #include "detail/rotations.hpp"
 #include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "mesh/triangle.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"

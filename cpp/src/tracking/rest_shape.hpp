@@ -16,7 +16,7 @@
 #include "detail/rotations.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "whole_frame/trips.hpp"
 
 namespace dynmesh {

@@ -1,4 +1,4 @@
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "scans/camera_arguments.hpp"
+#include "tracking/camera_arguments.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "generations/generations.hpp"
+#include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {
