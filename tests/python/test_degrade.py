@@ -127,6 +127,7 @@ def test_equal_seeds_give_equal_frames_however_many(make: Any) -> None:
     frames, again, shorter, other = make(40, 5), make(40, 5), make(7, 5), make(40, 6)
     whole = np.stack(list(frames))
     assert len(whole) == 40
+    assert (whole[2:] != whole[1]).any()
     np.testing.assert_array_equal(whole, np.stack(list(again)))
     np.testing.assert_array_equal(whole[:7], np.stack(list(shorter)))
     assert (whole != np.stack(list(other))).any()

@@ -25,6 +25,10 @@ def scan(mesh: Mesh, vertices: Array, rng: np.random.Generator, n: int = 4000) -
     return scan_of(mesh, vertices, n, rng, noise=0.05 * edge(mesh))
 
 
+def register(mesh: Mesh, *scan: Array, **options: Any) -> dynmesh.Registration:
+    return dynmesh.register(mesh.faces, mesh.vertices, *scan, **options)
+
+
 TORUS = bumpy_torus(24)
 
 
@@ -32,7 +36,7 @@ def test_a_template_comes_back_from_any_rotation(rng: np.random.Generator) -> No
     mesh, _ = person()
     for rotation in Rotation.random(6, random_state=7):
         truth = rotation.apply(mesh.vertices) + np.array([5.0, -3, 2])
-        found = dynmesh.register(mesh.faces, mesh.vertices, *scan(mesh, truth, rng))
+        found = register(mesh, *scan(mesh, truth, rng))
         assert error(mesh, truth, found.vertices) < 0.3
         assert found.quality == "good"
         assert found.reason == ""
@@ -56,9 +60,8 @@ def test_all_that_can_be_given(rng: np.random.Generator) -> None:
     assert found.standard_error is not None
     assert np.isfinite(found.standard_error[found.observed]).all()
     assert abs(np.cbrt(np.linalg.det(found.transform[:3, :3])) - 0.001) < 2e-5
-    trained = dynmesh.register(
-        TORUS.faces,
-        TORUS.vertices,
+    trained = register(
+        TORUS,
         points,
         normals,
         training=[bent(TORUS.vertices, share) for share in (0.05, 0.1, 0.15)],
@@ -70,9 +73,7 @@ def test_numbers_of_vertices_points_and_landmarks_mean_nothing(rng: np.random.Ge
     truth = bent(TORUS.vertices, 0.3) + 1.0
     points, normals = scan(TORUS, truth, rng)
     marks = np.array([5, 120, 260, 400])
-    found = dynmesh.register(
-        TORUS.faces, TORUS.vertices, points, normals, landmarks=(marks, truth[marks])
-    )
+    found = register(TORUS, points, normals, landmarks=(marks, truth[marks]))
     order = rng.permutation(len(TORUS.vertices))
     new = np.argsort(order)
     of_marks = rng.permutation(len(marks))
@@ -100,7 +101,7 @@ def test_any_scale_is_found(ratio: float, rng: np.random.Generator) -> None:
     mesh, truth = person()
     turned = Rotation.from_euler("xyz", [1, 2, 3]).apply(truth)
     points, normals = scan(mesh, turned, rng)
-    found = dynmesh.register(mesh.faces, mesh.vertices, ratio * points, normals, scale=True)
+    found = register(mesh, ratio * points, normals, scale=True)
     assert error(mesh, turned, found.vertices / ratio) < 0.5
     assert found.quality == "good"
     assert abs(found.growth / ratio - 1) < 0.02
@@ -121,7 +122,7 @@ def test_wrong_scans_are_not_good(rng: np.random.Generator) -> None:
     }
     for name, (points, normals) in wrong.items():
         size = np.ptp(TORUS.vertices) / np.ptp(points)
-        found = dynmesh.register(TORUS.faces, TORUS.vertices, size * points, normals)
+        found = register(TORUS, size * points, normals)
         assert found.quality != "good", name
         assert found.reason, name
 
@@ -133,7 +134,7 @@ def test_a_patch_of_a_surface(seed: int) -> None:
     points, normals = scan_of(TORUS, TORUS.vertices, 400, rng)
     kept = np.argsort(points @ rng.standard_normal(3))[: int(rng.integers(30, 120))]
     moved = points[kept] + 0.3 * rng.standard_normal(3)
-    found = dynmesh.register(TORUS.faces, TORUS.vertices, moved, normals[kept])
+    found = register(TORUS, moved, normals[kept])
     assert np.isfinite(found.vertices).all()
 
 
@@ -141,11 +142,11 @@ def test_points_may_be_sparse(rng: np.random.Generator) -> None:
     """Wider than the edges, the distances between points leave most vertices without one."""
     mesh, _ = person()
     points, normals = scan(mesh, mesh.vertices, rng, n=1000)
-    found = dynmesh.register(mesh.faces, mesh.vertices, points, normals)
+    found = register(mesh, points, normals)
     assert not found.observed.mean() > 0.5
     assert found.quality == "good"
     lower = points[:, 2] < np.median(points[:, 2])
-    found = dynmesh.register(mesh.faces, mesh.vertices, points[lower], normals[lower])
+    found = register(mesh, points[lower], normals[lower])
     assert found.quality != "good"
     (few,) = dynmesh.degrade.depth_images([mesh.vertices], mesh.faces, 4, width=160, height=120)
     images = few.depth, few.intrinsics, few.poses
@@ -178,19 +179,14 @@ def test_what_explains_the_points_by_stretching_is_not_found(
     kept = np.searchsorted(missing, height) != 1
     marks = rng.choice(np.flatnonzero(mesh.vertices[:, 2] > 1), n_landmarks, replace=False)
     landmarks = (marks, truth[marks]) if n_landmarks else None
-    found = dynmesh.register(
-        mesh.faces, mesh.vertices, points[kept], normals[kept], landmarks=landmarks
-    )
+    found = register(mesh, points[kept], normals[kept], landmarks=landmarks)
     assert error(mesh, truth, found.vertices) < 0.5
     assert found.quality == "good"
 
 
 @pytest.mark.parametrize(
     ("axis", "above"),
-    [
-        pytest.param(0, 0.18, id="an arm"),
-        pytest.param(2, 1.5, id="a head"),
-    ],
+    [pytest.param(0, 0.18, id="an arm"), pytest.param(2, 1.5, id="a head")],
 )
 def test_what_was_not_scanned_stays_where_it_was(
     rng: np.random.Generator, axis: int, above: float
@@ -198,7 +194,7 @@ def test_what_was_not_scanned_stays_where_it_was(
     mesh, _ = person()
     points, normals = scan(mesh, mesh.vertices, rng)
     kept = mesh.vertices[cKDTree(mesh.vertices).query(points)[1], axis] < above
-    found = dynmesh.register(mesh.faces, mesh.vertices, points[kept], normals[kept], align=False)
+    found = register(mesh, points[kept], normals[kept], align=False)
     assert found.far < 0.01
     assert found.hole > 0.03
     assert found.overlap < 0.005
@@ -215,9 +211,7 @@ def test_a_landmark_of_a_part_without_points_holds_and_is_not_blamed(
     away = np.linalg.norm(points - truth[hand], axis=1) > 10 * edge(mesh)
     marks = np.array([hand])
     position = truth[marks] + 3 * edge(mesh) * np.array([[1.0, 0, 0]])
-    found = dynmesh.register(
-        mesh.faces, mesh.vertices, points[away], normals[away], landmarks=(marks, position)
-    )
+    found = register(mesh, points[away], normals[away], landmarks=(marks, position))
     assert np.linalg.norm(found.vertices[hand] - position[0]) < 0.5 * edge(mesh)
     rest = np.linalg.norm(truth - truth[hand], axis=1) > 20 * edge(mesh)
     off = np.linalg.norm(found.vertices - truth, axis=1)[rest]
@@ -229,16 +223,14 @@ def test_landmarks_on_limbs_that_moved(rng: np.random.Generator) -> None:
     """Two hands and a foot do not tell how the body has moved."""
     mesh, truth = person()
     marks = np.array([412, 3077, 9120])
-    found = dynmesh.register(
-        mesh.faces, mesh.vertices, *scan(mesh, truth, rng), landmarks=(marks, truth[marks])
-    )
+    found = register(mesh, *scan(mesh, truth, rng), landmarks=(marks, truth[marks]))
     assert error(mesh, truth, found.vertices) < 1
     assert found.quality == "good"
 
 
 def test_a_template_squeezed_into_a_part_is_not_good(rng: np.random.Generator) -> None:
     flat = TORUS.vertices * (1, 0.4, 1)
-    found = dynmesh.register(TORUS.faces, TORUS.vertices, *scan(TORUS, flat, rng), align=False)
+    found = register(TORUS, *scan(TORUS, flat, rng), align=False)
     assert found.far < 0.01
     assert found.quality != "good"
 
@@ -249,7 +241,7 @@ def test_far_poses(frame: int, rng: np.random.Generator) -> None:
     mesh, _ = person()
     truth = dynmesh.synth.walker(12).vertices[frame].astype(np.float64)
     truth = Rotation.from_euler("xyz", [1, 2, 3]).apply(truth)
-    found = dynmesh.register(mesh.faces, mesh.vertices, *scan(mesh, truth, rng, 20_000))
+    found = register(mesh, *scan(mesh, truth, rng, 20_000))
     assert error(mesh, truth, found.vertices) < 1.5
     assert found.quality != "ruined"
 
@@ -265,5 +257,5 @@ def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) ->
     sensors = np.array([[0.0, 6, 0], [-6, 0, 0]])
     seen = ((sensors[0] - points) * normals).sum(axis=1) > 0
     given = points[seen], normals[seen]
-    found = dynmesh.register(shell.faces, shell.vertices, *given, viewpoints=sensors, align=False)
+    found = register(shell, *given, viewpoints=sensors, align=False)
     assert found.quality == "good"
