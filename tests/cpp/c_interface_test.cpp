@@ -29,6 +29,7 @@ TEST_CASE("what arguments of another size would overwrite is kept") {
     CHECK(values == std::vector<float>(9, 7));
   };
   refused(8, DYNMESH_FLOAT32, "count:");
+  refused(10, DYNMESH_FLOAT32, "count:");
   refused(9, DYNMESH_FLOAT64, "type:");
 }
 

@@ -239,8 +239,9 @@ def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: 
 def test_quiet_prints_errors_alone() -> None:
     words = ("complete", "partial.npz", "out.npz")
     assert run(*words).stderr
-    told = run(*words, "--overwrite", "--quiet")
-    assert (told.stdout, told.stderr) == ("", "")
+    for quiet in ("--quiet", "-q"):
+        told = run(*words, "--overwrite", quiet)
+        assert (told.stdout, told.stderr) == ("", "")
     assert "exists already" in run(*words, "--quiet", code=1).stderr
     assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
     assert run(*words, "--overwrite").stderr
