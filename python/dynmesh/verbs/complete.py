@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from .._checks import check_path
 from .._command import How, Output, What
 from .._report import Report
 from ..completer import Completer
@@ -170,6 +171,9 @@ def complete_file(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
             is refused, or the template or a training frame is not whole or has another mesh.
     """
+    for name, file in {"path": path, "output": output, "template": template}.items():
+        if file is not None or name != "template":
+            check_path(name, file)
     check_start(start, template)
     training_files = paths_of(training)
     options = Options(bidirectional=bidirectional, drop_above=drop_above)

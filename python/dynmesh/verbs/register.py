@@ -14,7 +14,7 @@ from .._report import Report
 from ..completion.start import template_of
 from ..draw.page import page as scan_page
 from ..draw.page import require_page
-from ..files import PathLike
+from ..files import PathLike, Reader
 from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
@@ -133,7 +133,7 @@ def register_file(
         check_output(Path(page), overwrite, ".html")
     reader = open_single(Path(scan), cameras)
     marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
-    with files.open(template) as mesh:
+    with _opened(template) as mesh:
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
@@ -181,6 +181,15 @@ def register_file(
         registration=found,
         page=None if page is None else Path(page),
     )
+
+
+def _opened(template: PathLike) -> Reader:
+    """Opens the template, which may have been exchanged with the scan."""
+    try:
+        return files.open(template)
+    except files.NoFacesError as error:
+        told = "holds points without faces; the template, a mesh, comes before the scan"
+        raise InputError(told, file=Path(template)) from error
 
 
 def _size(points: Positions) -> float:

@@ -166,7 +166,7 @@ _complete = of("complete_file")
 _convert = of("convert")
 
 
-def _to_new(world: World, path: str = "body.npz", **options: Any) -> Any:  # noqa: ARG001
+def _to_new(world: World, path: Any = "body.npz", **options: Any) -> Any:  # noqa: ARG001
     return dynmesh.complete_file(path, "new.npz", **options)
 
 
@@ -175,6 +175,8 @@ def _converted(world: World, **options: Any) -> Any:
 
 
 completing = [
+    _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "path:", "must be a path, not ndarray"),
+    _complete("`template`: an array", lambda w: _to_new(w, template=w.sequence.vertices[0]), TypeError, "template:", "must be a path, not ndarray"),
     _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite"),
     _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
     _complete("the masks of the input as output", lambda _: dynmesh.complete_file("body.npz", "known.npy", source={"known": "known.npy"}, overwrite=True), ValueError, "known.npy:", "is the input"),

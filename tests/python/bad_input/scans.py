@@ -180,6 +180,7 @@ _MARKS = f"{_REGISTER} --landmarks"
 
 cases = [
     refused("register template.npz cloud/s_0000.ply template.npz --overwrite", "template.npz: is the input"),
+    refused("register cloud/s_0000.ply template.npz new.obj", "s_0000.ply: holds points without faces", "before the scan"),
     refused("register template.npz body.obj body.obj --overwrite", "body.obj: is the input"),
     refused("register template.npz body.obj other.npz", "other.npz: exists already"),
     refused(f"{_REGISTER} --page done.html", "done.html: exists"),
