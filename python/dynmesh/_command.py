@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union
 
 from ._errors import InputError
-from .files.times import slice_of
 
 T = TypeVar("T")
 
@@ -213,3 +212,21 @@ def _told(hint: Any) -> str:
 
 
 _WORDS = {int: "a whole number", float: "a number", bool: "yes or no", Path: "a path"}
+
+
+def slice_of(text: str) -> slice:
+    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    parts = text.split(":")
+    try:
+        if not 2 <= len(parts) <= 3:
+            raise ValueError
+        begin, end, *step = (
+            None if not part else float(part) if "." in part else int(part) for part in parts
+        )
+    except ValueError:
+        raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
+    return slice(begin, end, *step)

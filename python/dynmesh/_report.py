@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 Quality = Literal["good", "doubtful", "ruined", "failed"]
 
 
@@ -67,7 +65,7 @@ def as_json(value: Any) -> Any:
     """Returns a value as JSON has it."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {one.name: as_json(getattr(value, one.name)) for one in dataclasses.fields(value)}
-    if isinstance(value, np.ndarray | np.generic):
+    if hasattr(value, "tolist"):  # an array or number of numpy, which takes long to load
         value = value.tolist()
     if isinstance(value, Mapping):
         return {str(name): as_json(one) for name, one in value.items()}

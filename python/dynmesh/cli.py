@@ -13,7 +13,6 @@ from cyclopts import App, CycloptsError
 from rich.console import Console
 from rich.markup import escape
 
-from . import files
 from ._command import as_command, option_of, refusal, takes
 from ._core import __version__
 from ._errors import DynmeshError
@@ -42,9 +41,9 @@ app = App(
     name="dynmesh",
     help="Completes dynamic meshes: frames that share one connectivity, of which some vertices are "
     "missing.\n\n"
-    f"A sequence is an animated mesh in one of the formats {files.listed(files.formats)}, "
-    "recognised by its suffix. A vertex is missing in a frame if its known mask says so or, in a "
-    "file without masks, if its position is not finite.\n\n"
+    "A sequence is an animated mesh in one of the formats npz, hdf5, npy, pc2, ply, obj, usd, "
+    "usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame if its "
+    "known mask says so or, in a file without masks, if its position is not finite.\n\n"
     "Every command also takes --quiet (-q), which prints errors alone, and --json, which prints "
     "its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
     "line is wrong, and 3 if a result was written but is doubtful.",

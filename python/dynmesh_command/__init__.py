@@ -1,6 +1,6 @@
 """Starts the command `dynmesh`: Ctrl+C while its modules load ends it without a traceback.
 
-This is no part of the package `dynmesh`, since that loads numpy before any of its modules.
+This is no part of the package `dynmesh`, which itself loads modules before any in it.
 """
 
 import signal

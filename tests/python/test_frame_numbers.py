@@ -11,8 +11,9 @@ from commands import dynmesh_command as run
 from sequences import sea
 
 import dynmesh
+from dynmesh._command import slice_of
 from dynmesh.files.header import header_of
-from dynmesh.files.times import frame_numbers, indices_of, slice_of
+from dynmesh.files.times import frame_numbers, indices_of
 
 N = 8
 FIRST = 1001

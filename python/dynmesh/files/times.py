@@ -126,24 +126,6 @@ def check_slice(argument: str, frames: slice | range) -> None:
         check_integer(argument, frames.step, 1)
 
 
-def slice_of(text: str) -> slice:
-    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python.
-
-    Raises:
-        ValueError: it is none of these.
-    """
-    parts = text.split(":")
-    try:
-        if not 2 <= len(parts) <= 3:
-            raise ValueError
-        begin, end, *step = (
-            None if not part else float(part) if "." in part else int(part) for part in parts
-        )
-    except ValueError:
-        raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
-    return slice(begin, end, *step)
-
-
 def _span(header: Header) -> str:
     first, last = header.number(0), header.number(header.n_frames - 1)
     return f"{first} to {last}" if first != last else str(first)
