@@ -50,38 +50,32 @@ struct RegistrationConstants {
   RigidStartConstants rigid;
   TipConstants tips;
 
-  /// Without `scale`, a larger ratio of sizes is refused.
-  double largest_ratio = 20;
   /// How often the scale is sought, each time by the growth of the template that the last one left.
   int scalings = 3;
-  /// With fewer points, nothing is determined.
-  std::size_t fewest_points = 12;
 
-  /// Larger templates get a coarse mesh. From so many candidates, it is drawn to about so many
-  /// points in so many iterations.
+  /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
+  /// drawn to about so many points in so many iterations.
   std::size_t most_coarse_vertices = 4000;
-  std::size_t drawn = 6;
   std::size_t coarse_points = 3000;
   int coarse_iterations = 6;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
   double held_spacings = 4;
 
-  /// The weight of landmarks, and of rough ones, the steps in which the coarse mesh is bent until
-  /// they are at their positions, and the weight of its membrane.
+  /// The weight of landmarks, and of rough ones, and the steps in which the coarse mesh is bent
+  /// until they are at their positions.
   double landmark_weight = 10;
   double rough_weight = 1;
   int bending_steps = 12;
-  double coarse_membrane = 0.3;
 
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; so often towards its own shape, and then towards that of the
-  /// last time. Each time begins with this weight of a point, and takes so many iterations at
-  /// least.
+  /// last time. Each time ends with this weight of a point, larger than that of tracking, since no
+  /// noise of earlier frames accumulates, and takes so many iterations at least.
   std::size_t most_rounds = 6;
   double settled = 0.02;
   std::size_t rounds_to_template = 2;
-  double first_weight = 0.3;
+  double last_weight = 6;
   int fewest_iterations = 6;
   /// A point at this distance counts: it may be the tip of a limb, beside which all are near.
   double least_scale = 0.6;
@@ -96,21 +90,20 @@ struct RegistrationConstants {
   /// people reach 0.12, people in scans of others begin at 0.15.
   double doubtful_stretch = 0.14;
   double ruined_stretch = 0.3;
-  /// The shares of far points from which on a result is doubtful, and ruined.
+  /// The share of far points from which on a result is doubtful; it is ruined where a tracker would
+  /// be lost.
   double doubtful_far = 0.01;
-  double ruined_far = 0.05;
   /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
   /// many mean distances between them, and the share of the area that is one hole from which on the
   /// result is doubtful. Right results of whole scans reach 0.013.
   double hole_edges = 1.5;
   double hole_spacings = 1.9;
   double doubtful_hole = 0.03;
-  /// Vertices within a mean edge of each other and with this cosine between the normals overlap if
-  /// the template has them so many mean edges apart; and the share of its area from which on the
-  /// result is doubtful. Right results reach 0.002, limbs without points 0.1.
-  double overlap_cosine = 0.5;
+  /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
+  /// so many mean edges apart; and the share of its area from which on the result is doubtful. Of
+  /// right results, most have none, and some that slid along limbs by up to a mean edge 0.002.
   double overlap_edges = 10;
-  double doubtful_overlap = 0.005;
+  double doubtful_overlap = 0.001;
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;

@@ -47,7 +47,7 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
 
 /// The area of the vertices beside which others lie that are far away in the template.
 double overlapping_area(const BentSurface& surface, std::span<const double> areas,
-                        const RegistrationConstants& constants) {
+                        const RegistrationConstants& constants, double agreement) {
   const double far = constants.overlap_edges * surface.mean_edge;
   PointScan vertices;
   vertices.points.assign(surface.x.begin(), surface.x.end());
@@ -58,7 +58,7 @@ double overlapping_area(const BentSurface& surface, std::span<const double> area
     vertices.for_each_within(surface.x[v], surface.mean_edge, [&](std::uint32_t other) {
       overlaps = overlaps ||
                  (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
-                  dot(surface.normals[other], surface.normals[v]) > constants.overlap_cosine);
+                  dot(surface.normals[other], surface.normals[v]) > agreement);
     });
     if (overlaps) overlap += areas[v];
   }
@@ -123,7 +123,7 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
   for (const double area : shares) all += area;
   for (double& share : shares) share = all > 0 ? share / all : 0;
   coverage.hole = largest_piece(surface.cells, shares, std::move(is_in_hole));
-  coverage.overlap = overlapping_area(surface, shares, constants);
+  coverage.overlap = overlapping_area(surface, shares, constants, agreement);
   return coverage;
 }
 

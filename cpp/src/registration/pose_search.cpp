@@ -27,16 +27,18 @@ Cloud moved(const Eigen::Isometry3d& motion, std::span<const Vector3<double>> fr
   return result;
 }
 
-/// The shape of the template itself is wanted: nothing was tracked before.
+/// The shape of the template itself is wanted: nothing was tracked before. A surface that is far
+/// from its place needs all points from the beginning.
 TrackingConstants for_still() {
   TrackingConstants constants;
   constants.prediction = 0;
+  constants.points_per_vertex = std::numeric_limits<double>::infinity();
   return constants;
 }
 
 TrackingConstants for_fine(const RegistrationConstants& registration) {
   TrackingConstants constants = for_still();
-  constants.first_weight = registration.first_weight;
+  constants.last_weight = registration.last_weight;
   constants.fewest_iterations = registration.fewest_iterations;
   constants.least_scale = registration.least_scale;
   return constants;
@@ -47,7 +49,6 @@ TrackingConstants for_coarse(const RegistrationConstants& registration) {
   constants.rigid_steps = 0;
   constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
   constants.largest_slippage = 0;
-  constants.membrane = registration.coarse_membrane;
   return constants;
 }
 
@@ -167,7 +168,7 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
   std::vector<Trial> trials;
   for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const std::size_t n = std::min(trials.size(), constants_.drawn);
+  const std::size_t n = std::min(trials.size(), constants_.rigid.starts);
   Trial best;
   for (std::size_t i = 0; i < n; ++i) {
     Trial trial = drawn(std::move(trials[i]));
@@ -290,8 +291,8 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
       pose.agreement.far_share > constants_.doubtful_far ||
       pose.stretch > constants_.doubtful_stretch || pose.coverage.hole > constants_.doubtful_hole ||
       pose.coverage.overlap > constants_.doubtful_overlap || pose.has_misplaced_landmarks;
-  const bool is_ruined =
-      pose.agreement.far_share > constants_.ruined_far || pose.stretch > constants_.ruined_stretch;
+  const bool is_ruined = pose.agreement.far_share > fine_.constants().lost_far ||
+                         pose.stretch > constants_.ruined_stretch;
   pose.quality = is_ruined     ? RegistrationQuality::ruined
                  : is_doubtful ? RegistrationQuality::doubtful
                                : RegistrationQuality::good;

@@ -89,14 +89,14 @@ class Work {
   }
 
   Registration<Real> run(const PointScan& scan) {
-    if (scan.size() < constants_.fewest_points) {
+    if (scan.size() < TrackingConstants{}.least_rigid) {
       throw std::invalid_argument("points: there are " + std::to_string(scan.size()) +
                                   ", but a registration needs at least " +
-                                  std::to_string(constants_.fewest_points));
+                                  std::to_string(TrackingConstants{}.least_rigid));
     }
     if (!scan.is_indexed()) scan.index();
     const double ratio = ratio_of_sizes(template_.frame, scan);
-    const bool is_other_unit = std::max(ratio, 1 / ratio) > constants_.largest_ratio;
+    const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
     if (is_other_unit && !settings_.scale) refuse_ratio(ratio);
     const double size = size_of(template_.frame);
     check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
