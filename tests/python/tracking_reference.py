@@ -101,7 +101,7 @@ class Tracked(reference.Detail):
             if way < 0.3:
                 break
         distances = np.abs(((rows.points - rows.of(x)) * rows.normals).sum(axis=1)) / self.h
-        n = int(np.clip(np.ceil(2 + 3 * np.quantile(distances, 0.95)), 2, 12))
+        n = int(np.clip(np.ceil(1 + 4 * np.quantile(distances, 0.95)), 1, 12))
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)

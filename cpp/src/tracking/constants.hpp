@@ -27,10 +27,10 @@ struct TrackingConstants {
 
   /// How often points are matched: so often at least and at most, and so many times more for each
   /// mean edge within which this share of the points is at first.
-  int fewest_iterations = 2;
+  int fewest_iterations = 1;
   int fewest_cloth_iterations = 8;
   int most_iterations = 12;
-  double iterations_per_edge = 3;
+  double iterations_per_edge = 4;
   double far_share = 0.95;
   /// In all but the last iterations, for so many points for each vertex, evenly spread: a stiff
   /// surface needs no more.
