@@ -12,10 +12,10 @@ from dynmesh.tracking.placing import push_scan
 from ..harness import progress
 from ..runner import vertex_error
 from ..subjects import Subject
-from .gallery import Picture, view_of
+from .completions import Picture, view_of
 from .strip import DOTS, Panel, draw_surface, save
 
-WALKER = Picture("track/walker.png", "walker", "camera", [104], 40, (), (360, 480))
+WALKER = Picture("track/walker.png", [104], 40, (), (360, 480))
 CAMERAS = 2
 POINTS = 20_000
 SHOWN_POINTS = 6_000

@@ -11,10 +11,8 @@ from matplotlib.font_manager import findfont
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-import dynmesh
-from dynmesh.degrade.visibility import visible
 from dynmesh.draw import figures
-from dynmesh.draw.figures import Mark, View
+from dynmesh.draw.figures import View
 from dynmesh.normals import vertex_normals
 from dynmesh.sequence import Mask, Positions
 
@@ -33,7 +31,6 @@ _ERRORS = LinearSegmentedColormap.from_list(
 )
 _COLOURS = [to_hex(_ERRORS(place)) for place in np.linspace(0, 1, 128)]
 _INK, _FAINT = "#222222", "#666666"
-_FEW = 0.1  # share of whole triangles below which the observed vertices are drawn as dots
 _LEAST_PITCH = 240  # of the columns, so that their titles fit
 
 
@@ -53,11 +50,8 @@ class Panel:
 
 
 def draw_observed(faces: Faces, points: Positions, known: Mask, view: View) -> figures.Image:
-    """What was observed: triangles, dark from inside, or dots if hardly any triangle is whole."""
+    """The triangles that were observed, dark from inside."""
     whole = known[faces].all(axis=1)
-    if whole.mean() < _FEW:
-        dots = points[known & _in_sight(faces, points, view)]
-        return figures.render_marked(faces[:1], points, view, [Mark(DOTS, faces[:0], dots, 1.6)])
     inside = vertex_normals(faces, points.astype(np.float64)) @ view.axes[2] < 0
     return figures.render(faces[whole], points, view, inside.astype(float), (OUTSIDE, INSIDE))
 
@@ -70,11 +64,11 @@ def draw_surface(
     return figures.render(faces, points, view, places, _COLOURS)
 
 
-def save(panels: Sequence[Panel], path: Path, label: str = LABEL) -> None:
-    """Writes a strip to a PNG, or a moving one to a WebP, with a label of its scale of colours."""
+def save(panels: Sequence[Panel], path: Path) -> None:
+    """Writes a strip to a PNG, or a moving one to a WebP."""
     images = iter(figures.cropped([image for panel in panels for image in panel.images]))
     columns = [[next(images) for _ in panel.images] for panel in panels]
-    first, *rest = (_composed(panels, row, label) for row in zip(*columns, strict=True))
+    first, *rest = (_composed(panels, row) for row in zip(*columns, strict=True))
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".png":
         first.save(path, optimize=True)
@@ -85,19 +79,6 @@ def save(panels: Sequence[Panel], path: Path, label: str = LABEL) -> None:
         )
 
 
-def _in_sight(faces: Faces, points: Positions, view: View) -> Mask:
-    """The vertices that nothing hides, seen from far away."""
-    middle, far = view.box.mean(axis=0), 50 * np.ptp(view.box, axis=0).max()
-    away = middle + far * view.axes[2]
-    camera = dynmesh.degrade.Camera(_triple(away), _triple(middle), view.up)
-    return visible(points, faces, camera)
-
-
-def _triple(place: NDArray[np.floating[Any]]) -> tuple[float, float, float]:
-    x, y, z = place.tolist()
-    return x, y, z
-
-
 def _place(percent: NDArray[np.floating[Any]] | float) -> NDArray[np.float64]:
     """Where errors in per cent are on the scale, from 0 to 1."""
     low, high = np.log([TICKS[0], TICKS[-1]])
@@ -105,7 +86,7 @@ def _place(percent: NDArray[np.floating[Any]] | float) -> NDArray[np.float64]:
     return np.asarray(np.clip(places, 0, 1))
 
 
-def _composed(panels: Sequence[Panel], row: Sequence[figures.Image], label: str) -> Image.Image:
+def _composed(panels: Sequence[Panel], row: Sequence[figures.Image]) -> Image.Image:
     """One frame: titles and captions above the pictures, and the scale below them."""
     height, width = row[0].shape[:2]
     pitch = max(width + 14, _LEAST_PITCH)
@@ -130,5 +111,5 @@ def _composed(panels: Sequence[Panel], row: Sequence[figures.Image], label: str)
     for tick in TICKS:
         place = left + float(_place(tick)) * long
         draw.text((place, bottom + 2.2 * size), f"{tick:g}", _INK, small, "mm")
-    draw.text((left - size, bottom + 1.1 * size), label, _INK, small, "rm")
+    draw.text((left - size, bottom + 1.1 * size), LABEL, _INK, small, "rm")
     return whole

@@ -8,10 +8,10 @@ import dynmesh
 
 from ..runner import vertex_error
 from ..subjects import Subject
-from .gallery import Picture, view_of
+from .completions import Picture, view_of
 from .strip import Panel, draw_observed, draw_surface, save
 
-PICTURE = Picture("method/whole_frame.png", "walker", "patches", [25], 0, (), (460, 616))
+PICTURE = Picture("method/whole_frame.png", [25], 0, (), (460, 616))
 _FRAMES = 50
 _OTHER = 12  # frames away
 

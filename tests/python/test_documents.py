@@ -309,7 +309,6 @@ def test_the_scripts_that_pages_name_exist() -> None:
 PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",
-    "docs/gallery.md",
     "docs/guides/recordings.md",
     "docs/guides/training.md",
     "docs/guides/research.md",

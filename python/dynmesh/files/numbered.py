@@ -104,24 +104,6 @@ def files_in(folder: Path, suffix: str) -> list[Path]:
     )
 
 
-def files_of(path: Path, suffixes: Iterable[str]) -> list[Path]:
-    """Returns the files of a path, pattern or glob, or those in a folder with these suffixes.
-
-    They are in natural order; their numbers do not matter, if they have any.
-
-    Raises:
-        FileNotFoundError: there is no file; a folder may have none.
-    """
-    names = FrameNames.of(path)
-    if path.is_dir():
-        found = [file for suffix in suffixes for file in files_in(path, suffix)]
-    elif path.exists():
-        found = [path]
-    elif not (found := [*names.existing().values()] if names.numbered else matching(path)):
-        raise _no_file(path)
-    return _in_natural_order(found)
-
-
 class Found(NamedTuple):
     """The files of a sequence that is to be read, None where one is missing, and their numbers."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from ..files.comments import Metadata
 from ..files.conversion import Changes
 from ..files.header import Header
-from ..files.numbered import files_of
+from ..files.numbered import files_in, find_files
 from ..files.ply import read_elements
 from .point_files import PointFile, point_formats
 from .scan import PointScan
@@ -15,13 +15,15 @@ from .scan import PointScan
 
 def clouds_in(path: Path) -> list[Path]:
     """Returns the files of a path, pattern or folder if they hold points alone, else none."""
-    if path.suffix.lower() not in (*point_formats, ""):
+    possible = [one for one in point_formats if files_in(path, one)] if path.is_dir() else []
+    suffix = possible[0] if possible else path.suffix.lower()
+    if suffix not in point_formats:
         return []
     try:
-        found = files_of(path, point_formats)
-    except FileNotFoundError:
+        found = [file for file in find_files(path, suffix).files if file is not None]
+    except (FileNotFoundError, ValueError):  # which the reader of sequences explains
         return []
-    is_mesh = found and found[0].suffix.lower() == ".ply" and "face" in read_elements(found[0])[0]
+    is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
     return [] if is_mesh else found
 
 

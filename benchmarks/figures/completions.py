@@ -1,4 +1,4 @@
-"""The pictures of docs/gallery.md: what was observed, what is true, and what methods make of it."""
+"""Pictures of what was observed, of what is true, and of what methods make of it."""
 
 import sys
 from collections.abc import Sequence
@@ -8,18 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from dynmesh.draw.figures import View
-from dynmesh.sequence import Mask, Positions
+from dynmesh.sequence import Positions
 
 from ..cells import nmsve_cell
 from ..harness import progress
-from ..methods import ARAP_FROM_PREVIOUS, BIHARMONIC, DETAIL, MOTION, Method, trained
+from ..methods import BIHARMONIC, DETAIL, MOTION, Method, trained
 from ..runner import run, vertex_error
-from ..subjects import Subject, random_masks, scenario_masks
+from ..subjects import Subject, scenario_masks
 from .strip import Panel, draw_observed, draw_surface, save
 
 Shown = tuple[tuple[str, Method], ...]
 BESIDE_BIHARMONIC: Shown = (("dynmesh", DETAIL), ("libigl", BIHARMONIC))
-BESIDE_ARAP: Shown = (("dynmesh", DETAIL), ("libigl", ARAP_FROM_PREVIOUS))
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,6 @@ class Picture:
 
     Attributes:
         file: its path in the folder of figures; .png is a still picture, .webp a moving one.
-        of: the name of the sequence.
-        loss: a share of known vertices, or "camera" or "patches".
         frames: the numbers of the frames that are shown.
         azimuth: the direction from which it is taken, in degrees around the up axis.
         methods: of dynmesh, and the one of libigl that is the most accurate here.
@@ -38,8 +35,6 @@ class Picture:
     """
 
     file: str
-    of: str
-    loss: float | str
     frames: Sequence[int]
     azimuth: float
     methods: Shown = BESIDE_BIHARMONIC
@@ -49,36 +44,25 @@ class Picture:
 
 HIDDEN_SIDE = Picture(
     "method/hidden_side.png",
-    "walker",
-    "camera",
     [104],
     200,
     (("motion", MOTION), ("detail", DETAIL), ("libigl", BIHARMONIC)),
 )
-BUILT_IN = (
-    Picture("gallery/walker.webp", "walker", "camera", range(1, 175, 3), 200, with_truth=False),
-    Picture("gallery/patches.png", "walker", "patches", [110], 230, size=(460, 616)),
-)
-RECORDED = (
-    Picture("recorded/face.webp", "ict_face_arkit", "camera", range(1, 60), 0, size=(275, 350)),
-    Picture("recorded/horse.webp", "horse_gallop", 0.1, range(1, 48), 60, size=(290, 290)),
-    Picture("recorded/person.png", "crane", 0.1, [129], 60, BESIDE_ARAP, (460, 616)),
-    Picture("recorded/flag.png", "flag_sim_50x50", 0.3, [53], 270, BESIDE_ARAP),
-)
+WALKER = Picture("readme/walker.webp", range(1, 175, 3), 200, with_truth=False)
 
 
 def training(training: Positions) -> Picture:
     """The picture of docs/guides/training.md: the same frame without and with training."""
     methods = (("detail", DETAIL), ("detail, trained", trained(training)))
-    return Picture("training/walker.png", "walker", "camera", [95], 200, methods)
+    return Picture("training/walker.png", [95], 200, methods)
 
 
 def draw(picture: Picture, subject: Subject, folder: Path) -> None:
-    """Completes a whole sequence, and draws some of its frames.
+    """Completes what a camera sees of a whole sequence, and draws some of its frames.
 
     Methods of libraries that are not installed are left out, with a message.
     """
-    masks = losses_of(picture.loss, subject)
+    masks = scenario_masks("camera", subject)
     widest, truth = view_of(picture, subject), subject.vertices
     views = {n: widest.around(truth[n]) for n in picture.frames}
     known = f"{100 * np.mean(masks[1:]):.0f} % of the vertices"
@@ -99,13 +83,6 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
         ]
         panels.append(Panel(title, f"NMSVE x 1e4: {nmsve_cell(found.error)}", images))
     save(panels, folder / picture.file)
-
-
-def losses_of(loss: float | str, subject: Subject) -> list[Mask]:
-    """The known masks of all frames."""
-    if isinstance(loss, str):
-        return scenario_masks(loss, subject)
-    return list(random_masks(subject, loss))
 
 
 def view_of(picture: Picture, subject: Subject) -> View:
