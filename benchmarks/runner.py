@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynmesh import metrics
+from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.sequence import Mask, Positions
 
 from .harness import progress
@@ -137,3 +138,9 @@ def vertex_error(subject: Subject, number: int, completed: Positions) -> Floats:
     """Return the (k,) distances from the true positions in bounding-box diagonals."""
     truth = subject.vertices[number]
     return np.asarray(metrics.vertex_error(truth, completed) / subject.diagonal)
+
+
+def edge_errors(subject: Subject, tracked: Positions, truth: Positions) -> Floats:
+    """Return (k,) distances from the true vertices, in mean edges of frame 0 of a subject."""
+    edge = mean_edge_of(subject.vertices[0], subject.faces)
+    return np.asarray(np.linalg.norm(tracked - truth, axis=1) / edge)

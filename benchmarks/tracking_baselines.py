@@ -23,8 +23,8 @@ from dynmesh.tracking.placing import push_scan
 
 from .cells import Line, number, ratio
 from .harness import Table, parser, progress, sequences, show
+from .runner import edge_errors
 from .subjects import Subject
-from .tracking import errors
 
 registration: Any = trimesh.registration  # has no types
 
@@ -62,7 +62,7 @@ def measure(subject: Subject, scans: list[PointScan], register: Register) -> tup
     for truth, scan in zip(subject.vertices[1:], scans, strict=True):
         begun = time.perf_counter()
         last = register(last, scan)
-        rows.append((errors(subject, last, truth).mean(), time.perf_counter() - begun))
+        rows.append((edge_errors(subject, last, truth).mean(), time.perf_counter() - begun))
     found = np.array(rows)
     return float(found[:, 0].mean()), float(np.median(found[:, 1]))
 

@@ -36,8 +36,8 @@ from dynmesh.tracking.placing import push_scan
 
 from .cells import Line, number
 from .harness import Table, parser, sequences, show
+from .runner import edge_errors
 from .subjects import Subject
-from .tracking import errors
 
 POINTS = 15_000
 NOISE = 0.05
@@ -88,7 +88,7 @@ def followed(subject: Subject, scans: Iterable[Scan]) -> NDArray[np.float64]:
     for truth, scan in zip(subject.vertices[1:], scans, strict=True):
         begun = time.thread_time()
         tracked = push_scan(tracker, scan)
-        rows.append((errors(subject, tracked, truth).mean(), time.thread_time() - begun))
+        rows.append((edge_errors(subject, tracked, truth).mean(), time.thread_time() - begun))
     return np.array(rows)
 
 

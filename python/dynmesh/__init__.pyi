@@ -22,7 +22,6 @@ from .diagnosis import diagnose as diagnose
 from .diagnosis.true_errors import FrameErrors as FrameErrors
 from .files import Writer as Writer
 from .files import create as create
-from .files import create_like as create_like
 from .files import open as open
 from .files import read as read
 from .files import write as write

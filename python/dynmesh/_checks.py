@@ -21,10 +21,11 @@ def check_integer(name: str, value: object, least: float, most: float = math.inf
         raise InputError(f"must be {bounds}, not {value!r}", argument=name, value=value)
 
 
-def check_flag(name: str, value: object) -> None:
-    """Raises an error unless the value is True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise KindError(f"must be True or False, not {value!r}", argument=name, value=value)
+def check_flags(**flags: object) -> None:
+    """Raises an error unless the values are True or False."""
+    for name, value in flags.items():
+        if not isinstance(value, bool | np.bool_):
+            raise KindError(f"must be True or False, not {value!r}", argument=name, value=value)
 
 
 def check_number(name: str, value: object) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from . import _arrays, _core
 from ._arrays import Positions
-from ._checks import check_flag, check_integer, check_number
+from ._checks import check_flags, check_integer, check_number
 from ._errors import KindError, SettingError
 from .polygons import Faces
 from .topology import RefusedFace, TopologyReport
@@ -169,7 +169,7 @@ class Stream:
 def _check_setting(name: str, value: Any, kind: Any) -> None:
     """Refuses a value of the wrong kind; the core refuses those out of range."""
     if kind is bool:
-        check_flag(name, value)
+        check_flags(**{name: value})
     elif kind is int:
         check_integer(name, value, -math.inf)
     elif choices := [one for one in get_args(kind) if isinstance(one, str)]:

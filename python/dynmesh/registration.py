@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import _arrays, _core
 from ._arrays import Mask, Positions
-from ._checks import check_flag, check_integer
+from ._checks import check_flags, check_integer
 from ._errors import KindError
 from ._stream import trained
 from .polygons import Faces
@@ -195,8 +195,7 @@ def _registered(
     uncertainty: bool,
     threads: int,
 ) -> Registration:
-    for name, flag in (("align", align), ("scale", scale), ("uncertainty", uncertainty)):
-        check_flag(name, flag)
+    check_flags(align=align, scale=scale, uncertainty=uncertainty)
     check_integer("threads", threads, 1, 256)
     triangles = _arrays.triangles(faces, len(template))
     flat, observed, errors, found = _core.register(

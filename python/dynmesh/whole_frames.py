@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays, _core
-from ._checks import check_flag, check_integer, check_number
+from ._checks import check_flags, check_integer, check_number
 from ._errors import DynmeshError, InputError, KindError
 from ._progress import steps
 from .files.header import Header
@@ -94,7 +94,7 @@ def whole_frame(
     number = None if frame == "best" else frame
     if noise is not None:
         check_number("noise", noise)
-    check_flag("outliers", outliers)
+    check_flags(outliers=outliers)
     check_integer("threads", threads, 1, 256)
     reader = _reader_of(faces, frames, known)
     with (

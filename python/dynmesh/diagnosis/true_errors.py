@@ -103,12 +103,9 @@ def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
             "the reference holds generations, and the completed sequence holds none: were they "
             "exchanged? The completed one comes first"
         )
-    sizes = []
-    for reader in (completed, reference):
-        (first,) = reader.frames(0, 1)
-        sizes.append(metrics.bounding_box_diagonal(first.points) or 1.0)
-    ratio = sizes[0] / sizes[1]
-    if pairs := explaining(1 / ratio, _SAME):
+    (first,) = completed.frames(0, 1)
+    ratio = metrics.bounding_box_diagonal(first.points) / _diagonal(reference)
+    if ratio > 0 and (pairs := explaining(1 / ratio, _SAME)):
         ours, theirs = pairs[0]
         yield (
             f"the completed sequence is {ratio:.4g} times as large as the reference, as if it were "

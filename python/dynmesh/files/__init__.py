@@ -8,7 +8,6 @@ interface.
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 
@@ -44,7 +43,6 @@ __all__ = [
     "Writer",
     "check_suffix",
     "create",
-    "create_like",
     "format_of",
     "formats",
     "frame_of",
@@ -221,26 +219,6 @@ def create(path: PathLike, header: Header, *, format: str | None = None) -> Writ
     check_path("path", path)
     if not isinstance(header, Header):
         raise KindError(f"must be a Header, not {type(header).__name__}", argument="header")
-    return target_of(path, format).create(header)
-
-
-def create_like(
-    reader: Reader,
-    path: PathLike,
-    *,
-    with_known: bool = False,
-    with_provenance: bool = False,
-    with_standard_error: bool = False,
-    format: str | None = None,
-) -> Writer:
-    """Creates a file for the sequence of `reader` with changes; see :func:`create`."""
-    check_path("path", path)
-    header = replace(
-        reader.header,
-        has_known=with_known,
-        has_provenance=with_provenance,
-        has_standard_error=with_standard_error,
-    )
     return target_of(path, format).create(header)
 
 

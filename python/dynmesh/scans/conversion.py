@@ -20,7 +20,7 @@ def clouds_in(path: Path) -> list[Path]:
     if suffix not in point_formats:
         return []
     try:
-        found = [file for file in find_files(path, suffix).files if file is not None]
+        found = [file for file in find_files(path, suffix, "lost").files if file is not None]
     except (FileNotFoundError, ValueError):  # which the reader of sequences explains
         return []
     is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]

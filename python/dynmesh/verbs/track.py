@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import files
-from .._checks import check_flag, check_integer, check_path
+from .._checks import check_flags, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
 from .._progress import tracked
@@ -190,13 +190,8 @@ def track_file(
     for name, given in (("landmarks", landmarks), ("cameras", cameras)):
         if given is not None:
             check_path(name, given)
-    for name, flag in (
-        ("remove_planes", remove_planes),
-        ("recover", recover),
-        ("uncertainty", uncertainty),
-        ("provenance", provenance),
-    ):
-        check_flag(name, flag)
+    check_flags(remove_planes=remove_planes, recover=recover)
+    check_flags(uncertainty=uncertainty, provenance=provenance)
     check_integer("threads", threads, 1)
     room, training_files = Room(crop_of(crop), remove_planes), paths_of(training)
     target = files.target_of(output)
