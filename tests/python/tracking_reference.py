@@ -105,7 +105,9 @@ class Tracked(reference.Detail):
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None))
+            rows = self._match(
+                x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None), left < 2
+            )
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
             x = self._bent(x, rows, weight if left == 1 else None)
@@ -139,7 +141,12 @@ class Tracked(reference.Detail):
         return first
 
     def _match(
-        self, x: Array, radius: float, part: Integers | slice, scale: float | None = None
+        self,
+        x: Array,
+        radius: float,
+        part: Integers | slice,
+        has_arrived: bool = False,
+        scale: float | None = None,
     ) -> Rows:
         points, normals = self.points[part], self.normals[part]
         shares, distance = places(points, self.faces, x)
@@ -154,7 +161,7 @@ class Tracked(reference.Detail):
         nearest = distance.argmin(axis=1)
         self.nearest = self.faces[nearest], shares[every, nearest]
         agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
-        is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8)
+        is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & (not has_arrived)
         face = np.where(is_else, agreeing, nearest)
         kept = agrees[every, face] & (distance[every, face] < radius)
         every, face = every[kept], face[kept]
@@ -166,9 +173,7 @@ class Tracked(reference.Detail):
         corners, shares = self.faces[face], shares[every, face]
         if scale is None:
             nearest_corners = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)
-            far = (
-                1 + (distances / self._usual(nearest_corners[:, 0], distances, ~is_else[kept])) ** 2
-            )
+            far = 1 + (distances / self._usual(nearest_corners[:, 0], distances)) ** 2
             weights = 1 / far**2
         else:
             weights = 1 / (1 + (distances / scale) ** 2)
@@ -178,18 +183,18 @@ class Tracked(reference.Detail):
         density = min(1, len(np.unique(corners)) / (points_of_row * len(corners)))
         return Rows(corners, shares, mean, points[kept], density * weights, distances)
 
-    def _usual(self, vertices: Integers, distances: Array, is_nearest: NDArray[np.bool_]) -> Array:
+    def _usual(self, vertices: Integers, distances: Array) -> Array:
         """Four times the median distance of the points around each, found in a histogram."""
         cluster = self.clusters[vertices]
         around = self.beside | np.eye(len(self.beside), dtype=bool)
         usual = np.zeros(len(around))
         for c in np.unique(cluster):
             width = 1.5 / 4 / 32
-            bins = np.minimum(distances[around[c, cluster] & is_nearest] / width, 32).astype(int)
+            bins = np.minimum(distances[around[c, cluster]] / width, 32).astype(int)
             counts = np.bincount(bins, minlength=33)
             below = np.concatenate([[0], np.cumsum(counts)])
             bin_ = int(np.searchsorted(below[1:], counts.sum() / 2))
-            share = (counts.sum() / 2 - below[bin_]) / max(counts[bin_], 1)
+            share = (counts.sum() / 2 - below[bin_]) / counts[bin_]
             usual[c] = 4 * width * (bin_ + share)
         return np.clip(usual, 0.3, 1.5)[cluster]
 

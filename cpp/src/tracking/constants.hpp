@@ -8,7 +8,6 @@
 
 namespace dynmesh {
 
-/// docs/limits.md shows how much the error changes if a value is halved or doubled.
 struct TrackingConstants {
   /// The share of the last motion with which the next one begins.
   double prediction = 0.6;
@@ -28,12 +27,12 @@ struct TrackingConstants {
   /// How often points are matched: so often at least and at most, and so many times more for each
   /// mean edge within which this share of the points is at first.
   int fewest_iterations = 1;
-  int fewest_cloth_iterations = 8;
+  int cloth_iterations = 8;
   int most_iterations = 12;
   double iterations_per_edge = 4;
   double far_share = 0.95;
-  /// In all but the last iterations, for so many points for each vertex, evenly spread: a stiff
-  /// surface needs no more.
+  /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
+  /// so many points for each vertex, evenly spread.
   int full_iterations = 2;
   double points_per_vertex = 1;
   /// How often rotations are fitted for the same matches of cloth,

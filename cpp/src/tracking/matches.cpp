@@ -150,9 +150,8 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
       found_[i] = match.place;
       if (!found_[i].any()) continue;
       before = found_[i];
-      const bool is_nearest =
-          !(squared_norm(match.normal) == 0 && found_[i].squared > squared_near);
-      if (!is_nearest) {
+      if (!search.has_arrived && squared_norm(match.normal) == 0 &&
+          found_[i].squared > squared_near) {
         // Something else is nearer, as the other side of a thin limb is.
         match.place = places_.nearest(
             x, points_[i].position, {.squared = std::pow(search.radius * mean_edge_, 2)},
@@ -168,7 +167,6 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
                  points_[i].position,
                  1,
                  std::sqrt(match.place.squared) / mean_edge_,
-                 is_nearest,
                  boundary_.contains(match.place)};
     }
   };
@@ -214,8 +212,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
 }
 
 /// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
-/// all are far, and where it has, those that are far are of something else, as are those that a
-/// nearer place disagrees with. The median of the
+/// all are far, and where it has, those that are far are of something else. The median of the
 /// distances around a cluster is found in a histogram, up to where it no longer matters.
 std::vector<double> Matches::usual_distances() const {
   constexpr std::size_t n_bins = 32;
@@ -223,7 +220,6 @@ std::vector<double> Matches::usual_distances() const {
   const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
   std::vector<Histogram> histograms(clusters_.size());
   for (const SurfaceRow& row : rows_.rows) {
-    if (!row.is_nearest) continue;
     const double bin = std::min(row.distance / width, static_cast<double>(n_bins));
     ++histograms[cluster_of(row)][static_cast<std::size_t>(bin)];
   }

@@ -22,7 +22,6 @@ struct SurfaceRow {
   Vector3<double> point;                  ///< q
   double weight = 0;                      ///< w
   double distance = 0;                    ///< of q from its place when it was found, in mean edges
-  bool is_nearest = true;                 ///< whether no place, whatever its normal, was nearer
   bool is_end = false;                    ///< whether the place is on the boundary of cloth
 
   [[nodiscard]] Vector3<double> on(std::span<const Vector3<double>> field) const {

@@ -69,8 +69,9 @@ int SurfaceTracking::approach() {
   }
   const double distance = matches_.distance_of(x_, constants_.far_share);
   const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
-  const int fewest = any_cloth_ ? constants_.fewest_cloth_iterations : constants_.fewest_iterations;
-  return std::clamp(static_cast<int>(std::ceil(wanted)), fewest, constants_.most_iterations);
+  if (any_cloth_) return constants_.cloth_iterations;
+  return std::clamp(static_cast<int>(std::ceil(wanted)), constants_.fewest_iterations,
+                    constants_.most_iterations);
 }
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
@@ -86,6 +87,7 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
                          .walked = constants_.walked,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
+                         .has_arrived = left < constants_.full_iterations,
                          .is_sparse = !any_cloth_ && left >= constants_.full_iterations});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
