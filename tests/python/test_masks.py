@@ -45,6 +45,7 @@ def test_damaged_vertices_are_listed_in_lines_of_text(
         ("12 3\n12 x\n", "line 2: must be a frame"),
         ("3.5.1 2\n", "line 1: must be a frame"),
         ("* 100\n", "line 1: there is no vertex 100, only 0 to 99"),
+        ("PK\xe5\x04", "line 1: must be a frame"),
         ("9 1\n", "there is no frame 9"),
     ],
 )
@@ -52,7 +53,7 @@ def test_a_wrong_line_is_named(
     ocean: dynmesh.Sequence, tmp_path: Path, text: str, told: str
 ) -> None:
     dynmesh.write(tmp_path / "in.npz", ocean)
-    (tmp_path / "mask.txt").write_text(text)
+    (tmp_path / "mask.txt").write_text(text, "latin-1")
     with pytest.raises(DynmeshError, match=told) as caught:
         dynmesh.open(tmp_path / "in.npz", known=tmp_path / "mask.txt")
     assert caught.value.file == tmp_path / "mask.txt"

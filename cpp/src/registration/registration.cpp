@@ -89,10 +89,10 @@ class Work {
   }
 
   Registration<Real> run(const PointScan& scan) {
-    if (scan.size() < TrackingConstants{}.least_rigid) {
+    if (scan.size() < TrackingConstants{}.fewest) {
       throw std::invalid_argument("points: there are " + std::to_string(scan.size()) +
                                   ", but a registration needs at least " +
-                                  std::to_string(TrackingConstants{}.least_rigid));
+                                  std::to_string(TrackingConstants{}.fewest));
     }
     if (!scan.is_indexed()) scan.index();
     const double ratio = ratio_of_sizes(template_.frame, scan);

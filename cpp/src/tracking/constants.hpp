@@ -21,8 +21,6 @@ struct TrackingConstants {
   /// What the planes do not determine of a rigid motion stays small: this share of the mean
   /// diagonal is added to its system.
   double rigid_caution = 1e-3;
-  /// Six points determine a rigid motion, if all are good; fewer than this are not used.
-  std::size_t least_rigid = 12;
 
   /// How often points are matched: so often at least and at most, and so many times more for each
   /// mean edge within which this share of the points is at first.
@@ -100,10 +98,12 @@ struct TrackingConstants {
   /// shape of the last frame keeps hidden parts as they were; modes that keep them as well would
   /// confirm positions that were found wrongly.
   double largest_kept = 0;
-  /// Components whose points have a smaller sum of weights, each at most 1, are not drawn to them.
-  double fewest = 12;
+  /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
+  /// and components whose points have a smaller sum of weights are not drawn to them.
+  std::size_t fewest = 12;
 
-  /// A measured point is far from the surface beyond this.
+  /// A measured point is far from the surface beyond this, and vertices of triangles that are
+  /// nearer to one are observed.
   double far_distance = 1;
   /// It is stray, and of no surface, if the so manyth nearest of all points around it is at
   /// least so many times farther from it than usual.
@@ -113,8 +113,6 @@ struct TrackingConstants {
   /// undecided, below the second.
   double least_cosine = 0;
   double least_undecided_cosine = 0.3;
-  /// A vertex counts as observed if a point lies at most this far from a triangle that it is of.
-  double observed_distance = 1;
 
   /// A first scan is refused if a larger share of its points is far, and a smaller one of the
   /// vertices is observed.

@@ -201,8 +201,9 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
     for (const auto corner : row.corners) touched[corner] = 1;
   }
   if (!usual.empty()) boundary_.draw(x, normals_, rows);
-  std::erase_if(rows,
-                [&](const SurfaceRow& row) { return sums[component(row)] < constants_.fewest; });
+  std::erase_if(rows, [&](const SurfaceRow& row) {
+    return sums[component(row)] < static_cast<double>(constants_.fewest);
+  });
   const double density =
       std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
                         (points_of_row * static_cast<double>(std::max(rows.size(), 1UL))));

@@ -63,7 +63,7 @@ int SurfaceTracking::approach() {
   for (int step = 0; step < constants_.rigid_steps; ++step) {
     const SurfaceRows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
-    if (is_all_cloth_ || rows.rows.size() < constants_.least_rigid) break;
+    if (is_all_cloth_ || rows.rows.size() < constants_.fewest) break;
     const SmallMotion motion = fit_to_planes(rows.rows, x_, constants_.rigid_caution);
     if (move_by(motion, x_) < constants_.rigid_rest * mean_edge_) break;
   }
@@ -105,7 +105,7 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
 SurfaceTracking::Found SurfaceTracking::observe() {
   matches_.follow(x_);
   std::ranges::fill(observed_, std::uint8_t{0});
-  matches_.for_each_near(constants_.observed_distance, [&](const Place& place) {
+  matches_.for_each_near(constants_.far_distance, [&](const Place& place) {
     for (std::size_t s = 0; s < 3; ++s) {
       if (place.shares[s] > 0) observed_[place.corners[s]] = 1;
     }

@@ -92,7 +92,7 @@ def _listed(path: Path, header: Header) -> Damaged:
     """
     found: dict[int | None, list[int]] = {}
     with naming(path):
-        for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1):
+        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
             words = line.partition("#")[0].split()
             if not words:
                 continue
