@@ -22,8 +22,8 @@ struct TrackingConstants {
   /// diagonal is added to its system.
   double rigid_caution = 1e-3;
 
-  /// How often points are matched: so often at least and at most, and so many times more for each
-  /// mean edge within which this share of the points is at first.
+  /// How often points are matched: so often at least, with cloth and at most, and so many times
+  /// more for each mean edge within which this share of the points is at first.
   int fewest_iterations = 1;
   int cloth_iterations = 8;
   int most_iterations = 12;
@@ -31,7 +31,7 @@ struct TrackingConstants {
   double far_share = 0.95;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread.
-  int full_iterations = 2;
+  int final_iterations = 2;
   double points_per_vertex = 1;
   /// How often rotations are fitted for the same matches of cloth,
   /// after the first iteration, which keeps it from sliding along itself.

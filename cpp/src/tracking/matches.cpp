@@ -140,7 +140,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   const double wanted = constants_.points_per_vertex * static_cast<double>(x.size());
   const double spacing = static_cast<double>(points_.size()) / wanted;
   const std::size_t every =
-      search.is_sparse ? std::max<std::size_t>(1, std::llround(spacing)) : std::size_t{1};
+      search.is_sparse ? std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row) : 1;
   auto& rows = rows_.rows;
   rows.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {

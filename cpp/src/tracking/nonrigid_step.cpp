@@ -44,7 +44,7 @@ std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_fra
 NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
                            Workers& workers, const TrackingConstants& constants, Field first_frame,
                            double mean_edge, std::span<const std::uint8_t> is_cloth,
-                           TrainingFrames training, bool has_uncertainty, double epsilon)
+                           const TrainingFrames& training, bool has_uncertainty, double epsilon)
     : topology_(topology),
       workers_(workers),
       detail_constants_(with_largest_kept(constants.largest_kept)),

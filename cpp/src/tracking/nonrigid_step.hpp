@@ -40,7 +40,7 @@ class NonrigidStep {
   /// that of the type in which positions are given.
   NonrigidStep(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
                const TrackingConstants& constants, Field first_frame, double mean_edge,
-               std::span<const std::uint8_t> is_cloth, TrainingFrames training,
+               std::span<const std::uint8_t> is_cloth, const TrainingFrames& training,
                bool has_uncertainty, double epsilon);
 
   /// Begins a frame from what was remembered last, whatever was found since.

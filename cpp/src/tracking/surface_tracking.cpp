@@ -12,14 +12,14 @@ namespace dynmesh {
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, Field first_frame,
-                                 const TrackingConstants& constants, TrainingFrames training,
+                                 const TrackingConstants& constants, const TrainingFrames& training,
                                  bool has_uncertainty, double epsilon)
     : constants_(constants),
       faces_(std::move(faces)),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
       is_cloth_(find_cloth(faces_, topology.component, first_frame, constants_)),
-      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
-             std::move(training), has_uncertainty, epsilon),
+      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_, training,
+             has_uncertainty, epsilon),
       matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
                shape_.clusters()),
       is_all_cloth_(std::ranges::count(is_cloth_, 0) == 0),
@@ -67,9 +67,9 @@ int SurfaceTracking::approach() {
     const SmallMotion motion = fit_to_planes(rows.rows, x_, constants_.rigid_caution);
     if (move_by(motion, x_) < constants_.rigid_rest * mean_edge_) break;
   }
+  if (any_cloth_) return constants_.cloth_iterations;
   const double distance = matches_.distance_of(x_, constants_.far_share);
   const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
-  if (any_cloth_) return constants_.cloth_iterations;
   return std::clamp(static_cast<int>(std::ceil(wanted)), constants_.fewest_iterations,
                     constants_.most_iterations);
 }
@@ -87,8 +87,8 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
                          .walked = constants_.walked,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
-                         .has_arrived = left < constants_.full_iterations,
-                         .is_sparse = !any_cloth_ && left >= constants_.full_iterations});
+                         .has_arrived = left < constants_.final_iterations,
+                         .is_sparse = !any_cloth_ && left >= constants_.final_iterations});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
     shape_.factorize(rows, landmarks_, std::sqrt(growth));

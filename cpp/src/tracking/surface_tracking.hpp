@@ -28,7 +28,7 @@ class SurfaceTracking {
   /// sequence, or empty. `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
                   Field first_frame, const TrackingConstants& constants = {},
-                  TrainingFrames training = {}, bool has_uncertainty = false,
+                  const TrainingFrames& training = {}, bool has_uncertainty = false,
                   double epsilon = std::numeric_limits<double>::epsilon());
 
   /// What was found in a frame, valid until the next call.
