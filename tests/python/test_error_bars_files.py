@@ -1,6 +1,7 @@
 """Standard errors in files: what is written, dropped, said and measured."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,18 @@ def test_uncertain_vertices_are_left_missing(tmp_path: Path) -> None:
     told = run("complete", source, tmp_path / "shell.npz", "--drop-above", str(drop_above)).stderr
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "shell.npz").known, found.known)
     assert f"{report.dropped} vertices were left missing" in told
+
+
+@pytest.mark.parametrize("bidirectional", [False, True])
+def test_the_share_of_what_is_left_missing_counts_a_vertex_once(
+    bidirectional: bool, tmp_path: Path
+) -> None:
+    source, target = tmp_path / "in.npz", tmp_path / "out.npz"
+    dynmesh.write(source, PARTIAL)
+    report = dynmesh.complete_file(source, target, drop_above=1e-9, bidirectional=bidirectional)
+    assert report.dropped == np.count_nonzero(~KNOWN)
+    share = float(re.findall(r"were left missing, ([\d.]+) %", "\n".join(report.lines()))[0])
+    assert share == pytest.approx(100, rel=0.1)
 
 
 def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:

@@ -69,8 +69,8 @@ class FileReport(Report):
         if self.seconds_per_frame is None:
             yield "there is only one frame, so no other was completed"
             return
-        frames = min(self.completed, self.frames)
-        sides = self.completed > self.frames
+        frames = min(self.completed, self.frames - (self.start is not None))
+        sides = self.completed > frames
         how, each = (" from both sides", "for each side") if sides else ("", "each")
         rate = frames / (self.completed * self.seconds_per_frame)
         yield (
@@ -100,7 +100,8 @@ class FileReport(Report):
         if self.empty:
             yield f"nothing was observed in {self.empty} of the frames"
         if self.dropped:
-            share = 100 * self.dropped / (self.filled + self.disconnected)
+            once = frames / self.completed  # from both sides, vertices are filled in twice
+            share = 100 * self.dropped / (once * (self.filled + self.disconnected))
             yield (
                 f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
                 "observed, all frames together: their standard error is too large"
