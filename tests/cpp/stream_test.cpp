@@ -1,0 +1,280 @@
+/// Completers: their states, and what goes on around the estimation of a frame.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <dynmesh/completer.hpp>
+#include <dynmesh/version.hpp>
+#include <limits>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "completer/outliers.hpp"
+#include "meshes.hpp"
+#include "seal.hpp"
+#include "stream/disconnected.hpp"
+#include "stream/overlap.hpp"
+#include "training_data.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+TEST_CASE("a forged state is refused, or later frames are finite") {
+  const auto mesh = sheet<float>(4);
+  const std::size_t k = mesh.size();
+  std::vector<Completer<float>> completers;
+  completers.push_back(trained(mesh));
+  for (const Settings& settings :
+       {Settings{.method = Method::motion}, Settings{}, Settings{.learn = true},
+        Settings{.noise = 0.01, .uncertainty = true}}) {
+    completers.emplace_back(mesh.faces(), mesh.points(), settings);
+  }
+  std::vector<float> out(3 * k);
+  for (auto& completer : completers) {
+    const auto push = [&](unsigned n) {
+      const auto frame = bent(mesh.vertices, 0.3 * n);
+      const auto known = random_mask(k, 0.5, n);
+      completer.push({frame.data(), k}, {known.data(), k}, {out.data(), k});
+    };
+    for (unsigned n = 1; n < 15; ++n) push(n);
+    const auto state = completer.state();
+    std::size_t n_refused = 0;
+    const auto forge = [&](std::size_t place, const auto& value) {
+      completer.restore(state);
+      auto bytes = state;
+      std::memcpy(&bytes[place], &value, sizeof value);
+      seal(bytes);
+      CAPTURE(place);
+      CAPTURE(value);
+      try {
+        completer.restore(bytes);
+      } catch (const std::invalid_argument& error) {
+        CHECK(std::string(error.what()).starts_with("state: "));
+        CHECK(completer.state() == state);
+        ++n_refused;
+        return;
+      }
+      for (unsigned n = 15; n < 18; ++n) push(n);
+      for (const float x : out) CHECK(std::isfinite(x));
+      CHECK_NOTHROW(completer.restore(completer.state()));
+    };
+    constexpr std::size_t n_places = 250;
+    for (std::size_t i = 0; i < n_places; ++i) {
+      const std::size_t place = i * (state.size() - 16) / n_places / 4 * 4;
+      for (const double value : {nan, -1.0, 1e300}) forge(place, value);
+      for (const float value : {static_cast<float>(nan), 1e30F}) forge(place, value);
+      for (const Index value : {-1, 1, 40, std::numeric_limits<Index>::max()}) forge(place, value);
+    }
+    CHECK(n_refused > 0);
+  }
+}
+
+TEST_CASE("ages do not overflow") {
+  const auto mesh = sheet<float>(4);
+  const std::size_t k = mesh.size();
+  Completer<float> completer(mesh.faces(), mesh.points());
+  auto state = completer.state();
+  const Index oldest = std::numeric_limits<Index>::max();
+  const std::uint64_t n_frames = oldest;
+  std::memcpy(&state[152], &n_frames, sizeof n_frames);
+  std::memcpy(&state[160 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
+  seal(state);
+  completer.restore(state);
+  std::vector<float> out(3 * k);
+  completer.skip({out.data(), k});
+  CHECK(completer.age()[0] == oldest);
+  CHECK(completer.age()[1] == 1);
+}
+
+TEST_CASE("a state of another format is refused with the numbers of both") {
+  const auto mesh = sheet<double>(4);
+  Completer<double> completer(mesh.faces(), mesh.points());
+  auto state = completer.state();
+  state[7] = std::byte{'7'};
+  seal(state);
+  CHECK_THROWS_WITH_AS(
+      completer.restore(state),
+      doctest::Contains("has format 7, but dynmesh " DYNMESH_VERSION " reads format"),
+      std::invalid_argument);
+}
+
+TEST_CASE("a completer can be moved") {
+  const auto mesh = sheet<double>(5);
+  const auto known = random_mask(mesh.size(), 0.4, 1);
+  const auto push = [&](Completer<double>& completer) {
+    auto frame = turned(mesh.vertices, 0.2);
+    const Points<double> points(frame.data(), mesh.size());
+    completer.push(points, {known.data(), known.size()}, points);
+    return frame;
+  };
+  std::vector<Completer<double>> completers;
+  for (int i = 0; i < 5; ++i) completers.emplace_back(mesh.faces(), mesh.points());
+  Completer<double> last = std::move(completers[0]);
+  CHECK(push(last) == push(completers[1]));
+}
+
+/// The addresses of all bytes of an extent.
+std::multiset<std::intptr_t> bytes_of(const Extent& e) {
+  std::multiset<std::intptr_t> bytes;
+  for (std::size_t row = 0; row < e.rows; ++row) {
+    for (std::size_t column = 0; column < e.columns; ++column) {
+      for (std::size_t b = 0; b < e.size; ++b) {
+        bytes.insert(e.address + static_cast<std::ptrdiff_t>(row) * e.row_pitch +
+                     static_cast<std::ptrdiff_t>(column) * e.column_pitch +
+                     static_cast<std::ptrdiff_t>(b));
+      }
+    }
+  }
+  return bytes;
+}
+
+bool share(const Extent& a, const Extent& b) {
+  const auto of_b = bytes_of(b);
+  for (const auto byte : bytes_of(a)) {
+    if (of_b.contains(byte)) return true;
+  }
+  return false;
+}
+
+TEST_CASE("overlap is exact for equal pitches and conservative otherwise") {
+  std::mt19937 random(7);
+  const auto draw = [&](int low, int high) {
+    return std::uniform_int_distribution(low, high)(random);
+  };
+  int met = 0;
+  for (int trial = 0; trial < 20000; ++trial) {
+    const std::ptrdiff_t pitch = draw(-20, 20);
+    const auto extent = [&](std::ptrdiff_t row_pitch) {
+      return Extent{draw(0, 60), static_cast<std::size_t>(draw(0, 5)),
+                    row_pitch,   static_cast<std::size_t>(draw(1, 3)),
+                    draw(-8, 8), static_cast<std::size_t>(draw(1, 4))};
+    };
+    const Extent a = extent(pitch);
+    const Extent b = extent(draw(0, 2) == 0 ? draw(-20, 20) : static_cast<int>(pitch));
+    met += share(a, b) ? 1 : 0;
+    if (a.row_pitch == b.row_pitch) {
+      CHECK(overlap(a, b) == share(a, b));
+    } else if (share(a, b)) {
+      CHECK(overlap(a, b));
+    }
+
+    std::set<std::intptr_t> distinct;
+    const auto bytes = bytes_of(a);
+    distinct.insert(bytes.begin(), bytes.end());
+    if (a.rows > 0) CHECK(overlaps_itself(a) == (distinct.size() < bytes.size()));
+  }
+  CHECK(met > 1000);
+}
+
+/// The squared distances to the nearest vertices of other components.
+std::vector<double> plain_distances(const std::vector<Vector3<double>>& frame,
+                                    const std::vector<Index>& component) {
+  std::vector<double> distances;
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < frame.size(); ++n) {
+      const double distance = squared_norm(frame[v] - frame[n]);
+      if (component[v] != component[n]) nearest = std::min(nearest, distance);
+    }
+    distances.push_back(nearest);
+  }
+  return distances;
+}
+
+TEST_CASE("donors are the nearest vertices of other components") {
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_int_distribution<Index> label(0, static_cast<Index>(seed % 7));
+    std::uniform_int_distribution<int> coordinate(0,
+                                                  seed % 2 == 0 ? 3 : 1000);  // many ties, or few
+    std::vector<Vector3<double>> frame(300);
+    std::vector<Index> component(frame.size());
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      frame[v] = {static_cast<double>(coordinate(random)), static_cast<double>(coordinate(random)),
+                  static_cast<double>(coordinate(random))};
+      component[v] = label(random);
+    }
+    const auto donors = find_donors<double>(frame, component);
+    const auto distances = plain_distances(frame, component);
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      REQUIRE((donors[v] < 0) == std::isinf(distances[v]));
+      if (donors[v] < 0) continue;
+      const auto donor = static_cast<std::size_t>(donors[v]);
+      CHECK(component[donor] != component[v]);
+      CHECK(squared_norm(frame[v] - frame[donor]) == distances[v]);
+    }
+  }
+}
+
+TEST_CASE("coincident isolated vertices do not slow down the search") {
+  const std::vector<Vector3<float>> frame(200'000, Vector3<float>{1, 2, 3});
+  std::vector<Index> component(frame.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) component[v] = static_cast<Index>(v);
+  const auto donors = find_donors<float>(frame, component);
+  for (const Index v : {0, 5, 199'999}) CHECK((donors[v] >= 0 && donors[v] != v));
+}
+
+TEST_CASE("only anchors that move away from their neighbours are rejected") {
+  const auto mesh = sheet<double>(20);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto previous = rows_of(mesh.vertices);
+  Outliers<double> outliers(topology.cells);
+  outliers.reset(previous);
+  for (const double share : {0.05, 0.3, 1.0}) {
+    auto known = random_mask(mesh.size(), share, 3);
+    auto points = rows_of(turned(mesh.vertices, 0.2));
+    CHECK(outliers.drop(previous, points, known) == 0);
+
+    auto expected = known;
+    const std::vector<std::size_t> far_away = {0, 57, 210, 399};
+    for (const std::size_t v : far_away) {
+      points[v] = points[v] + Vector3<double>{0, 6, -8};
+      known[v] = 1;
+      expected[v] = 0;
+    }
+    CHECK(outliers.drop(previous, points, known) == far_away.size());
+    CHECK(known == expected);
+  }
+}
+
+TEST_CASE("a limb that starts to move on a body at rest is not rejected, in any unit") {
+  for (const double unit : {1.0, 1e6}) {
+    auto mesh = sheet<double>(20);
+    for (double& x : mesh.vertices) x *= unit;
+    const Topology topology = build_topology(mesh.faces(), mesh.size());
+    const auto previous = rows_of(mesh.vertices);
+    auto points = previous;
+    for (std::size_t v = 0; v < 100; ++v) {  // the first five rows, the farther the more
+      points[v].z += 4e-4 * unit * static_cast<double>(5 - v / 20);
+    }
+    points[210].z += 4e-3 * unit;  // and one vertex alone, which may be noise
+    Outliers<double> outliers(topology.cells);
+    outliers.reset(previous);
+    std::vector<std::uint8_t> known(mesh.size(), 1);
+    CHECK(outliers.drop(previous, points, known) == 0);
+  }
+}
+
+TEST_CASE("with few anchors, none is rejected") {
+  const auto mesh = sheet<double>(5);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const auto previous = rows_of(mesh.vertices);
+  auto points = previous;
+  points[3].x = 100;
+  Outliers<double> outliers(topology.cells);
+  outliers.reset(previous);
+  auto known = mask(mesh.size(), {3, 10, 20});
+  CHECK(outliers.drop(previous, points, known) == 0);
+  known[21] = 1;
+  CHECK(outliers.drop(previous, points, known) == 1);
+  CHECK(known[3] == 0);
+}
+
+}  // namespace
+}  // namespace dynmesh::testing

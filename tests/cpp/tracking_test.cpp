@@ -1,0 +1,450 @@
+/// What was measured, the surface that it is compared with, and steps towards it.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "detail/anchors.hpp"
+#include "detail/constants.hpp"
+#include "detail/shape_system.hpp"
+#include "meshes.hpp"
+#include "scans.hpp"
+#include "support/geometry.hpp"
+#include "support/workers.hpp"
+#include "tracking/agreement.hpp"
+#include "tracking/depth_images.hpp"
+#include "tracking/point_scan.hpp"
+#include "tracking/surface_places.hpp"
+#include "tracking/surface_system.hpp"
+#include "tracking/vertex_normals.hpp"
+
+namespace dynmesh::testing {
+namespace {
+
+/// A torus, and points at a distance above the middles of its faces.
+struct Above {
+  Mesh<double> mesh = bumpy_torus(24);
+  std::vector<Triangle> faces = triangles_of(mesh);
+  std::vector<Vector3<double>> x = rows_of(mesh.vertices), normals;
+  Topology topology = build_topology(mesh.faces(), mesh.size());
+  TrackingConstants constants;
+  PointScan scan;
+
+  Above() : normals(mesh.size()) { find_vertex_normals(faces, x, normals); }
+
+  void add(std::size_t f, double height, double sign = 1) {
+    const auto corner = [&](std::size_t c) { return x[static_cast<std::size_t>(faces[f][c])]; };
+    const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+    const auto unit = (1 / std::sqrt(squared_norm(normal))) * normal;
+    scan.points.push_back((1.0 / 3) * (corner(0) + corner(1) + corner(2)) + height * unit);
+    scan.normals.push_back(sign * unit);
+  }
+
+  [[nodiscard]] Agreements compare() {
+    scan.index();
+    const auto edge = mean_edge_length<double>(topology.cells, x);
+    SurfacePlaces places(faces, x);
+    places.follow(x);
+    std::vector<Place> nearest;
+    for (const auto& point : scan.points) {
+      nearest.push_back(places.nearest(x, point, {}, [](const Place&) { return true; }));
+    }
+    return dynmesh::compare(scan, nearest, normals, std::vector<std::uint8_t>(x.size()), edge,
+                            constants);
+  }
+};
+
+TEST_CASE("distances from a surface are those that points were given") {
+  Above above;
+  const double edge = mean_edge_length<double>(above.topology.cells, above.x);
+  for (std::size_t f = 0; f < 600; ++f) above.add(f, 0.02 * edge, f < 60 ? -1 : 1);
+  for (std::size_t f = 600; f < 800; ++f) above.add(f, 1.3 * edge);
+  const auto found = above.compare().all;
+  // Where faces are large, some of the points are so sparse that they count as stray.
+  CHECK(found.points > 790);
+  CHECK(found.far_share == doctest::Approx(0.25).epsilon(0.02));
+  CHECK(found.disagreeing == doctest::Approx(0.075).epsilon(0.02));
+  CHECK(found.distance == doctest::Approx(0.02 * edge));
+}
+
+TEST_CASE("outliers do not count, but a part that the surface lacks does") {
+  Above above;
+  const double edge = mean_edge_length<double>(above.topology.cells, above.x);
+  for (std::size_t f = 0; f < 900; ++f) above.add(f, 0.02 * edge);
+  std::mt19937 random(7);
+  std::normal_distribution<double> anywhere(0, 8 * edge);
+  for (std::size_t i = 0; i < 45; ++i) {
+    Vector3<double>& outlier = above.scan.points[20 * i];
+    outlier = outlier + Vector3<double>{anywhere(random), anywhere(random), anywhere(random)};
+  }
+  const auto without = above.compare().all;
+  CHECK(without.points < 880);
+  CHECK(without.far_share < 0.02);
+  CHECK(without.distance < 0.2 * edge);
+  for (std::size_t f = 900; f < 1000; ++f) above.add(f, 3 * edge);
+  CHECK(above.compare().all.far_share == doctest::Approx(0.1).epsilon(0.2));
+}
+
+TEST_CASE("without points nothing is said") {
+  const auto found = Above().compare();
+  CHECK(found.all.points == 0);
+  CHECK(std::isnan(found.all.far_share));
+  CHECK(std::isnan(found.all.disagreeing));
+  CHECK(std::isnan(found.all.distance));
+  CHECK(found.of_sensors.empty());
+}
+
+TEST_CASE("a tracker says which camera is elsewhere") {
+  const auto mesh = bumpy_torus(24);
+  Tracker<double> tracker(mesh.faces(), mesh.points());
+  auto images = images_of(mesh, mesh.vertices, 4, 96);
+  images[2].pose[11] += 2.5 * mean_edge(mesh);
+  std::fill(images[3].pixels.begin(), images[3].pixels.end(), 0.0F);
+  std::vector<DepthImage> views;
+  for (const auto& image : images) views.push_back(image.view());
+  std::vector<double> tracked(3 * mesh.size());
+  const auto report = tracker.push_depth(views, {tracked.data(), mesh.size()});
+  const auto sensors = tracker.agreement_of_sensors();
+  REQUIRE(sensors.size() == 4);
+  CHECK(sensors[2].far_share > 3 * sensors[0].far_share);
+  CHECK(sensors[2].far_share > 3 * sensors[1].far_share);
+  CHECK(sensors[3].points == 0);
+  CHECK(std::isnan(sensors[3].far_share));
+  std::size_t points = 0;
+  double far = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    points += sensors[i].points;
+    far += sensors[i].far_share * static_cast<double>(sensors[i].points);
+  }
+  CHECK(points == report.agreement.points);
+  CHECK(far == doctest::Approx(report.agreement.far_share * static_cast<double>(points)));
+  tracker.skip({tracked.data(), mesh.size()});
+  CHECK(tracker.agreement_of_sensors().empty());
+  CHECK(std::isnan(tracker.report().agreement.far_share));
+}
+
+TEST_CASE("a point of a scan counts for the viewpoint that its normal turns to") {
+  PointScan scan;
+  scan.points = {{0, 0, 1}, {0, 0, -1}, {0.1, 0, -1}};
+  scan.normals = {{0, 0, 1}, {0.1, 0, -0.99}, {0, 0.1, 0.99}};
+  scan.undecided = {0, 0, 1};
+  scan.sensors = {{1, 0, 9}, {0, 1, -9}};
+  CHECK(scan.sensor_of(0) == 0);
+  CHECK(scan.sensor_of(1) == 1);
+  CHECK(scan.sensor_of(2) == 0);
+  scan.normals[2] = {0, 0.1, -0.99};
+  CHECK(scan.sensor_of(2) == 1);
+}
+
+constexpr std::size_t image_height = 48;
+constexpr std::size_t image_width = 64;
+
+/// A camera at the origin whose numbers all differ.
+Camera oblique_camera() {
+  return {70, 60, 31.3, 22.7, 25, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}};
+}
+
+/// The depth, in a pixel, of the plane z = distance + 0.2 x + 0.1 y.
+float depth_of_plane(const Camera& camera, std::size_t row, std::size_t column, double distance) {
+  const auto ray = camera.at(row, column, 1);
+  return static_cast<float>(distance / (1 - 0.2 * ray.x - 0.1 * ray.y));
+}
+
+std::span<float> add_plane(DepthImages& images, const Camera& camera, double distance) {
+  const auto pixels = images.add(camera, image_height, image_width);
+  for (std::size_t row = 0; row < image_height; ++row) {
+    for (std::size_t column = 0; column < image_width; ++column) {
+      pixels[row * image_width + column] = depth_of_plane(camera, row, column, distance);
+    }
+  }
+  return pixels;
+}
+
+const Vector3<double> towards_camera = (1 / std::sqrt(1.05)) * Vector3<double>{0.2, 0.1, -1};
+
+TEST_CASE("the points of a depth image lie on its surface, with its normal") {
+  Workers workers(1);
+  DepthImages images;
+  const auto pixels = add_plane(images, oblique_camera(), 5);
+  pixels[20 * image_width + 30] = 0;
+  add_plane(images, oblique_camera(), 50);
+  PointScan scan;
+  // Of the neighbours of the hole, each has others on its other sides.
+  images.convert(1, 2 * image_height * image_width, workers, scan);
+  CHECK(scan.size() == 2 * image_height * image_width - 1);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const auto point = scan.point(i);
+    const double distance = scan.sensor_of(i) == 0 ? 5 : 50;
+    CHECK(point.z == doctest::Approx(distance + 0.2 * point.x + 0.1 * point.y).epsilon(1e-6));
+    CHECK(dot(scan.normal(i), towards_camera) > 1 - 1e-6);
+  }
+  images.convert(1, 2 * image_height * image_width / 9, workers, scan);
+  CHECK(scan.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
+}
+
+TEST_CASE("pixels beyond a jump are of other surfaces") {
+  Workers workers(1);
+  DepthImages images;
+  const auto pixels = add_plane(images, oblique_camera(), 5);
+  pixels[20 * image_width + 30] = 9;
+  PointScan scan;
+  images.convert(1, image_height * image_width, workers, scan);
+  CHECK(scan.size() == image_height * image_width - 1);
+}
+
+/// A grid on z = 0, of which the sensors estimate the normals.
+PointScan& estimated(PointScan& scan) {
+  Workers workers(1);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
+    }
+  }
+  scan.index();
+  scan.estimate_normals(workers);
+  return scan;
+}
+
+TEST_CASE("normals point to where all sensors are, though some see the surface from the side") {
+  for (const double side : {1.0, -1.0}) {
+    PointScan scan;
+    // 75 degrees and more from the normal.
+    scan.sensors = {{2, 2, side * 9}, {40, 2, side * 9}};
+    estimated(scan);
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      CHECK(scan.normal(i).z == doctest::Approx(side));
+      CHECK_FALSE(scan.is_undecided(i));
+    }
+  }
+}
+
+TEST_CASE("between sensors that face each other, and without sensors, either side agrees") {
+  for (const bool any : {true, false}) {
+    PointScan scan;
+    // The second one sees the surface from the side.
+    if (any) scan.sensors = {{2, 2, 9}, {40, 2, -9}};
+    estimated(scan);
+    for (const double side : {1.0, -1.0}) {
+      const auto found = scan.find({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8);
+      CHECK(found.any);
+      CHECK(scan.point(found.index).x == 2);
+      CHECK(scan.is_undecided(found.index));
+    }
+  }
+}
+
+TEST_CASE("points that are repeated count once in normals") {
+  // On a bent surface, in an order in which copies are not together.
+  PointScan once;
+  PointScan repeated;
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 8; ++j) {
+      const double x = i + 0.1 * j;
+      const double y = j - 0.07 * i;
+      once.points.push_back({x, y, 0.02 * x * x - 0.03 * x * y});
+    }
+  }
+  once.sensors = repeated.sensors = {{4, 4, 90}};
+  for (int copy = 0; copy < 5; ++copy) {
+    repeated.points.insert(repeated.points.end(), once.points.begin(), once.points.end());
+  }
+  Workers workers(1);
+  for (PointScan* scan : {&once, &repeated}) {
+    scan->index();
+    scan->estimate_normals(workers);
+  }
+  for (std::size_t i = 0; i < repeated.size(); ++i) {
+    const auto expected = once.normal(i % once.size());
+    CHECK(dot(repeated.normal(i), expected) == doctest::Approx(1));
+    CHECK_FALSE(repeated.is_undecided(i));
+  }
+}
+
+TEST_CASE("the nearest place is that of all triangles, also after the surface has moved") {
+  const auto mesh = torus(12);
+  const auto faces = triangles_of(mesh);
+  const auto first = rows_of(mesh.vertices);
+  SurfacePlaces places(faces, first);
+  auto x = first;
+  for (auto& position : x) position = {position.y, 2 * position.z, -position.x};
+  places.follow(x);
+  const auto anywhere = [](const Place&) { return true; };
+  const auto upwards = [](const Place& place) { return place.face % 2 == 0; };
+  for (const auto& point : random_field(200, 5)) {
+    Place nearest, nearest_upwards;
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      const Place place = places.place_on(x, f, point);
+      const auto on = place.on(x);
+      CHECK(place.squared == doctest::Approx(squared_norm(on - point)));
+      for (const auto corner : place.corners) {
+        // No corner, nor the middle between it and the place, is nearer.
+        CHECK(place.squared <= squared_norm(x[corner] - point) + 1e-12);
+        CHECK(place.squared <= squared_norm(0.5 * (on + x[corner]) - point) + 1e-12);
+      }
+      if (place.squared < nearest.squared) nearest = place;
+      if (upwards(place) && place.squared < nearest_upwards.squared) nearest_upwards = place;
+    }
+    CHECK(places.nearest(x, point, {}, anywhere).squared == nearest.squared);
+    CHECK(places.nearest(x, point, {}, upwards).squared == nearest_upwards.squared);
+    CHECK(places.nearest(x, point, places.place_on(x, 7, point), anywhere).squared ==
+          nearest.squared);
+    const Place bound = {.squared = 0.5 * nearest.squared};
+    CHECK(places.nearest(x, point, bound, anywhere).squared == bound.squared);
+  }
+}
+
+TEST_CASE("a walk over a flat surface ends at the nearest place of all") {
+  const auto mesh = sheet<double>(12);
+  const auto faces = triangles_of(mesh);
+  auto x = rows_of(mesh.vertices);
+  for (auto& position : x) position.z = 0;
+  SurfacePlaces places(faces, x);
+  places.follow(x);
+  for (const auto& point : random_field(200, 6)) {
+    const auto far = 10.0 * point;  // beside it, too
+    const Place nearest = places.nearest(x, far, {}, [](const Place&) { return true; });
+    CHECK(places.walk(x, far, 11).squared == doctest::Approx(nearest.squared));
+  }
+}
+
+TEST_CASE("a place on a triangle without area is on one of its sides") {
+  const std::vector<Triangle> faces = {{0, 1, 2}, {3, 3, 3}};
+  const std::vector<Vector3<double>> x = {{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {5, 0, 0}};
+  SurfacePlaces places(faces, x);
+  places.follow(x);
+  const auto anywhere = [](const Place&) { return true; };
+  CHECK(places.nearest(x, {1.5, 2, 0}, {}, anywhere).squared == doctest::Approx(4));
+  CHECK(places.nearest(x, {5, 0, 3}, {}, anywhere).squared == doctest::Approx(9));
+}
+
+using Field = std::vector<Vector3<double>>;
+
+/// The slope of a quadratic function in random directions, which differences show exactly, over
+/// that at 0.
+template <class Energy>
+double slope_at(const Field& x, const Energy& energy) {
+  const auto slope = [&](const Field& from) {
+    double sum = 0;
+    for (unsigned seed = 4; seed < 8; ++seed) {
+      const Field direction = random_field(x.size(), seed);
+      Field ahead = from, behind = from;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        ahead[i] = from[i] + direction[i];
+        behind[i] = from[i] - direction[i];
+      }
+      sum += std::abs(energy(ahead) - energy(behind));
+    }
+    return sum;
+  };
+  return slope(x) / slope(Field(x.size()));
+}
+
+/// The slope of |K D - r|^2 + sum_i w_i (n_i . (D_i - p_i))^2 at steps D, for three fields.
+double slope_after(int steps) {
+  const auto mesh = torus(12);
+  const std::size_t k = mesh.size();
+  Workers workers(1);
+  const Topology topology = build_topology(mesh.faces(), k);
+  ShapeSystem system(triangles_of(mesh), topology.cells, workers, rows_of(mesh.vertices),
+                     DetailConstants{});
+  system.take_planes(steps);
+  Field normals = random_field(k, 1);
+  for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
+  const Field residual = random_field(3 * k, 2);
+  const Field pull = random_field(3 * k, 3);
+  Anchors anchors(k, true);
+  for (std::size_t v = 0; v < k; ++v) {
+    anchors.is_solved[v] = 1;
+    anchors.counts[v] = 1;
+    anchors.weights[v] = v % 3 == 0 ? 0 : 0.5;
+  }
+  anchors.n_solved = k;
+  anchors.normals = normals;
+  system.factorize(anchors);
+  const auto found =
+      system.solve<3, 3>([&](std::size_t v, std::size_t f) { return residual[3 * v + f]; },
+                         [&](std::size_t v, std::size_t f) { return pull[3 * v + f]; }, anchors);
+  const Field d(found.begin(), found.end());
+  const auto energy = [&](const Field& x) {
+    Field detail(3 * k);
+    system.apply(x, 3, detail);
+    double sum = 0;
+    for (std::size_t i = 0; i < 3 * k; ++i) {
+      const double off = dot(normals[i / 3], x[i] - pull[i]);
+      sum += squared_norm(detail[i] - residual[i]) + anchors.weights[i / 3] * off * off;
+    }
+    return sum;
+  };
+  return slope_at(d, energy);
+}
+
+/// The slope of |K D - r|^2 + mu D C D + sum_p w_p (n_p . (sum_s b_s D_s - q_p))^2 + sum of w |D_i
+/// - D_j|^2 over a tie, and of a landmark, at the steps D towards rows.
+double slope_of_rows_after(int steps) {
+  const auto mesh = torus(12);
+  const std::size_t k = mesh.size();
+  Workers workers(1);
+  const Topology topology = build_topology(mesh.faces(), k);
+  const Field first = rows_of(mesh.vertices);
+  ShapeSystem shape(triangles_of(mesh), topology.cells, workers, first, DetailConstants{},
+                    std::vector<double>(k, 0.0));
+  TrackingConstants constants;
+  constants.steps = steps;
+  constants.settled = 0;
+  const std::vector<Tie> ties = {{3, 100, 2.0}};
+  const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
+  SurfaceSystem system(shape, topology.cells, workers, constants, ties, first,
+                       cluster_vertices(topology.cells, first));
+  SurfaceRows rows;
+  const Field normals = random_field(2 * k, 1);
+  const Field points = random_field(2 * k, 2);
+  for (std::uint32_t r = 0; r < 2 * k; ++r) {
+    const auto a = r % static_cast<std::uint32_t>(k);
+    rows.rows.push_back({{a, (a + 1) % 144, (a + 12) % 144},
+                         {0.5, 0.2, 0.3},
+                         (1 / std::sqrt(squared_norm(normals[r]))) * normals[r],
+                         points[r],
+                         0.7});
+  }
+  rows.index(k);
+  const Field residual = random_field(k, 3);
+  system.factorize(rows, landmarks, 1);
+  Field force(k);
+  shape.apply_transposed(residual, force);
+  const auto found = system.solve(rows, landmarks, Field(k), force);
+  const Field d(found.begin(), found.end());
+  const auto energy = [&](const Field& x) {
+    Field detail(k);
+    shape.apply(x, 1, detail);
+    double sum = 2.0 * squared_norm(x[3] - x[100]);
+    sum += 0.4 * squared_norm(x[7] - landmarks[0].target);
+    for (std::size_t v = 0; v < k; ++v) {
+      sum += squared_norm(detail[v] - residual[v]) + constants.hold * squared_norm(x[v]);
+    }
+    for (const SurfaceRow& row : rows.rows) {
+      const double off = dot(row.normal, row.on(x) - row.point);
+      sum += row.weight * off * off;
+    }
+    return sum;
+  };
+  return slope_at(d, energy);
+}
+
+TEST_CASE("steps towards rows end where all rows, ties and shapes balance") {
+  CHECK(slope_of_rows_after(400) < 1e-5);  // the rows are rounded to single precision
+  CHECK(slope_of_rows_after(12) < 0.02);
+  CHECK(slope_of_rows_after(0) == doctest::Approx(1));
+}
+
+TEST_CASE("steps towards planes end where all planes and shapes balance") {
+  CHECK(slope_after(400) < 1e-6);
+  CHECK(slope_after(5) < 0.5);
+  CHECK(slope_after(0) == doctest::Approx(1));
+}
+
+}  // namespace
+}  // namespace dynmesh::testing
