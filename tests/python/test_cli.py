@@ -1,4 +1,4 @@
-"""The command line, used as by a user: jobs, help, folders, space, interruptions and quiet."""
+"""The command line, used as by a user: jobs, help, folders, space, extras and interruptions."""
 
 import os
 import re
@@ -10,17 +10,19 @@ from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from commands import dynmesh_process
+from commands import dynmesh_process, run_here
 from conftest import REPOSITORY
+from meshes import sheet
 from sequences import sea
 
 import dynmesh
 from dynmesh import cli, files
+from dynmesh.files import Reader
 from dynmesh.files.numbered import FrameNames
 
 N_FRAMES = 12
@@ -252,3 +254,59 @@ def test_quiet_prints_errors_alone() -> None:
 def test_simulations_say_which_file_and_frame(loss: str) -> None:
     told = run("degrade", "holed.npz", "o.npz", *loss.split(), code=1).stderr
     assert "holed.npz: frame 1001: " in told
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
+    """Makes a module impossible to import."""
+    for name in [*sys.modules]:
+        if name == module or name.startswith(f"{module}."):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+
+
+def refuse_work(*_: Any, **__: Any) -> NoReturn:
+    raise AssertionError("the work was begun")
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "command"),
+    [
+        ("k3d", "view", "view in.npz -o out.html"),
+        ("pyvista", "view", "register in.npz in.npz out.npz --page out.html"),
+        ("pyvista", "view", "picture in.npz -o out.png"),
+        ("PIL", "view", "picture in.npz -o out.png"),
+        ("distributed", "batch", "batch jobs.csv"),
+        ("h5py", "hdf5", "synth ocean out.h5"),
+        ("pxr", "usd", "degrade in.npz out.usdc --camera 1"),
+        ("PIL.Image", "scans", "degrade in.npz out --depth 64x48"),
+        ("alembic3d", "alembic", "complete in.npz out.abc"),
+        ("h5py", "hdf5", "complete in.npz out.h5"),
+        ("h5py", "hdf5", "info in.h5"),
+        ("pxr", "usd", "info in.usda"),
+        ("alembic3d", "alembic", "info in.abc"),
+    ],
+)
+def test_missing_libraries_are_reported_first(
+    module: str,
+    extra: str,
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    mesh = sheet(3)
+    for name in {"in.npz", *re.findall(r"\bin\.\w+", command)}:
+        dynmesh.write(name, dynmesh.Sequence(np.stack([mesh.vertices] * 2), mesh.faces))
+    Path("in.csv").write_text("precious")
+    Path("jobs.csv").write_text("input,output\nin.npz,out.npz\n")
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    hide(monkeypatch, module)
+    monkeypatch.setattr(Reader, "frames", refuse_work)
+    monkeypatch.setattr(dynmesh.synth, "ocean", refuse_work)
+    monkeypatch.setattr(dynmesh.synth, "walker", refuse_work)
+    told = f"dynmesh: this needs {module.partition('.')[0]}: pip install 'dynmesh[{extra}]'\n"
+    ended = run_here(*command.split())
+    assert (ended.returncode, ended.stdout, ended.stderr) == (1, "", told)
+    assert capfd.readouterr() == ("", "")
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import dynmesh_command
 from commands import dynmesh_command as run
 from sequences import assert_refused
+from stages import BODY, FLAG, HAT, TIMES, production
 
 import dynmesh
 
@@ -269,3 +271,162 @@ def test_packed_stages_cannot_be_written(tmp_path: Path) -> None:
     np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])
     with pytest.raises(ValueError, match=r"'\.usdz'; the suffixes are (?!.*\.(usdz|stl))"):
         dynmesh.write(tmp_path / "b.usdz", dynmesh.read(path))
+
+
+UsdValidation: Any = pytest.importorskip("pxr.UsdValidation")
+
+MOVING = (BODY, HAT, FLAG, FLAG.replace("First", "Second"))
+CHANGED = {"points", "extent", "normals", "velocities", "extentsHint"}
+TRACES = {"primvars:generation", "primvars:age"}
+
+
+@pytest.fixture(scope="module")
+def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the production, and one in it with an overlay of the body, named `over`."""
+    folder = tmp_path_factory.mktemp("shot")
+    production(folder / "scene.usda")
+    (folder / "done").mkdir()
+    over(folder / "scene.usda", folder / "done" / "over.usda", provenance=True)
+    return folder
+
+
+def over(scene: Path, output: Path, mesh: str = BODY, **options: Any) -> dynmesh.FileReport:
+    return dynmesh.complete_file(scene, output, source={"prim": mesh}, **options)
+
+
+def stage_of(path: Path) -> Any:
+    stage = Usd.Stage.Open(str(path))
+    assert stage.GetCompositionErrors() == []
+    return stage
+
+
+def points_of(path: Path, mesh: str) -> dict[float, Any]:
+    """The points of a mesh, by the times of their samples."""
+    stage = stage_of(path)
+    points = UsdGeom.Mesh(stage.GetPrimAtPath(mesh)).GetPointsAttr()
+    return {time: np.array(points.Get(time)) for time in points.GetTimeSamples()}
+
+
+def values_of(stage: Any) -> dict[str, Any]:
+    """Everything that the stage says, by the path of the prim, the property or the metadata."""
+    found: dict[str, Any] = {}
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
+        found[str(prim.GetPath())] = (prim.GetTypeName(), prim.GetAppliedSchemas())
+        for attribute in prim.GetAuthoredAttributes():
+            samples = attribute.GetTimeSamples()
+            found[str(attribute.GetPath())] = (
+                [str(attribute.Get(time)) for time in samples or [Usd.TimeCode.Default()]],
+                samples,
+                attribute.GetAllMetadata(),
+                attribute.GetConnections(),
+            )
+        for relation in prim.GetAuthoredRelationships():
+            found[str(relation.GetPath())] = relation.GetTargets()
+    return found
+
+
+def test_nothing_changes_but_the_points_and_what_no_longer_fits_them(shot: Path) -> None:
+    before, after = (values_of(stage_of(shot / name)) for name in ("scene.usda", "done/over.usda"))
+    changed = {path for path in before | after if before.get(path) != after.get(path)}
+    assert {path.partition(".")[2] for path in changed} == CHANGED | TRACES
+    assert {path.partition(".")[0] for path in changed} == {BODY, "/World"}
+    assert {path for path in changed if path.startswith("/World.")} == {"/World.extentsHint"}
+    layer = Sdf.Layer.FindOrOpen(str(shot / "done" / "over.usda"))
+    specs: list[Any] = []
+    layer.Traverse("/", lambda path: specs.append(layer.GetObjectAtPath(path)))
+    prims = [spec for spec in specs if isinstance(spec, Sdf.PrimSpec)]
+    assert {spec.specifier for spec in prims if spec.name} == {Sdf.SpecifierOver}
+    attributes = {spec.name for spec in specs if isinstance(spec, Sdf.AttributeSpec)}
+    assert attributes == CHANGED | TRACES
+    assert list(layer.subLayerPaths) == ["./../scene.usda"]
+
+
+def test_what_no_longer_fits_the_points_is_blocked_which_is_said(shot: Path) -> None:
+    stage = stage_of(shot / "done" / "over.usda")
+    body = UsdGeom.Mesh(stage.GetPrimAtPath(BODY))
+    for attribute in (body.GetNormalsAttr(), body.GetVelocitiesAttr(), body.GetExtentAttr()):
+        assert not attribute.HasAuthoredValue()
+    report = over(shot / "scene.usda", shot / "again.usda")
+    assert any("extent, normals, velocities of scene.usda" in remark for remark in report.remarks)
+    (shot / "again.usda").unlink()
+
+
+def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_path: Path) -> None:
+    scene = production(tmp_path / "scene.usda")
+    said = dynmesh_command("convert", scene, tmp_path / "alone.usda", "--prim", BODY).stderr
+    stage = stage_of(tmp_path / "alone.usda")
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
+    assert "transforms of scene.usda are not written" in said
+    dynmesh.complete_file(scene, tmp_path / "one.npz", source={"prim": BODY})
+    dynmesh.complete_file(tmp_path / "one.npz", tmp_path / "one.usda")
+    assert not Sdf.Layer.FindOrOpen(str(tmp_path / "one.usda")).subLayerPaths
+
+
+@pytest.mark.parametrize("mesh", MOVING)
+def test_the_points_are_those_of_the_mesh_completed_alone(
+    shot: Path, tmp_path: Path, mesh: str
+) -> None:
+    dynmesh.complete_file(shot / "scene.usda", tmp_path / "one.npz", source={"prim": mesh})
+    expected = dynmesh.read(tmp_path / "one.npz").vertices
+    over(shot / "scene.usda", tmp_path / "over.usda", mesh, provenance=True)
+    points = points_of(tmp_path / "over.usda", mesh)
+    assert tuple(points) == TIMES
+    np.testing.assert_array_equal(list(points.values()), expected)
+    again = dynmesh.read(tmp_path / "over.usda", prim=mesh)
+    np.testing.assert_array_equal(again.vertices, expected)
+    assert again.known is None
+    assert again.generation is not None
+
+
+def test_instances_become_ordinary_prims_which_is_said_once(tmp_path: Path) -> None:
+    """Also an instance in an instance, from another file."""
+    production(tmp_path / "scene.usda")
+    crowd = Usd.Stage.CreateNew(str(tmp_path / "crowd.usda"))
+    one = crowd.DefinePrim("/crowd/one")
+    one.GetReferences().AddReference("./scene.usda")
+    one.SetInstanceable(True)
+    crowd.GetRootLayer().Save()
+    mesh = FLAG.replace("/World", "/crowd/one")
+    report = over(tmp_path / "crowd.usda", tmp_path / "over.usda", mesh)
+    assert np.isfinite(list(points_of(tmp_path / "over.usda", mesh).values())).all()
+    (remark,) = (remark for remark in report.remarks if "instance" in remark)
+    assert remark.partition(": ")[2] == "/crowd/one, /crowd/one/Flags/First"
+
+
+def test_several_meshes_are_completed_in_layers_over_each_other(tmp_path: Path) -> None:
+    """The points of both are stated by the stage itself."""
+    scene = production(tmp_path / "scene.usda")
+    over(scene, tmp_path / "body.usda")
+    over(scene, tmp_path / "hat.usda", HAT)
+    over(tmp_path / "body.usda", tmp_path / "both.usda", HAT)
+    for mesh, alone in ((BODY, "body.usda"), (HAT, "hat.usda")):
+        found, expected = (points_of(tmp_path / file, mesh) for file in ("both.usda", alone))
+        assert tuple(found) == TIMES
+        np.testing.assert_array_equal(list(found.values()), list(expected.values()))
+    assert values_of(stage_of(tmp_path / "both.usda"))["/World/Rig/Hat.primvars:st"]
+
+
+def test_usdchecker_finds_nothing(shot: Path, tmp_path: Path) -> None:
+    registry = UsdValidation.ValidationRegistry()
+    check = UsdValidation.ValidationContext(registry.GetOrLoadAllValidators()).Validate
+    assert [error.GetMessage() for error in check(stage_of(shot / "done" / "over.usda"))] == []
+    bare = Usd.Stage.CreateNew(str(tmp_path / "bare.usda"))
+    bare.DefinePrim("/a", "Mesh")
+    assert check(bare)  # it does find something elsewhere
+
+
+def test_samples_have_the_times_of_the_scene_to_the_last_bit(tmp_path: Path) -> None:
+    """A sublayer with another rate has its samples at times that have many digits."""
+    production(tmp_path / "fast.usda")
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "fast.usda"))
+    layer.timeCodesPerSecond = 30000 / 1001
+    layer.Save()
+    scene = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
+    scene.subLayerPaths.append("./fast.usda")
+    scene.timeCodesPerSecond = 25
+    scene.Save()
+    over(tmp_path / "scene.usda", tmp_path / "over.usda")
+    before, after = (points_of(tmp_path / name, BODY) for name in ("scene.usda", "over.usda"))
+    assert list(before) == list(after)
+    assert any(time % 1 for time in before)
+    assert np.isfinite(list(after.values())).all()

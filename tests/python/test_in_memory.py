@@ -1,4 +1,4 @@
-"""Sequences in memory are completed, measured and shown as files are."""
+"""Sequences and masks in memory, which are completed, measured and shown as files are."""
 
 import csv
 import json
@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from meshes import Mesh
 from sequences import sea
 
 import dynmesh
-from dynmesh.sequence import StandardErrorOf
+from dynmesh._errors import DynmeshError
+from dynmesh.sequence import StandardErrorOf, numbers_of
 
 N = 8
 
@@ -161,3 +163,150 @@ def test_zeros_may_tell_what_was_missing(ocean: dynmesh.Sequence) -> None:
     told = dynmesh.evaluate(off, truth, only="missing", partial=replace(truth, vertices=zeros))
     distance = told.mean * told.bounding_box_diagonal
     assert distance == pytest.approx(0.5 * np.sqrt(3), rel=1e-3)
+
+
+@pytest.fixture
+def numbered(mesh: Mesh) -> dynmesh.Sequence:
+    """Ten frames, each of whose arrays hold the number of the frame, starting at frame 1001."""
+    of_frame = np.tile(np.arange(10, dtype=np.int32)[:, None], (1, 49))
+    return dynmesh.Sequence(
+        np.repeat(of_frame[..., None], 3, axis=2).astype(np.float32),
+        mesh.faces,
+        of_frame % 2 == 0,
+        generation=of_frame,
+        age=of_frame,
+        fps=25.0,
+        start=1001,
+        up_axis="z",
+        name="/body",
+    )
+
+
+def test_a_sequence_is_a_collection_of_frames(numbered: dynmesh.Sequence) -> None:
+    assert len(numbered) == 10
+    assert [frame[0, 0] for frame in numbered] == list(range(10))
+    for frame in (7, np.int64(7), -3):
+        assert numbered[frame].shape == (49, 3)
+        assert (numbered[frame] == 7).all()
+    assert np.shares_memory(numbered[7], numbered.vertices)
+    completed = list(dynmesh.complete(numbered.faces, numbered))
+    np.testing.assert_array_equal(completed, numbered.vertices)
+
+
+def test_an_empty_sequence_has_no_frames(numbered: dynmesh.Sequence) -> None:
+    empty = numbered[4:4]
+    assert (len(empty), list(empty), empty.start) == (0, [], 1005)
+    assert empty.known is not None
+    assert empty.known.shape == (0, 49)
+    with pytest.raises(IndexError, match="frame: there are none, not 0"):
+        empty[0]
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        slice(None),
+        slice(3, None),
+        slice(2, 9, 3),
+        slice(-4, -1),
+        slice(None, 100, 4),
+        slice(7, 3),
+        slice(20, 30),
+        slice(9, None, 5),
+    ],
+)
+@pytest.mark.parametrize("timed", [False, True])
+def test_a_slice_cuts_everything_alike(
+    numbered: dynmesh.Sequence, frames: slice, timed: bool
+) -> None:
+    times = 1001 + np.arange(10.0) ** 2 if timed else None
+    whole = replace(numbered, times=times)
+    part = whole[frames]
+    kept = np.arange(10)[frames]
+    for name in ("vertices", "known", "generation", "age"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[kept])
+    assert part.vertices.base is whole.vertices
+    assert (part.faces is whole.faces, part.fps, part.name) == (True, 25, "/body")
+    numbers = (numbers_of(whole, 10))[kept]
+    np.testing.assert_array_equal(numbers_of(part, len(part)), numbers)
+    assert not len(part) or part.start == numbers[0]
+    assert (part.times is None) == (not timed and frames.step is None)
+
+
+def test_a_slice_is_written_at_its_times(numbered: dynmesh.Sequence, tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "part.npz", numbered[2::3])
+    again = dynmesh.read(tmp_path / "part.npz")
+    np.testing.assert_array_equal(again.times, [1003, 1006, 1009])
+    assert (again.start, again.fps) == (1003, 25)
+
+
+@pytest.fixture
+def shot() -> dynmesh.Sequence:
+    """Six frames, whose numbers begin with 10."""
+    return replace(dynmesh.synth.ocean(6, grid=10), start=10)
+
+
+def test_damaged_vertices_are_listed_in_lines_of_text(
+    shot: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    spoilt = shot.vertices.copy()
+    spoilt[:, [3, 4]] += 9
+    spoilt[2, 70:72] += 9
+    dynmesh.write(tmp_path / "in.npz", replace(shot, vertices=spoilt))
+    whole = replace(shot[:1], start=0)
+    dynmesh.write(tmp_path / "whole.obj", whole)
+    mask = tmp_path / "damaged.txt"
+    mask.write_text("# found by eye\n* 3 4\n\n12 70 71\n")
+    known = dynmesh.read(tmp_path / "in.npz", known=mask).known
+    assert known is not None
+    expected = np.ones(known.shape, np.bool_)
+    expected[:, [3, 4]] = expected[2, 70:72] = False
+    np.testing.assert_array_equal(known, expected)
+    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask", mask)
+    run(*words, "--template", tmp_path / "whole.obj")
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    assert np.abs(made - shot.vertices).max() < 0.2
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("12 3\n12 x\n", "line 2: must be a frame"),
+        ("3.5.1 2\n", "line 1: must be a frame"),
+        ("* 100\n", "line 1: there is no vertex 100, only 0 to 99"),
+        ("PK\xe5\x04", "line 1: must be a frame"),
+        ("9 1\n", "there is no frame 9"),
+    ],
+)
+def test_a_wrong_line_is_named(
+    shot: dynmesh.Sequence, tmp_path: Path, text: str, told: str
+) -> None:
+    dynmesh.write(tmp_path / "in.npz", shot)
+    (tmp_path / "mask.txt").write_text(text, "latin-1")
+    with pytest.raises(DynmeshError, match=told) as caught:
+        dynmesh.open(tmp_path / "in.npz", known=tmp_path / "mask.txt")
+    assert caught.value.file == tmp_path / "mask.txt"
+
+
+@pytest.mark.parametrize("inverted", [False, True])
+def test_an_inverted_mask_is_asked_about(
+    shot: dynmesh.Sequence, tmp_path: Path, inverted: bool
+) -> None:
+    known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.89)))
+    dynmesh.write(tmp_path / "in.npz", shot)
+    np.save(tmp_path / "mask.npy", ~known if inverted else known)
+    dynmesh.write(tmp_path / "whole.obj", shot[:1])
+    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
+    said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
+    assert ("11%" in said) == inverted
+
+
+def test_zeros_are_missing_in_the_first_frame_as_well(
+    shot: dynmesh.Sequence, tmp_path: Path
+) -> None:
+    known = np.stack(list(dynmesh.degrade.random_known(7, 100, 0.6)))[1:]
+    zeros = np.where(known[..., None], shot.vertices + 5, np.float32(0))
+    dynmesh.write(tmp_path / "in.npz", replace(shot, vertices=zeros))
+    run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero")
+    made = dynmesh.read(tmp_path / "out.npz").vertices
+    assert np.abs(made - 5 - shot.vertices).max() < 0.5

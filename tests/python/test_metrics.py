@@ -1,11 +1,14 @@
-"""Metrics and matrices against their formulas."""
+"""Metrics, matrices, baselines and the method of the paper against their formulas."""
+
+from typing import Any
 
 import meshes
 import numpy as np
 import pytest
 import reference
 from hypothesis import given
-from meshes import Mesh
+from hypothesis import strategies as st
+from meshes import Array, Mesh
 
 import dynmesh
 
@@ -58,3 +61,145 @@ def test_matrices_are_the_papers(mesh: Mesh) -> None:
         np.testing.assert_array_equal(
             neighbours[offsets[v] : offsets[v + 1]], np.flatnonzero(expected[v])
         )
+
+
+def dense_laplacian(mesh: Mesh, *, inverse_distance: bool = False) -> Array:
+    """Returns D - R, optionally with inverse distances as weights."""
+    i, j = reference.directed_edges(mesh.faces)
+    r = np.zeros((len(mesh.vertices), len(mesh.vertices)))
+    edge = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
+    r[i, j] = 1 / edge if inverse_distance else 1
+    return np.asarray(np.diag(r.sum(axis=1)) - r)
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[Mesh, Array, Array, Array]:
+    """A mesh, points, a mask with a known vertex in each component, and a previous frame."""
+    mesh = draw(meshes.meshes())
+    known = draw(meshes.masks(len(mesh.vertices)))
+    label = reference.components(reference.directed_edges(mesh.faces), len(known))
+    for part in np.unique(label):
+        known[draw(st.sampled_from(np.flatnonzero(label == part).tolist()))] = True
+    rng = np.random.default_rng(len(known))
+    points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
+    return mesh, points, known, mesh.vertices + 0.1 * rng.normal(size=points.shape)
+
+
+@given(problems(), st.booleans())
+def test_least_squares_meshes_are_dense_least_squares(problem: Any, on_motion: bool) -> None:
+    mesh, points, known, previous = problem
+    origin = previous if on_motion else np.zeros_like(points)
+    system = np.concatenate([dense_laplacian(mesh), np.eye(len(known))[known]])
+    right = np.concatenate([np.zeros_like(points), (points - origin)[known]])
+    expected = origin + np.linalg.lstsq(system, right, rcond=None)[0]
+    holed = np.where(known[:, None], points, np.nan)
+    completed = dynmesh.baselines.least_squares_mesh(
+        mesh.faces, holed, known, previous=previous if on_motion else None
+    )
+    np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
+
+
+@given(
+    problems(),
+    st.booleans(),
+    st.sampled_from(["harmonic", "least_squares"]),
+    st.sampled_from(["uniform", "inverse_distance"]),
+)
+def test_laplacian_interpolation_is_dense_algebra(
+    problem: Any, on_motion: bool, objective: Any, weights: Any
+) -> None:
+    mesh, points, known, previous = problem
+    origin = previous if on_motion else np.zeros_like(points)
+    laplacian = dense_laplacian(mesh, inverse_distance=weights == "inverse_distance")
+    unknown_columns = laplacian[:, ~known]
+    pull = -laplacian[:, known] @ (points - origin)[known]
+    if objective == "harmonic":
+        unknown = np.linalg.solve(unknown_columns[~known], pull[~known])
+    else:
+        unknown = np.linalg.lstsq(unknown_columns, pull, rcond=None)[0]
+    expected = points.copy()
+    expected[~known] = origin[~known] + unknown
+    holed = np.where(known[:, None], points, np.nan)
+    completed = dynmesh.baselines.laplacian_interpolation(
+        mesh.faces,
+        holed,
+        known,
+        objective=objective,
+        weights=weights,
+        reference=mesh.vertices if weights == "inverse_distance" else None,
+        previous=previous if on_motion else None,
+    )
+    np.testing.assert_array_equal(completed[known], points[known])
+    np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
+
+
+def test_systems_can_be_reused(rng: np.random.Generator) -> None:
+    mesh = meshes.sheet(9)
+    k = len(mesh.vertices)
+    squares = dynmesh.baselines.LeastSquaresMesh(mesh.faces, k)
+    smooth = dynmesh.baselines.LaplacianInterpolation(mesh.faces, k)
+    masks = rng.random((3, k)) < 0.3
+    for known in (masks[0], masks[1], masks[1], masks[2], np.ones(k, bool)):
+        points = mesh.vertices + 0.1 * rng.normal(size=mesh.vertices.shape)
+        for system, once in [
+            (squares, dynmesh.baselines.least_squares_mesh),
+            (smooth, dynmesh.baselines.laplacian_interpolation),
+        ]:
+            again = system.complete(points, known)
+            np.testing.assert_array_equal(again, once(mesh.faces, points, known))
+
+
+@given(
+    meshes.meshes(),
+    st.data(),
+    st.booleans(),
+    st.integers(0, 4),
+    st.sampled_from(["follow", "hold"]),
+)
+def test_random_meshes_equal_the_transcription(
+    mesh: Mesh, data: st.DataObject, revisit: bool, extra: int, disconnected: str
+) -> None:
+    edges = reference.directed_edges(mesh.faces)
+    h = reference.mean_edge(edges, mesh.vertices)
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    completer = dynmesh.Completer(
+        mesh.faces,
+        mesh.vertices,
+        revisit=revisit,
+        extra_iterations=extra,
+        disconnected=disconnected,  # type: ignore[arg-type]
+        method="motion",
+    )
+    frame = mesh.vertices
+    for _ in range(2):
+        known = data.draw(meshes.masks(len(frame)))
+        points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
+        expected, generation = reference.complete_frame(
+            edges, frame, points, known, h, revisit=revisit, extra_iterations=extra
+        )
+        if disconnected == "follow":
+            expected = reference.follow(edges, mesh.vertices, frame, expected, generation)
+        completed = completer.push(points, known)
+        np.testing.assert_array_equal(completer.generation, generation)
+        np.testing.assert_allclose(completed, expected, rtol=1e-7, atol=1e-7)
+        assert completer.report.known == known.sum()
+        assert completer.report.filled == (generation > 0).sum()
+        assert completer.report.disconnected == (generation < 0).sum()
+        assert completer.report.iterations == max(generation.max(), 0) + extra
+        frame = completed
+
+
+@pytest.mark.parametrize("revisit", [True, False])
+def test_a_recursion_that_diverges_stays_finite(revisit: bool) -> None:
+    mesh = meshes.sheet(12)
+    rng = np.random.default_rng(0)
+    completer = dynmesh.Completer(
+        mesh.faces, mesh.vertices.astype(np.float32), revisit=revisit, method="motion"
+    )
+    largest = 0.0
+    for _ in range(4000):
+        points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
+        completed = completer.push(points.astype(np.float32), rng.random(144) < 0.02)
+        assert np.isfinite(completed).all()
+        largest = max(largest, float(np.abs(completed).max()))
+    assert largest > 1e6  # it does diverge

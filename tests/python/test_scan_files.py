@@ -1,0 +1,461 @@
+"""Files of cameras, depth images and points, and of models."""
+
+import json
+import re
+import struct
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import LONGER
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from meshes import sheet
+from PIL import Image
+from plain_files import ply
+from scan_files import a_rig, saved, seen, some_points, three_frames
+
+import dynmesh
+from dynmesh._errors import DynmeshError
+from dynmesh.scans import (
+    DepthFolder,
+    DepthScan,
+    PointFolder,
+    PointScan,
+    Rig,
+    ScanCamera,
+    open_scans,
+    read_cameras,
+    read_points,
+    write_cameras,
+)
+from dynmesh.scans.depth_files import read_depth
+
+LENS = [-0.28, 0.09, 0.002, -0.001, 0.01]
+
+RATIONAL = [0.55, -0.02, -7e-5, 2e-5, -0.003, 0.89, 0.09, -0.014]
+
+
+INTRINSICS = {"fx": 100.0, "fy": 95.0, "cx": 62.0, "cy": 45.5, "width": 120, "height": 90}
+
+
+def a_camera() -> dict[str, Any]:
+    """A camera as its file describes it, without a distortion."""
+    fx, fy, cx, cy, width, height = INTRINSICS.values()
+    return {
+        "name": "a",
+        "camera_to_world": np.eye(4).tolist(),
+        "intrinsics": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]],
+        "depth_scale": 1e-3,
+        "width": int(width),
+        "height": int(height),
+    }
+
+
+def through_lens(x: Any, y: Any, k: list[float]) -> tuple[Any, Any]:
+    """Where a direction appears, by the formulas in the documentation of OpenCV."""
+    k1, k2, p1, p2, k3, k4, k5, k6 = [*k, 0, 0, 0, 0][:8]
+    r2 = x**2 + y**2
+    radial = (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) / (1 + k4 * r2 + k5 * r2**2 + k6 * r2**3)
+    return (
+        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x**2),
+        y * radial + p1 * (r2 + 2 * y**2) + 2 * p2 * x * y,
+    )
+
+
+def tilted(told: dict[str, float], k: list[float], slope: tuple[float, float]) -> bytes:
+    """An image of a plane, whose depth in counts is linear in the undistorted direction."""
+    v, u = np.mgrid[: told["height"], : told["width"]].astype(float)
+    seen = (u - told["cx"]) / told["fx"], (v - told["cy"]) / told["fy"]
+    x, y = seen
+    for _ in range(80):
+        at = through_lens(x, y, k)
+        x, y = x + 0.5 * (seen[0] - at[0]), y + 0.5 * (seen[1] - at[1])
+    counts = 20000 + 8000 * (slope[0] * x + slope[1] * y)
+    return saved(Image.fromarray(np.rint(counts).astype(np.uint16)))
+
+
+def deviation(scans: Path, slope: tuple[float, float]) -> tuple[float, float, float]:
+    """The bias and spread of the cloud from that plane, in pixels, and its part of the image."""
+    (scan,) = open_scans(scans)
+    assert isinstance(scan, DepthScan)
+    x, y, z = scan.cloud.T
+    expected = 20 + 8 * (slope[0] * x + slope[1] * y) / z
+    pixels = (z - expected) / 8 * scan.intrinsics[0][1, 1]
+    return abs(float(pixels.mean())), float(pixels.std()), len(z) / scan.depth[0].size
+
+
+@pytest.mark.parametrize("slope", [(1.0, 0.0), (0.0, 1.0)])
+@pytest.mark.parametrize("k", [LENS, RATIONAL, [0.2, 0.05, 0.01, 0.0]])
+def test_a_distortion_is_undone(tmp_path: Path, k: list[float], slope: tuple[float, float]) -> None:
+    rig = tmp_path / "cameras.json"
+    (tmp_path / "0.png").write_bytes(tilted(INTRINSICS, k, slope))
+    camera = a_camera()
+    rig.write_text(json.dumps({"cameras": [camera]}))
+    assert deviation(tmp_path, slope)[1] > 0.6
+    rig.write_text(json.dumps({"cameras": [camera | {"distortion": k}]}))
+    bias, spread, share = deviation(tmp_path, slope)
+    assert bias < 0.1
+    assert spread < 0.4  # of nearest pixels: 0.29
+    assert share > 0.6
+    write_cameras(rig, read_cameras(rig))
+    assert deviation(tmp_path, slope) == (bias, spread, share)
+
+
+@pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])
+def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
+    rig = a_rig(3, unit=unit)
+    bare = ScanCamera("bare", rig.cameras[0].camera_to_world)
+    write_cameras(tmp_path / "c.json", Rig((*rig.cameras, bare), unit))
+    found = read_cameras(tmp_path / "c.json")
+    assert found.metres_per_unit == unit
+    for ours, theirs in zip((*rig.cameras, bare), found.cameras, strict=True):
+        assert (ours.name, ours.depth_scale, ours.size) == (
+            theirs.name, theirs.depth_scale, theirs.size
+        )  # fmt: skip
+        np.testing.assert_array_equal(ours.camera_to_world, theirs.camera_to_world)
+        if ours.intrinsics is not None:
+            np.testing.assert_array_equal(ours.intrinsics, np.asarray(theirs.intrinsics))
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(
+                ["unit", "cameras", "name", "camera_to_world", "intrinsics", "depth_scale", "x"]
+            ),
+            inner,
+            max_size=5,
+        )
+    ),
+    max_leaves=12,
+)
+
+
+@given(JSON)
+@settings(max_examples=60 * LONGER)
+def test_any_json_is_refused_as_cameras(
+    tmp_path_factory: pytest.TempPathFactory, found: Any
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "cameras.json"
+    file.write_text(json.dumps(found))
+    with pytest.raises(DynmeshError, match=r"cameras\.json: "):
+        read_cameras(file)
+
+
+@given(st.data())
+@settings(max_examples=100 * LONGER)
+def test_a_changed_field_of_a_camera_is_refused_or_kept(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "changed.json"
+    write_cameras(file, a_rig(1))
+    told = json.loads(file.read_text())
+    camera = told["cameras"][0]
+    name = data.draw(st.sampled_from(sorted(camera)))
+    value = data.draw(JSON)
+    camera[name] = value
+    file.write_text(json.dumps(told))
+    try:
+        (read,) = read_cameras(file).cameras
+    except DynmeshError as error:
+        found = str(error)
+    else:
+        kept = {"name": read.name, "depth_scale": read.depth_scale}
+        kept |= dict(zip(("width", "height"), read.size or (), strict=False))
+        assert kept[name] == value
+        return
+    assert f"camera 0: {name}: " in found
+
+
+def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    rig = a_rig(2)
+    images = rng.uniform(0.5, 60.0, (3, 2, 6, 8)).astype(np.float32)
+    images[0, 0, 2, 3] = 0
+    images[1, 1, 0, 0] = 70.0  # more than 65535 counts
+    matrices = [np.asarray(camera.intrinsics) for camera in rig.cameras]
+    poses = [camera.camera_to_world for camera in rig.cameras]
+    with DepthFolder(tmp_path / "scans", rig) as folder:
+        for pair in images:
+            folder.append(DepthScan(list(pair), matrices, poses))
+    images[1, 1, 0, 0] = 0
+    reader = open_scans(tmp_path / "scans")
+    for pair, found in zip(images, reader, strict=True):
+        assert isinstance(found, DepthScan)
+        np.testing.assert_allclose(found.depth, pair, atol=0.0005 + 1e-5)
+        assert (np.array(found.depth) == 0).sum() == (pair == 0).sum()
+        np.testing.assert_array_equal(found.intrinsics, matrices)
+        np.testing.assert_array_equal(found.poses, poses)
+
+
+def test_gaps_are_refused_or_lost(tmp_path: Path) -> None:
+    for number in (10, 12, 13):
+        np.savetxt(tmp_path / f"scan_{number}.xyz", some_points().points)
+    with pytest.raises(ValueError, match=r"scan_11\.xyz is missing"):
+        open_scans(tmp_path)
+    reader = open_scans(tmp_path, gaps="lost")
+    assert [scan is None for scan in reader] == [False, True, False, False]
+    assert (reader.start, reader.step) == (10, 1)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "is empty"),
+        (saved(Image.new("I;16", (8, 6), 7))[:60], "cut or damaged"),
+        (saved(Image.new("I;16", (8, 7), 7)), "8 x 7"),
+        (None, "cannot be read"),
+    ],
+)
+def test_damaged_images_are_lost(tmp_path: Path, content: bytes | None, told: str) -> None:
+    folder = three_frames(tmp_path / "s")
+    for name in ("00000_c0", "00001_c0", "00001_c1"):
+        file = folder / f"depth_{name}.png"
+        file.unlink()
+        if content is None:
+            file.mkdir()
+        else:
+            file.write_bytes(content)
+    reader = open_scans(folder)
+    assert seen(reader) == [[("c1", 1)], [], [("c0", 3), ("c1", 3)]]
+    assert len(reader.lost) == 3
+    assert all(told in why for why in reader.lost)
+    (folder / "depth_00002_c1.png").unlink()
+    reader = open_scans(folder, gaps="lost")
+    assert seen(reader) == [[("c1", 1)], [], [("c0", 3)]]
+    for pattern in ("depth_%05d_c0.png", "depth_*_c0.png", "depth_%05d.png"):
+        assert open_scans(folder / pattern, gaps="lost").n_frames == 3
+    assert "'c1'" in reader.lost[-1]
+    assert "frame 2" in reader.lost[-1]
+
+
+def test_a_camera_with_other_images_only_is_refused(tmp_path: Path) -> None:
+    folder = three_frames(tmp_path / "s")
+    for file in folder.glob("*_c1.png"):
+        file.write_bytes(saved(Image.new("I;16", (9, 6), 7)))
+    with pytest.raises(
+        DynmeshError, match=r"_c1\.png: has 9 x 6 pixels, but camera 'c1' has 8 x 6"
+    ):
+        open_scans(folder)
+
+
+@pytest.mark.parametrize("named", ["{camera}/{n}", "{camera}/frame_{n}", "{camera}/d_{n}_{camera}"])
+@pytest.mark.parametrize("names", ["01", "ab"])
+def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -> None:
+    rig = Rig(tuple(replace(c, name=n) for c, n in zip(a_rig(2).cameras, names, strict=True)))
+    write_cameras(tmp_path / "cameras.json", rig)
+    for number in range(2):
+        for camera in names:
+            file = tmp_path / (named.format(camera=camera, n=number) + ".png")
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(saved(Image.new("I;16", (8, 6), 1000 + number)))
+    expected = [[(camera, 1 + number / 1000) for camera in names] for number in range(2)]
+    assert seen(open_scans(tmp_path)) == expected
+    glob = open_scans(tmp_path / "*" / "*.png", cameras=tmp_path / "cameras.json")
+    assert seen(glob) == expected
+    colours = tmp_path / "colours" / "0.png"
+    colours.parent.mkdir()
+    colours.write_bytes(saved(Image.new("RGB", (8, 6))))
+    assert seen(open_scans(tmp_path)) == expected
+    write_cameras(tmp_path / "one.json", Rig(rig.cameras[:1]))
+    one = open_scans(tmp_path, cameras=tmp_path / "one.json")
+    assert seen(one) == [scans[:1] for scans in expected]
+
+
+def png(mode: str, size: tuple[int, int] = (8, 6)) -> bytes:
+    """An image of another kind."""
+    image = Image.new(mode, size)
+    image.putpixel((3, 2), 1234 if mode == "I;16" else 0)
+    return saved(image)
+
+
+def chunk(kind: bytes, content: bytes) -> bytes:
+    """A part of a PNG file."""
+    return (
+        struct.pack(">I", len(content)) + kind + content
+        + struct.pack(">I", zlib.crc32(kind + content))
+    )  # fmt: skip
+
+
+def sized(image: bytes, width: int, height: int) -> bytes:
+    """The image with a header that states another size."""
+    return image[:8] + chunk(b"IHDR", struct.pack(">II", width, height) + image[24:29]) + image[33:]
+
+
+def with_data(rows: bytes, interlaced: int = 0) -> bytes:
+    """An image of 8 x 6 pixels with this as the compressed image data."""
+    header = struct.pack(">IIBBBBB", 8, 6, 16, 0, 0, 0, interlaced)
+    return png("I;16")[:8] + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+def noisy() -> bytes:
+    """An image whose pixels are all different, so that each bit of the file counts."""
+    return saved(Image.fromarray(np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)))
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (png("L"), "one channel of 16 bits, .* not the mode L$"),
+        (png("P"), "one channel of 16 bits, .* not the mode P$"),
+        (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
+        (sized(png("I;16"), 60000, 60000), "too large: "),
+        (with_data(zlib.compress(bytes(101))), "is a PNG image that is cut or damaged: "),
+        (with_data(zlib.compress(b"\x09" * 102)), "is a PNG image that is cut or damaged: "),
+        (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
+    ],
+)
+def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(1))
+    (tmp_path / "depth_00000_c0.png").write_bytes(content)
+    with pytest.raises(ValueError, match=f"depth_00000_c0.png: .*{told.replace('$', '(;|$)')}"):
+        list(open_scans(tmp_path))
+
+
+def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Path) -> None:
+    """Up to the chunk that ends the image and says nothing."""
+    content, camera = noisy(), replace(a_rig(1).cameras[0], size=None)
+    file = tmp_path / "image.png"
+    file.write_bytes(content)
+    expected = read_depth(file, camera)
+    for length in range(len(content) - 12):
+        file.write_bytes(content[:length])
+        with pytest.raises(DynmeshError, match=r"image\.png: "):
+            read_depth(file, camera)
+    for place in range(8 * (len(content) - 12)):
+        damaged = bytearray(content)
+        damaged[place // 8] ^= 1 << place % 8
+        file.write_bytes(damaged)
+        with pytest.raises(DynmeshError, match=r"image\.png: "):
+            read_depth(file, camera)
+    file.write_bytes(content + b"more")
+    np.testing.assert_array_equal(read_depth(file, camera), expected)
+
+
+def write_as(file: Path, scan: PointScan) -> None:
+    """Writes points by other means than dynmesh."""
+    table = scan.points if scan.normals is None else np.hstack([scan.points, scan.normals])
+    names = ["x", "y", "z", "nx", "ny", "nz"][: table.shape[1]]
+    if file.suffix == ".xyz":
+        np.savetxt(file, table, fmt="%.17g", header="made by a scanner")
+    else:
+        rows = "".join(" ".join(f"{value:.17g}" for value in row) + "\n" for row in table)
+        properties = ", ".join(f"double {name}" for name in names)
+        file.write_bytes(ply(f"vertex {len(table)}: {properties}", rows.encode()))
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".xyz"])
+@pytest.mark.parametrize("with_normals", [False, True])
+def test_points_of_others_are_read(tmp_path: Path, suffix: str, with_normals: bool) -> None:
+    scan = some_points()
+    scan = scan if with_normals else scan._replace(normals=None)
+    write_as(tmp_path / f"a{suffix}", scan)
+    found = read_points(tmp_path / f"a{suffix}").scan
+    np.testing.assert_array_equal(found.points, scan.points)
+    assert (found.normals is None) == (not with_normals)
+    if scan.normals is not None and found.normals is not None:
+        np.testing.assert_allclose(found.normals, scan.normals, rtol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
+    scans = [some_points(dtype, n) for n in (5, 0, 9)]
+    rig = a_rig(3, unit=0.001)
+    with PointFolder(tmp_path / "scans", rig) as folder:
+        for scan in scans:
+            folder.append(scan)
+    reader = open_scans(tmp_path / "scans")
+    assert (reader.n_frames, reader.metres_per_unit) == (3, 0.001)
+    for pattern in ("frame_%05d.ply", "frame_#####.ply"):
+        assert open_scans(tmp_path / "scans" / pattern).n_frames == 3
+    for scan, found in zip(scans, reader, strict=True):
+        assert isinstance(found, PointScan)
+        assert found.points.dtype == dtype
+        np.testing.assert_array_equal(found.points, scan.points)
+        np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints, rtol=1e-6)
+
+
+def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_text("# a cloud\n0 0 1\nnan nan nan\n\n1, 2, 3 # the last\n")
+    np.testing.assert_array_equal(
+        read_points(tmp_path / "a.xyz").scan.points, [[0, 0, 1], [1, 2, 3]]
+    )
+
+
+def read_or_refused(file: Path) -> tuple[PointScan | None, str]:
+    """Returns the points, which are finite, or else why they were refused."""
+    try:
+        found = read_points(file).scan
+    except DynmeshError as error:
+        return None, str(error)
+    assert np.isfinite(found.points).all()
+    return found, ""
+
+
+@given(st.binary(max_size=200), st.sampled_from([".xyz", ".ply"]))
+@example(b"1 2 3\n1 2\n", ".xyz")
+@settings(max_examples=150 * LONGER)
+def test_any_bytes_are_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, content: bytes, suffix: str
+) -> None:
+    file = tmp_path_factory.getbasetemp() / f"bytes{suffix}"
+    file.write_bytes(content)
+    found, told = read_or_refused(file)
+    assert found is not None or told.startswith(str(file))
+
+
+WORDS = st.sampled_from(
+    ["1", "2.5", "-3e2", "nan", "inf", "1_0", "x", "#", ",", "0x1", "\x00", "é"]
+)
+
+
+@given(st.lists(st.lists(WORDS, max_size=7), max_size=6))
+@settings(max_examples=150 * LONGER)
+def test_lines_of_words_are_read_or_refused_with_their_number(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[list[str]]
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "words.xyz"
+    file.write_text("\n".join(" ".join(line) for line in lines), encoding="latin-1")
+    found, told = read_or_refused(file)
+    if found is None:
+        (number,) = re.findall(r"\.xyz: line (\d+): ", told)
+        assert lines[int(number) - 1]
+
+
+trimesh: Any = pytest.importorskip("trimesh", reason="needs trimesh: dynmesh[scans]")
+
+
+@pytest.mark.parametrize("name", ["a.stl", "a.off", "a.glb", "a.gltf"])
+def test_each_vertex_is_read_once(name: str, tmp_path: Path) -> None:
+    mesh = sheet(6)
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)  # each triangle has vertices of its own
+    soup = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    if name.endswith("gltf"):
+        for file, content in trimesh.exchange.gltf.export_gltf(trimesh.Scene(soup)).items():
+            (tmp_path / file.replace("model", "a")).write_bytes(content)
+    else:
+        soup.export(tmp_path / name)
+    read = dynmesh.read(tmp_path / name)
+    assert read.vertices.shape == (1, len(mesh.vertices), 3)
+    np.testing.assert_allclose(read[0][read.faces].reshape(-1, 3), corners, rtol=1e-6, atol=1e-6)
+    _, first = np.unique(read.faces, return_index=True)
+    assert (np.diff(first) > 0).all()  # in the order in which they occur
+    expected = ("y", 1.0) if "gl" in name else (None, None)
+    assert (read.up_axis, read.metres_per_unit) == expected
+
+
+def test_meshes_of_a_scene_are_where_the_scene_has_them(tmp_path: Path) -> None:
+    scene = trimesh.Scene()
+    for x in (0, 5):
+        moved = trimesh.transformations.translation_matrix([x, 0, 0])
+        scene.add_geometry(trimesh.creation.box(), transform=moved)
+    scene.export(tmp_path / "boxes.glb")
+    read = dynmesh.read(tmp_path / "boxes.glb")
+    assert read.vertices.shape == (1, 16, 3)
+    np.testing.assert_allclose(np.ptp(read.vertices[0], axis=0), [6, 1, 1])
