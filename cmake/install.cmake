@@ -11,11 +11,6 @@ write_basic_package_version_file(dynmesh-config-version.cmake COMPATIBILITY Same
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/dynmesh-config-version.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
-set(link_metis "")
-if(METIS_FOUND)
-  set(link_metis " -lmetis")
-  install(FILES cmake/FindMETIS.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/dynmesh)
-endif()
 
 # The file for pkg-config, which stays valid if the prefix is moved. `runtime` lists the libraries
 # that a C compiler does not link by default.

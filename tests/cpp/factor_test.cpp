@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "detail_system.hpp"
-#include "factor/elimination.hpp"
 #include "factor/masked_factor.hpp"
 #include "meshes.hpp"
 #include "shared_work.hpp"
@@ -229,48 +228,44 @@ TEST_CASE("a masked factor agrees with Eigen for every mask and kind of processo
   }
 }
 
-TEST_CASE("the same with every order, and with threads") {
+TEST_CASE("the same with threads") {
   Workers workers(2, in_small_pieces());
-  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
-    for (const Matrix& matrix :
-         {random_matrix(1, 3), random_matrix(300, 4), smooth_matrix(torus(24)),
-          in_blocks({random_matrix(50, 1), smooth_matrix(torus(9)), random_matrix(1, 2),
-                     random_matrix(20, 3), random_matrix(60, 4), random_matrix(2, 5)})}) {
-      MaskedFactor factor(matrix, workers, ordering);
-      check_against_eigen(matrix, factor);
-    }
+  for (const Matrix& matrix :
+       {random_matrix(1, 3), random_matrix(300, 4), smooth_matrix(torus(24)),
+        in_blocks({random_matrix(50, 1), smooth_matrix(torus(9)), random_matrix(1, 2),
+                   random_matrix(20, 3), random_matrix(60, 4), random_matrix(2, 5)})}) {
+    MaskedFactor factor(matrix, workers);
+    check_against_eigen(matrix, factor);
   }
 }
 
 TEST_CASE("the solution is the same with any number of threads, to the last bit") {
-  // Large enough that threads share the subtrees, the steps above them, and the solves.
+  // Large enough that threads share the subtrees and the solves.
   const Matrix matrix = smooth_matrix(torus(40));
-  for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
-    std::vector<std::vector<Vector3<double>>> expected;
-    for (const Index threads : {1, 2, 3, -1}) {
-      TaskSharing task_sharing = in_small_pieces();
-      task_sharing.backwards = threads < 0;  // one thread that does everything in another order
-      Workers workers(std::abs(threads), task_sharing);
-      MaskedFactor factor(matrix, workers, ordering);
-      std::size_t n = 0;
-      for (const double share : {0.9, 0.5}) {
-        const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
-        const auto by_factor = shared_pieces([&] { factor.factorize(mask); });
-        auto one = random_vectors(mask.size(), 2), two = random_vectors(mask.size(), 3);
-        auto three = random_vectors(mask.size(), 4), alone = one, rounded = one;
-        const auto by_solve = shared_pieces([&] {
-          solve(factor, {&alone});
-          solve(factor, {&one, &two, &three});
-          solve(factor, {&rounded}, &MaskedFactor::precondition);
-        });
-        CHECK((by_factor > 0) == (threads > 1));
-        CHECK((by_solve > 0) == (threads > 1));
-        for (const auto& solution : {one, two, three, alone, rounded}) {
-          if (threads == 1) {
-            expected.push_back(solution);
-          } else {
-            CHECK(std::ranges::equal(solution, expected[n++], are_same));
-          }
+  std::vector<std::vector<Vector3<double>>> expected;
+  for (const Index threads : {1, 2, 3, -1}) {
+    TaskSharing task_sharing = in_small_pieces();
+    task_sharing.backwards = threads < 0;  // one thread that does everything in another order
+    Workers workers(std::abs(threads), task_sharing);
+    MaskedFactor factor(matrix, workers);
+    std::size_t n = 0;
+    for (const double share : {0.9, 0.5}) {
+      const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
+      const auto by_factor = shared_pieces([&] { factor.factorize(mask); });
+      auto one = random_vectors(mask.size(), 2), two = random_vectors(mask.size(), 3);
+      auto three = random_vectors(mask.size(), 4), alone = one, rounded = one;
+      const auto by_solve = shared_pieces([&] {
+        solve(factor, {&alone});
+        solve(factor, {&one, &two, &three});
+        solve(factor, {&rounded}, &MaskedFactor::precondition);
+      });
+      CHECK((by_factor > 0) == (threads > 1));
+      CHECK((by_solve > 0) == (threads > 1));
+      for (const auto& solution : {one, two, three, alone, rounded}) {
+        if (threads == 1) {
+          expected.push_back(solution);
+        } else {
+          CHECK(std::ranges::equal(solution, expected[n++], are_same));
         }
       }
     }
@@ -299,59 +294,6 @@ TEST_CASE("singular directions have no part in the solution") {
     CHECK(values[2].x == doctest::Approx(3));
     for (std::size_t i = 3; i < 6; ++i) CHECK(values[i].x == 0);
   }
-}
-
-/// The graph of a square grid of n by n columns, with edges to the eight around each.
-SparseMatrix grid(Index n) {
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (Index y = 0; y < n; ++y) {
-    for (Index x = 0; x < n; ++x) {
-      for (Index j = std::max(0, y - 1); j <= std::min(n - 1, y + 1); ++j) {
-        for (Index i = std::max(0, x - 1); i <= std::min(n - 1, x + 1); ++i) {
-          entries.emplace_back(j * n + i, y * n + x, i == x && j == y ? 9 : -1);
-        }
-      }
-    }
-  }
-  SparseMatrix matrix(n * n, n * n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-TEST_CASE("orders are permutations, and the same in every call") {
-  for (const Index n : {1, 2, 30}) {
-    const SparseMatrix matrix = grid(n);
-    for (const Ordering ordering : {Ordering::minimum_degree, Ordering::nested_dissection}) {
-      const auto order = elimination_order(matrix, ordering);
-      auto sorted = order;
-      std::ranges::sort(sorted);
-      std::vector<Index> all(matrix.cols());
-      std::iota(all.begin(), all.end(), Index{0});
-      CHECK(sorted == all);
-      std::srand(7);  // METIS takes its random numbers from rand
-      (void)std::rand();
-      CHECK(elimination_order(matrix, ordering) == order);
-    }
-  }
-}
-
-TEST_CASE("nested dissection takes fewer operations where it is chosen") {
-  if (!has_nested_dissection()) return;
-  const auto operations = [](const SparseMatrix& matrix, Ordering ordering) {
-    const Elimination plan = plan_elimination(matrix, ordering);
-    double sum = 0;
-    for (std::size_t s = 0; s < plan.parents.size(); ++s) {
-      const double columns = plan.firsts[s + 1] - plan.firsts[s];
-      const double rows = columns + plan.row_offsets[s + 1] - plan.row_offsets[s];
-      sum += columns * rows * rows;
-    }
-    return sum;
-  };
-  const SparseMatrix large = grid(180);
-  REQUIRE(best_ordering(large.cols()) == Ordering::nested_dissection);
-  CHECK(best_ordering(10'000) == Ordering::minimum_degree);
-  CHECK(operations(large, Ordering::nested_dissection) <
-        operations(large, Ordering::minimum_degree));
 }
 
 }  // namespace

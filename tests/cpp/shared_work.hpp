@@ -18,7 +18,6 @@ constexpr TaskSharing in_small_pieces(Index vertices = 16) {
           .backwards = false,
           .factor_size_from = 0,
           .factor_from = 0,
-          .factor_step_from = 0,
           .solve_from = 0};
 }
 

@@ -82,7 +82,7 @@ TEST_CASE("ages do not overflow") {
   auto state = completer.state();
   const Index oldest = std::numeric_limits<Index>::max();
   const std::uint64_t n_frames = oldest;
-  std::memcpy(&state[152], &n_frames, sizeof n_frames);
+  std::memcpy(&state[152 + k * 3 * sizeof(float)], &n_frames, sizeof n_frames);
   std::memcpy(&state[160 + 2 * k * 3 * sizeof(float)], &oldest, sizeof oldest);
   seal(state);
   completer.restore(state);
@@ -224,8 +224,7 @@ TEST_CASE("only anchors that move away from their neighbours are rejected") {
   const auto mesh = sheet<double>(20);
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   const auto previous = rows_of(mesh.vertices);
-  Outliers<double> outliers(topology.cells);
-  outliers.reset(previous);
+  Outliers<double> outliers(topology.cells, previous);
   for (const double share : {0.05, 0.3, 1.0}) {
     auto known = random_mask(mesh.size(), share, 3);
     auto points = rows_of(turned(mesh.vertices, 0.2));
@@ -254,8 +253,7 @@ TEST_CASE("a limb that starts to move on a body at rest is not rejected, in any 
       points[v].z += 4e-4 * unit * static_cast<double>(5 - v / 20);
     }
     points[210].z += 4e-3 * unit;  // and one vertex alone, which may be noise
-    Outliers<double> outliers(topology.cells);
-    outliers.reset(previous);
+    Outliers<double> outliers(topology.cells, previous);
     std::vector<std::uint8_t> known(mesh.size(), 1);
     CHECK(outliers.drop(previous, points, known) == 0);
   }
@@ -267,8 +265,7 @@ TEST_CASE("with few anchors, none is rejected") {
   const auto previous = rows_of(mesh.vertices);
   auto points = previous;
   points[3].x = 100;
-  Outliers<double> outliers(topology.cells);
-  outliers.reset(previous);
+  Outliers<double> outliers(topology.cells, previous);
   auto known = mask(mesh.size(), {3, 10, 20});
   CHECK(outliers.drop(previous, points, known) == 0);
   known[21] = 1;

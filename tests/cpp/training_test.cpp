@@ -16,7 +16,6 @@
 #include "detail/modes.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
-#include "support/large_vector.hpp"
 #include "support/workers.hpp"
 #include "training_data.hpp"
 
@@ -320,8 +319,8 @@ TEST_CASE("all kernels form modes and multiply shapes") {
   const auto n_parts = static_cast<std::size_t>(parts.n_parts);
   const auto given = random_numbers(3 * slots * n_vertices + n_parts * slots * modes_of_part, 6);
   const auto end_of_shapes = given.begin() + 3 * slots * n_vertices;
-  LargeVector<float> shapes(given.begin(), end_of_shapes);
-  LargeVector<float> factors(end_of_shapes, given.end());
+  std::vector<float> shapes(given.begin(), end_of_shapes);
+  std::vector<float> factors(end_of_shapes, given.end());
   const std::vector<Index> chosen = {5, 0, 31, 17, 8};
   const ModeData entries = {parts.offsets.data(), part_of.data(), nullptr};
   const ShapeData data = {shapes.data(), weights.data()};
@@ -334,9 +333,9 @@ TEST_CASE("all kernels form modes and multiply shapes") {
   constexpr Index last = 250;
   constexpr Index slot = 17;
   for (const Kernels& level : runnable_kernels()) {
-    LargeVector<float> values(3 * modes_of_part * part_of.size(), 7);
+    std::vector<float> values(3 * modes_of_part * part_of.size(), 7);
     level.modes.form(entries, data, combination, values.data(), first, last);
-    LargeVector<double> sums(n_parts * slots, 1);
+    std::vector<double> sums(n_parts * slots, 1);
     level.modes.add_products(entries, data, slot, sums.data(), first, last);
     std::vector<double> products(n_parts * slots, 1);
     for (std::size_t v = 0; v < n_vertices; ++v) {

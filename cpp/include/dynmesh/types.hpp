@@ -73,12 +73,15 @@ struct KnownMask {
   }
 };
 
+/// The vertices of a face, counterclockwise as seen from outside.
+using Triangle = std::array<Index, 3>;
+
 /// A view of `count` packed triangles of three vertex indices each.
 struct Faces {
   const Index* data = nullptr;
   std::size_t count = 0;
 
-  std::array<Index, 3> operator[](std::size_t face) const {
+  Triangle operator[](std::size_t face) const {
     return {data[3 * face], data[3 * face + 1], data[3 * face + 2]};
   }
 };

@@ -12,7 +12,6 @@
 #include "completer/outliers.hpp"
 #include "detail/detail.hpp"
 #include "mesh/estimator.hpp"
-#include "mesh/training_frames.hpp"
 #include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
 #include "stream/arguments.hpp"
@@ -26,7 +25,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'B'}, "completer"};
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'C'}, "completer"};
 
 /// Lets a method that computes in double precision estimate frames of single precision. Converts
 /// frames on the way in and out. Allocates memory only in the constructor, beside what the
@@ -44,8 +43,7 @@ class InDoublePrecision final : public Estimator<float> {
     const auto generation = generations.of_vertices();
     for (std::size_t v = 0; v < points.size(); ++v) {
       if (generation[v] == Generations::disconnected) continue;
-      const Vector3<double>& x = points_[v];
-      points[v] = {saturated<float>(x.x), saturated<float>(x.y), saturated<float>(x.z)};
+      points[v] = saturated<float>(points_[v]);
     }
     return iterations;
   }
@@ -53,7 +51,6 @@ class InDoublePrecision final : public Estimator<float> {
   void remember(Frame completed) override { method_->remember(widen(completed, points_)); }
 
   void write_memory(Writer& writer) const override { method_->write_memory(writer); }
-  [[nodiscard]] std::size_t memory_size() const override { return method_->memory_size(); }
   void read_memory(Reader& reader, Frame completed) override {
     method_->read_memory(reader, widen(completed, points_));
   }
@@ -76,94 +73,67 @@ class InDoublePrecision final : public Estimator<float> {
 
 }  // namespace
 
-/// Completes frames after the public functions have checked the arguments.
+/// One sequence of frames, completed after the public functions have checked the arguments.
 template <class Real>
 struct Completer<Real>::Parts {
   using Frame = std::vector<Vector3<Real>>;
 
-  /// `first_frame` and the training frames, x y z of each vertex, are in the caller's order.
-  Parts(Faces faces, const Frame& first_frame, Topology topology, const Settings& chosen,
-        std::span<const std::vector<Real>> training = {})
-      : settings(chosen),
-        stream(first_frame, std::move(topology), chosen.disconnected, chosen.threads,
-               chosen.uncertainty),
-        outliers(chosen.reject_outliers ? std::make_unique<Outliers<Real>>(stream.topology->cells)
-                                        : nullptr),
-        triangles(faces_in_internal_order(faces, stream.numbering)),
-        training_frames(take_in_internal_order(training, stream.numbering)),
-        training_hash(hash_of_frames(training)) {
-    begin(first_frame);
-  }
+  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame first_frame);
 
-  void begin(const Frame& first_frame);
-  void begin(typename Stream<Real>::Prepared prepared,
-             std::unique_ptr<Estimator<Real>> begun) noexcept;
-  std::unique_ptr<Estimator<Real>> estimator_of(const Frame& first);
-  void read(Points<const Real> points, KnownMask mask);
   FrameReport complete(Points<Real> completed, Clock::time_point start);
   [[nodiscard]] double mean_standard_error() const;
+  void write(Writer& writer) const;
+  void read(Reader& reader);
+  [[nodiscard]] std::vector<Trait> traits() const { return traits_of<Real>(kind, *mesh, settings); }
 
+  std::shared_ptr<StreamMesh> mesh;  // of all sequences
   Settings settings;
   Stream<Real> stream;
   std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
-  std::vector<Triangle> triangles;
-  TrainingFrames training_frames;
-  std::uint64_t training_hash = 0;             // of its frames; 0 without training
-  std::unique_ptr<Estimator<Real>> estimator;  // of this sequence
+  std::unique_ptr<Estimator<Real>> estimator;
   FrameReport report;
+  std::size_t state_size = 0;
 };
 
-/// The method of the settings, for a sequence with this frame 0 in the internal order.
+/// The method of the settings, for a sequence with this frame 0.
 template <class Real>
-std::unique_ptr<Estimator<Real>> Completer<Real>::Parts::estimator_of(const Frame& first) {
-  const Topology& topology = *stream.topology;
+std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& settings,
+                                              const std::vector<Vector3<Real>>& first) {
   const std::size_t k = first.size();
   if (settings.method == Method::detail) {
-    const DetailSettings chosen = {
-        triangles,      settings.noise,       training_frames,
-        settings.learn, settings.uncertainty, std::numeric_limits<Real>::epsilon()};
-    auto detail = std::make_unique<Detail>(widened(first), topology, stream.workers, chosen);
+    const DetailSettings chosen = {mesh.faces,           settings.noise,
+                                   mesh.training,        settings.learn,
+                                   settings.uncertainty, std::numeric_limits<Real>::epsilon()};
+    auto detail = std::make_unique<Detail>(widened(first), mesh.topology, mesh.workers, chosen);
     if constexpr (std::is_same_v<Real, double>) {
       return detail;
     } else {
       return std::make_unique<InDoublePrecision>(std::move(detail), k);
     }
   }
+  const Cells& cells = mesh.topology.cells;
   if (settings.revisit && FastMotion<Real>::supports(k)) {
-    return std::make_unique<FastMotion<Real>>(topology.cells, first, settings.extra_iterations,
-                                              stream.workers);
+    return std::make_unique<FastMotion<Real>>(cells, first, settings.extra_iterations,
+                                              mesh.workers);
   }
-  return std::make_unique<Motion<Real>>(topology.cells, first, settings.revisit,
-                                        settings.extra_iterations);
-}
-
-/// Begins a sequence. If memory is exhausted, nothing has changed.
-template <class Real>
-void Completer<Real>::Parts::begin(const Frame& first_frame) {
-  auto prepared = stream.prepare(first_frame);
-  auto begun = estimator_of(prepared.first_frame);
-  begin(std::move(prepared), std::move(begun));
+  return std::make_unique<Motion<Real>>(cells, first, settings.revisit, settings.extra_iterations);
 }
 
 template <class Real>
-void Completer<Real>::Parts::begin(typename Stream<Real>::Prepared prepared,
-                                   std::unique_ptr<Estimator<Real>> begun) noexcept {
-  estimator = std::move(begun);
-  stream.begin(std::move(prepared));
-  if (outliers) outliers->reset(stream.first_frame);
-  report = {};
+Completer<Real>::Parts::Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen,
+                              Frame first_frame)
+    : mesh(std::move(of_all)),
+      settings(chosen),
+      stream(*mesh, std::move(first_frame), settings.disconnected),
+      outliers(settings.reject_outliers
+                   ? std::make_unique<Outliers<Real>>(mesh->topology.cells, stream.first_frame)
+                   : nullptr),
+      estimator(estimator_of(*mesh, settings, stream.first_frame)) {
+  stream.keep(estimator->standard_error());
   stream.count(report);
-}
-
-/// Reads a row for each vertex. Without a mask, finite rows are anchors. Refuses anchors that are
-/// out of range.
-template <class Real>
-void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
-  if (stream.exchange.read(points, mask, stream.current, stream.known)) return;
-  for (std::size_t i = 0; i < points.count; ++i) {  // find the one that is out of range
-    const std::size_t v = stream.numbering.internal_index(i);
-    if (stream.known[v] != 0) check_known_position(i, row(points, i));
-  }
+  Writer writer;
+  write(writer);
+  state_size = writer.take_sealed().size();
 }
 
 /// Executes algorithm 1 of the paper for the frame whose anchors have been read. Only the estimate
@@ -171,13 +141,16 @@ void Completer<Real>::Parts::read(Points<const Real> points, KnownMask mask) {
 template <class Real>
 FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
   FrameReport made;
-  if (outliers) made.rejected = outliers->drop(stream.previous, stream.current, stream.known);
+  if (outliers) {
+    made.rejected = outliers->drop(stream.previous, stream.current, stream.current_known);
+  }
   // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
-  made.iterations = static_cast<std::size_t>(
-      estimator->estimate(stream.previous, stream.current, stream.known, stream.generations));
+  made.iterations = static_cast<std::size_t>(estimator->estimate(
+      stream.previous, stream.current, stream.current_known, stream.generations));
   stream.write(completed);
   estimator->remember(stream.current);
   stream.advance();
+  stream.keep(estimator->standard_error());
   stream.count(made);
   made.standard_error = mean_standard_error();
   made.stages = estimator->stages();
@@ -198,11 +171,35 @@ double Completer<Real>::Parts::mean_standard_error() const {
   return sum > 0 ? std::sqrt(sum / static_cast<double>(stream.generations.reached())) : 0;
 }
 
+/// Writes everything that later frames depend on.
+template <class Real>
+void Completer<Real>::Parts::write(Writer& writer) const {
+  begin_state(writer, kind, traits());
+  writer.write(stream.first_frame);
+  for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
+  write_fields(writer, stream);
+  estimator->write_memory(writer);
+}
+
+/// Reads what follows frame 0.
+template <class Real>
+void Completer<Real>::Parts::read(Reader& reader) {
+  for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
+  read_fields(reader, stream);
+  stream.recall();
+  estimator->read_memory(reader, stream.previous);
+  stream.keep(estimator->standard_error());
+  stream.count(report);
+  report.standard_error = mean_standard_error();
+}
+
 template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
   check_settings(settings);
-  const auto frame = first_frame_of(first_frame);
-  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings);
+  auto frame = first_frame_of(first_frame);
+  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
+                                           std::span<const std::vector<Real>>());
+  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
 template <class Real>
@@ -217,11 +214,12 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                        "a completer learns either from its own frames or from a training sequence; "
                        "give one of the two");
   }
-  const auto frame = first_frame_of(first_frame);
+  auto frame = first_frame_of(first_frame);
   check_training(training, frame.size());
   check_size(training, first_frame);
-  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
-                                   training.frames());
+  auto mesh =
+      std::make_shared<StreamMesh>(faces, frame.size(), settings.threads, training.frames());
+  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
 template <class Real>
@@ -234,7 +232,7 @@ Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  parts_->begin(complete_frame("frame", frame));
+  parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
 }
 
 template <class Real>
@@ -245,7 +243,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
   check_rows("known", known, n_vertices());
   check_output(completed, n_vertices(),
                {{"points", Extent::of(points)}, {"known", Extent::of(known)}});
-  parts_->read(points, known);
+  parts_->stream.read(points, known);
   return parts_->complete(completed, start);
 }
 
@@ -254,7 +252,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
   const auto start = Clock::now();
   check_rows("points", points, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
-  parts_->read(points, {});
+  parts_->stream.read(points, {});
   return parts_->complete(completed, start);
 }
 
@@ -270,22 +268,21 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
   Stream<Real>& stream = parts_->stream;
-  std::ranges::fill(stream.known, std::uint8_t{0});
+  std::ranges::fill(stream.current_known, std::uint8_t{0});
   for (std::size_t i = 0; i < indices.size(); ++i) {
-    const Index index = indices[i];
-    if (index < 0 || static_cast<std::size_t>(index) >= n_vertices()) {
+    const Index v = indices[i];
+    if (v < 0 || static_cast<std::size_t>(v) >= n_vertices()) {
       throw std::invalid_argument("indices: position " + std::to_string(i) + " holds " +
-                                  std::to_string(index) + ", but the mesh has " +
+                                  std::to_string(v) + ", but the mesh has " +
                                   std::to_string(n_vertices()) + " vertices, counted from 0");
     }
-    const std::size_t v = stream.numbering.internal_index(static_cast<std::size_t>(index));
-    if (stream.known[v] != 0) {
-      const auto first = std::ranges::find(indices, index) - indices.begin();
-      throw std::invalid_argument("indices: vertex " + std::to_string(index) +
+    if (stream.current_known[v] != 0) {
+      const auto first = std::ranges::find(indices, v) - indices.begin();
+      throw std::invalid_argument("indices: vertex " + std::to_string(v) +
                                   " is listed twice, at positions " + std::to_string(first) +
                                   " and " + std::to_string(i));
     }
-    stream.known[v] = 1;
+    stream.current_known[v] = 1;
     stream.current[v] = row(points, i);
     check_known_position(i, stream.current[v]);
   }
@@ -296,7 +293,7 @@ template <class Real>
 FrameReport Completer<Real>::skip(Points<Real> completed) {
   const auto start = Clock::now();
   check_output(completed, n_vertices(), {});
-  std::ranges::fill(parts_->stream.known, std::uint8_t{0});
+  std::ranges::fill(parts_->stream.current_known, std::uint8_t{0});
   return parts_->complete(completed, start);
 }
 
@@ -306,7 +303,7 @@ std::size_t Completer<Real>::n_vertices() const {
 }
 template <class Real>
 std::size_t Completer<Real>::n_edges() const {
-  return parts_->stream.topology->cells.neighbours.size() / 2;
+  return parts_->mesh->topology.cells.neighbours.size() / 2;
 }
 template <class Real>
 std::size_t Completer<Real>::n_frames() const {
@@ -318,22 +315,22 @@ const Settings& Completer<Real>::settings() const {
 }
 template <class Real>
 const TopologyReport& Completer<Real>::topology() const {
-  return parts_->stream.topology->report;
+  return parts_->mesh->topology.report;
 }
 template <class Real>
 std::span<const Index> Completer<Real>::generation() const {
-  return parts_->stream.generation_of_caller();
+  return parts_->stream.generations.of_vertices();
 }
 template <class Real>
 std::span<const Index> Completer<Real>::age() const {
-  return parts_->stream.age_of_caller();
+  return parts_->stream.age;
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
   if (!settings().uncertainty) {
     throw std::invalid_argument("standard_error: requires uncertainty=True");
   }
-  return parts_->stream.in_caller_order(parts_->estimator->standard_error());
+  return parts_->stream.standard_error;
 }
 template <class Real>
 const FrameReport& Completer<Real>::report() const {
@@ -342,33 +339,23 @@ const FrameReport& Completer<Real>::report() const {
 
 template <class Real>
 std::size_t Completer<Real>::state_size() const {
-  return size_of_state<Settings>(parts_->stream, parts_->estimator->memory_size());
+  return parts_->state_size;
 }
 
 template <class Real>
 std::vector<std::byte> Completer<Real>::state() const {
   Writer writer(state_size());
-  write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
-               parts_->report);
-  parts_->estimator->write_memory(writer);
+  parts_->write(writer);
   return writer.take_sealed();
 }
 
 template <class Real>
 void Completer<Real>::restore(std::span<const std::byte> state) {
-  Reader reader(state);
-  auto stored = read_stream(reader, state, state_size(), kind, parts_->stream, parts_->settings,
-                            parts_->training_hash);
-  auto prepared = parts_->stream.prepare(stored.first_frame);
-  auto estimator = parts_->estimator_of(prepared.first_frame);
-  estimator->read_memory(reader, stored.previous);
-  // Nothing below can throw.
-  parts_->begin(std::move(prepared), std::move(estimator));
-  parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
-                        stored.n_frames);
-  parts_->report = stored.report;
-  parts_->stream.count(parts_->report);
-  parts_->report.standard_error = parts_->mean_standard_error();
+  Reader reader = open_state(state, state_size(), kind, parts_->traits());
+  auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
+                                          stored_frame<Real>(reader, n_vertices()));
+  restored->read(reader);
+  parts_ = std::move(restored);
 }
 
 template class Completer<float>;

@@ -15,15 +15,13 @@ constexpr double floor_in_edges = 1e-3;
 }  // namespace
 
 template <class Real>
-Outliers<Real>::Outliers(const Cells& cells) : cells_(cells), found_from_(cells.size()) {
+Outliers<Real>::Outliers(const Cells& cells, Frame first_frame)
+    : cells_(cells),
+      mean_edge_(static_cast<double>(mean_edge_length(cells, first_frame))),
+      found_from_(cells.size()) {
   found_.reserve(cells.size());
   deviations_.reserve(cells.size());
   sorted_.reserve(cells.size());
-}
-
-template <class Real>
-void Outliers<Real>::reset(Frame first_frame) {
-  mean_edge_ = static_cast<double>(mean_edge_length(cells_, first_frame));
 }
 
 /// Searches breadth first.

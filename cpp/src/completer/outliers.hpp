@@ -23,10 +23,7 @@ class Outliers {
   using Frame = std::span<const Vector3<Real>>;
 
   /// `cells` must outlive this object. Allocates memory only in the constructor.
-  explicit Outliers(const Cells& cells);
-
-  /// Sets the mean edge length from `first_frame`.
-  void reset(Frame first_frame);
+  Outliers(const Cells& cells, Frame first_frame);
 
   /// Sets `known` to 0 for the outliers of a frame and returns their number. The time is linear in
   /// the number of edges, times eight.
@@ -44,7 +41,7 @@ class Outliers {
   std::span<const Index> nearest_anchors(Index anchor, std::span<const std::uint8_t> known);
 
   const Cells& cells_;
-  double mean_edge_ = 1;
+  double mean_edge_;  // of frame 0
   std::array<Index, most_neighbours> nearest_{};
   std::vector<Index> found_;       // the vertices that a search has found, in order
   std::vector<Index> found_from_;  // (k,) the last anchor whose search reached the vertex

@@ -251,8 +251,6 @@ void Detail::remember(Frame completed) {
   if (learned_) learned_->advance(shapes_, anchors_.number > 0);
 }
 
-std::size_t Detail::memory_size() const { return stored_size(*this) + error_bars_.memory_size(); }
-
 void Detail::write_memory(Writer& writer) const {
   write_fields(writer, *this);
   error_bars_.write_memory(writer);

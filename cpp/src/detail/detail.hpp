@@ -65,7 +65,6 @@ class Detail final : public Estimator<double> {
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame completed) override;
   void write_memory(Writer& writer) const override;
-  [[nodiscard]] std::size_t memory_size() const override;
   void read_memory(Reader& reader, Frame completed) override;
   [[nodiscard]] std::span<const double> standard_error() const override {
     return error_bars_.of_vertices();

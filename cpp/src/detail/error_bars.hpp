@@ -116,9 +116,6 @@ class ErrorBars {
     visit(self.energy_.expected);
     visit(self.frame_);
   }
-  [[nodiscard]] std::size_t memory_size() const {
-    return stored_size(*this) + of_vertices().size_bytes();
-  }
   void write_memory(Writer& writer) const;
   void read_memory(Reader& reader);
 

@@ -50,7 +50,7 @@ FirstOrderStep::FirstOrderStep(const DetailOperator& k, const FirstOrderConstant
     : workers_(workers),
       laplacian_(laplacian_of(k, constants.least_weight)),
       // It has so few entries that threads would hardly share it.
-      factor_(SparseMatrix(*laplacian_.c), workers, Ordering::minimum_degree),
+      factor_(SparseMatrix(*laplacian_.c), workers),
       edges_(laplacian_.c->nonZeros()),
       covariances_(k.size()),
       quaternions_(k.size()) {

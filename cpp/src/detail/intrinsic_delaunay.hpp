@@ -8,8 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
-
 namespace dynmesh {
 
 /// A triangle that is defined by its side lengths alone. Its edges are geodesics of the surface,

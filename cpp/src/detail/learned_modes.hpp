@@ -14,7 +14,6 @@
 #include "detail/modes.hpp"
 #include "detail/shape_fit.hpp"
 #include "kernels/kernels.hpp"
-#include "support/large_vector.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -76,9 +75,9 @@ class ShapeLibrary {
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
   std::vector<float> weights_;
-  LargeVector<Row> rows_;
+  std::vector<Row> rows_;
   std::vector<double> products_;          // (n_parts, slots, slots)
-  LargeVector<double> partial_products_;  // (chunks, n_parts, slots)
+  std::vector<double> partial_products_;  // (chunks, n_parts, slots)
   /// The slots of the members, the oldest first, and then the free ones, the longest free first.
   std::array<Index, slots> order_{};
   std::uint64_t n_members_ = 0;

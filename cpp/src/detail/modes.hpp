@@ -11,7 +11,7 @@
 #include "detail/detail_operator.hpp"
 #include "detail/rounding.hpp"
 #include "kernels/kernels.hpp"
-#include "mesh/training_frames.hpp"
+#include "mesh/estimator.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

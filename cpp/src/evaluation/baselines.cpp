@@ -68,12 +68,6 @@ struct Given {
   }
 };
 
-void write(Points<double> completed, std::size_t v, const Vector3<double>& x) {
-  completed(v, 0) = x.x;
-  completed(v, 1) = x.y;
-  completed(v, 2) = x.z;
-}
-
 SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
                        Points<const double> reference) {
   if (weights == Weights::uniform && reference.data != nullptr) {
@@ -115,7 +109,7 @@ void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
   for (const Index v : order) solution.push_back(given.values[v]);
   system_->factor.solve(solution, 1);
   for (std::size_t r = 0; r < order.size(); ++r) {
-    write(completed, at(order[r]), given.origin[order[r]] + solution[r]);
+    put_row(completed, at(order[r]), given.origin[order[r]] + solution[r]);
   }
 }
 
@@ -139,7 +133,7 @@ void LaplacianInterpolation::complete(Points<const double> points, KnownMask kno
   for (auto& free : is_free) free = free == 0 ? 1 : 0;
   interpolate(system_->energy, system_->factor, is_free, given.values);
   for (std::size_t v = 0; v < is_free.size(); ++v) {
-    write(completed, v, is_free[v] == 0 ? row(points, v) : given.origin[v] + given.values[v]);
+    put_row(completed, v, is_free[v] == 0 ? row(points, v) : given.origin[v] + given.values[v]);
   }
 }
 

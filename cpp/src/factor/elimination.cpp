@@ -1,5 +1,6 @@
 #include "factor/elimination.hpp"
 
+#include <Eigen/OrderingMethods>
 #include <algorithm>
 #include <numeric>
 
@@ -143,10 +144,18 @@ std::vector<Block> find_blocks(const std::vector<Index>& parent, const std::vect
 
 }  // namespace
 
-Elimination plan_elimination(const SparseMatrix& matrix, Ordering ordering) {
+std::vector<Index> elimination_order(const SparseMatrix& matrix) {
+  SparseMatrix copy;
+  copy = matrix;
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
+  Eigen::AMDOrdering<Index>()(copy, order);
+  return {order.indices().data(), order.indices().data() + matrix.cols()};
+}
+
+Elimination plan_elimination(const SparseMatrix& matrix) {
   const auto n = static_cast<Index>(matrix.cols());
   Elimination plan;
-  plan.column_at = elimination_order(matrix, ordering);
+  plan.column_at = elimination_order(matrix);
   plan.position_of = inverse(plan.column_at);
   const auto order = postorder(elimination_tree(matrix, plan));
   std::vector<Index> column_at(n);

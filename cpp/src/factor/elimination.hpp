@@ -13,21 +13,9 @@ namespace dynmesh {
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 
-enum class Ordering {
-  minimum_degree,     ///< approximate minimum degree (Amestoy, Davis and Duff 1996), by Eigen
-  nested_dissection,  ///< nested dissection (George 1973), by METIS (Karypis and Kumar 1998)
-};
-
-/// Whether this build has METIS.
-bool has_nested_dissection();
-
-/// The order that `plan_elimination` takes for a matrix of `size` columns: nested dissection for
-/// large ones, if this build has it.
-Ordering best_ordering(Eigen::Index size);
-
-/// Returns the column at each position. It depends only on where the matrix has entries. Nested
-/// dissection in a build without METIS is minimum degree.
-std::vector<Index> elimination_order(const SparseMatrix& matrix, Ordering ordering);
+/// Returns the column at each position: approximate minimum degree (Amestoy, Davis and Duff 1996).
+/// It depends only on where the matrix has entries.
+std::vector<Index> elimination_order(const SparseMatrix& matrix);
 
 /// A position is an index in the elimination order. Supernode s consists of the columns at
 /// positions firsts[s] to firsts[s + 1] - 1. Below them, the factor can have entries only in the
@@ -49,7 +37,7 @@ struct Elimination {
 
 /// Orders the columns. Those with nearly the same rows form a supernode of at most
 /// `widest_supernode` columns (dense_kernels.hpp).
-Elimination plan_elimination(const SparseMatrix& matrix, Ordering ordering);
+Elimination plan_elimination(const SparseMatrix& matrix);
 
 /// Supernodes `first` to `root`: all below `root` in the elimination forest, which affect no others
 /// but those above it.

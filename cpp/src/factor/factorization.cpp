@@ -5,14 +5,6 @@
 #include "support/indices.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// The least number of rows of a panel that a thread takes at once, if several compute it together:
-/// a multiple of those that the kernels take, so that the results are those of one thread.
-constexpr Index rows_of_piece = 32;
-
-}  // namespace
-
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
   const bool is_same_mask = std::ranges::equal(mask, mask_);
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
@@ -28,7 +20,7 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     workspaces_.lend([&](Workspace& workspace) {
       border.unfinished = none;
       for (Index p = border.first_panel; p < border.end_panel; ++p) {
-        factor_alone(p, &border, workspace);
+        factor(p, &border, workspace);
       }
       number_border(border, workspace.local);
     });
@@ -41,28 +33,19 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     }
   }
   workspaces_.lend([&](Workspace& workspace) {
-    const double worth_it = workers_.task_sharing().factor_step_from;
-    for (const Index p : above_) {
-      const bool has_parts =
-          workers_.threads() > 1 && !borders_.empty() && panels_[p].rows() > rows_of_piece;
-      if (has_parts && multiplications_before(p) >= worth_it) {
-        factor_together(p, workspace);
-      } else {
-        factor_alone(p, nullptr, workspace);
-      }
-    }
+    for (const Index p : above_) factor(p, nullptr, workspace);
   });
   return true;
 }
 
-/// Computes a panel of the factor, in one thread.
-void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
+/// Computes a panel of the factor.
+void MaskedFactor::factor(Index p, Border* border, Workspace& workspace) {
   const Panel& panel = panels_[p];
   fill(panel, workspace.local);
   for (Index d = head_[p]; d != none;) {
     const Index following = next_[d];
     const Index n = n_common(d, panel);
-    subtract_rows(panel, d, n, 0, panels_[d].n_below - reached_[d], workspace.local, workspace);
+    subtract(panel, d, n, workspace);
     queue(d, reached_[d] + n, border);
     d = following;
   }
@@ -70,56 +53,6 @@ void MaskedFactor::factor_alone(Index p, Border* border, Workspace& workspace) {
   kernels_.dense.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
                               panel.columns, &inverse_[panel.first], workspace.packed.data());
   queue(p, 0, border);
-}
-
-/// The number of multiplications for the contributions of all earlier panels.
-double MaskedFactor::multiplications_before(Index p) const {
-  double sum = 0;
-  for (Index d = head_[p]; d != none; d = next_[d]) {
-    sum += static_cast<double>(panels_[d].n_below - reached_[d]) * n_common(d, panels_[p]) *
-           panels_[d].columns;
-  }
-  return sum;
-}
-
-/// Computes a panel of the factor above all subtrees, in several threads: each of them a few rows
-/// at a time, in which it subtracts the contributions of all earlier panels.
-void MaskedFactor::factor_together(Index p, Workspace& workspace) {
-  const Panel& panel = panels_[p];
-  fill(panel, workspace.local);
-  const auto in_pieces = [&](Index n_rows, bool is_worth_it, const auto& work) {
-    const Index n_pieces = (n_rows + rows_of_piece - 1) / rows_of_piece;
-    const Index rows = rows_of_piece * std::max(n_pieces / (2 * workers_.threads()), Index{1});
-    workers_.share((n_rows + rows - 1) / rows, is_worth_it,
-                   [&](Index i) { work(i * rows, std::min(n_rows, (i + 1) * rows)); });
-  };
-  in_pieces(panel.rows(), true, [&](Index begin, Index end) {
-    workspaces_.lend([&](Workspace& own) {
-      for (Index d = head_[p]; d != none; d = next_[d]) {
-        const Index* rows = &rows_[panels_[d].below + reached_[d]];
-        const Index m = panels_[d].n_below - reached_[d];
-        const auto is_before = [&](Index row, Index limit) { return workspace.local[row] < limit; };
-        const auto first = std::lower_bound(rows, rows + m, begin, is_before) - rows;
-        const auto last = std::lower_bound(rows + first, rows + m, end, is_before) - rows;
-        subtract_rows(panel, d, n_common(d, panel), static_cast<Index>(first),
-                      static_cast<Index>(last), workspace.local, own);
-      }
-    });
-  });
-  for (Index d = head_[p]; d != none;) {
-    const Index following = next_[d];
-    queue(d, reached_[d] + n_common(d, panel), nullptr);
-    d = following;
-  }
-  factor_triangle(panel, workspace);
-  double* below = &factor_[panel.data] + panel.columns * panel.columns;
-  const double products = 0.5 * panel.n_below * panel.columns * panel.columns;
-  in_pieces(panel.n_below, products >= workers_.task_sharing().factor_step_from,
-            [&](Index begin, Index end) {
-              kernels_.dense.factor_below(below + begin * panel.columns, end - begin, panel.columns,
-                                          &inverse_[panel.first], workspace.packed.data());
-            });
-  queue(p, 0, nullptr);
 }
 
 /// Copies the entries of the matrix to the panel, and numbers its rows.
@@ -152,10 +85,9 @@ Index MaskedFactor::n_common(Index d, const Panel& panel) const {
   return n;
 }
 
-/// Subtracts the contributions of the unprocessed rows `first` to `last` - 1 of an earlier panel,
-/// of which the first `n` are columns of this one.
-void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index first, Index last,
-                                 const std::vector<Index>& local, Workspace& workspace) {
+/// Subtracts the contributions of the unprocessed rows of an earlier panel, of which the first `n`
+/// are columns of this one.
+void MaskedFactor::subtract(const Panel& panel, Index d, Index n, Workspace& workspace) {
   double* data = &factor_[panel.data];
   const Panel& descendant = panels_[d];
   const Index begin = reached_[d];
@@ -164,12 +96,13 @@ void MaskedFactor::subtract_rows(const Panel& panel, Index d, Index n, Index fir
   const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
   const Index stride = (n + stride_of_products - 1) / stride_of_products * stride_of_products;
   const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
-  for (; first < last; first += rows_of_product) {
+  const Index last = descendant.n_below - begin;
+  for (Index first = 0; first < last; first += rows_of_product) {
     const Index m = std::min(rows_of_product, last - first);
     kernels_.dense.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
                             workspace.packed.data());
     for (Index i = 0; i < m; ++i) {
-      double* row = data + at(local[rows[first + i]]) * at(panel.columns);
+      double* row = data + at(workspace.local[rows[first + i]]) * at(panel.columns);
       const double* product = &workspace.products[i * stride];
       const Index columns = std::min(n, first + i + 1);
       if (in_a_row) {

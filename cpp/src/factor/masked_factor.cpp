@@ -40,13 +40,12 @@ std::size_t largest_borders(const Elimination& plan) {
 
 }  // namespace
 
-MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, Ordering ordering,
-                           const Kernels& kernels)
-    : plan_(plan_elimination(matrix, ordering)),
+MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, const Kernels& kernels)
+    : plan_(plan_elimination(matrix)),
       kernels_(kernels),
       workers_(workers),
       subtrees_(plan_),
-      workspaces_(workers.threads() + 1, plan_.column_at.size()) {
+      workspaces_(workers.threads(), plan_.column_at.size()) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = plan_.column_at.size();
   least_pivots_.resize(n);

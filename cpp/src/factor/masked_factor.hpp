@@ -57,17 +57,13 @@ class Workspaces {
 /// of them.
 ///
 /// If the factorisation takes long (TaskSharing::factor_from), subtrees of the elimination forest
-/// are factored by different threads, and then the panels above them one after another, each of
-/// them by all threads together. The results do not depend on the number of threads.
+/// are factored by different threads, and then the panels above them by one. The results do not
+/// depend on the number of threads.
 class MaskedFactor {
  public:
   /// `matrix` must be positive semidefinite. `workers` must outlive this object.
-  MaskedFactor(const SparseMatrix& matrix, Workers& workers, Ordering ordering,
-               const Kernels& kernels = best_kernels());
-  /// In the order that is best for its size.
   MaskedFactor(const SparseMatrix& matrix, Workers& workers,
-               const Kernels& kernels = best_kernels())
-      : MaskedFactor(matrix, workers, best_ordering(matrix.cols()), kernels) {}
+               const Kernels& kernels = best_kernels());
 
   /// Reserves address space for the largest factor that any mask can have, so that `factorize`
   /// allocates none. The memory itself is only used as far as a factor fills it.
@@ -127,13 +123,10 @@ class MaskedFactor {
   void divide();
 
   // factorization.cpp
-  void factor_alone(Index panel, Border* border, Workspace& workspace);
-  [[nodiscard]] double multiplications_before(Index panel) const;
-  void factor_together(Index panel, Workspace& workspace);
+  void factor(Index panel, Border* border, Workspace& workspace);
   void fill(const Panel& panel, std::vector<Index>& local);
   [[nodiscard]] Index n_common(Index descendant, const Panel& panel) const;
-  void subtract_rows(const Panel& panel, Index descendant, Index n, Index first, Index last,
-                     const std::vector<Index>& local, Workspace& workspace);
+  void subtract(const Panel& panel, Index descendant, Index n, Workspace& workspace);
   void factor_triangle(const Panel& panel, Workspace& workspace);
   void queue(Index panel, Index row, Border* border);
   void number_border(const Border& border, std::vector<Index>& local);

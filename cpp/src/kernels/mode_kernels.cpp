@@ -121,9 +121,11 @@ void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, do
       }
     }
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      auto* sum = reinterpret_cast<Doubles*>(sums) + quads_of_slots * modes.parts[e];
+      double* sum = sums + slots * modes.parts[e];
       const auto weight = static_cast<double>(shapes.weights[e]);
-      for (int q = 0; q < quads_of_slots; ++q) sum[q] += weight * products[q];
+      for (int q = 0; q < quads_of_slots; ++q) {
+        store(sum + 4 * q, load(sum + 4 * q) + weight * products[q]);
+      }
     }
   }
 }

@@ -6,11 +6,15 @@
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <vector>
 
 #include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {
+
+/// The frames of a training sequence, each (k,).
+using TrainingFrames = std::vector<std::vector<Vector3<double>>>;
 
 /// A method of estimating the satellites of the frames of one sequence, whose frame 0 the
 /// constructors take. Frames have one Vector3 per vertex.
@@ -40,7 +44,6 @@ class Estimator {
   /// Writes the memory of the method, which has always the same size in bytes, in the internal
   /// order of vertices, which follows from the faces.
   virtual void write_memory(Writer& /*writer*/) const {}
-  [[nodiscard]] virtual std::size_t memory_size() const { return 0; }
   /// Reads it again at the beginning of a sequence. `completed` is the last completed frame.
   /// Refuses a memory that this method cannot have produced, after which it is of no use.
   virtual void read_memory(Reader& /*reader*/, Frame /*completed*/) {}

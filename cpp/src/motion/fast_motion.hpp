@@ -6,7 +6,6 @@
 
 #include "kernels/kernels.hpp"
 #include "mesh/estimator.hpp"
-#include "support/large_vector.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -40,15 +39,15 @@ class FastMotion final : public Estimator<Real> {
   Index extra_iterations_;
   SweepData<Real> data_{};
 
-  LargeVector<std::uint32_t> neighbours_;
-  LargeVector<std::uint8_t> valence_;
+  std::vector<std::uint32_t> neighbours_;
+  std::vector<std::uint8_t> valence_;
   std::vector<Index> wide_;
   std::vector<std::uint32_t> wide_neighbours_;
   std::vector<Vector3<Real>> wide_weights_;  // one for each four slots
-  LargeVector<Vector3<Real>> weights_;       // two quads per vertex
-  LargeVector<Vector3<Real>> before_;
-  LargeVector<Vector3<Real>> after_;
-  LargeVector<Real> visits_;
+  std::vector<Vector3<Real>> weights_;       // two quads per vertex
+  std::vector<Vector3<Real>> before_;
+  std::vector<Vector3<Real>> after_;
+  std::vector<Real> visits_;
   std::vector<Index> rows_;
   std::vector<Rows> chunks_;
 };

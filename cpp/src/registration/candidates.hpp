@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "registration/constants.hpp"
 #include "registration/targets.hpp"
 #include "tracking/point_scan.hpp"

@@ -9,7 +9,6 @@
 #include "detail/memory.hpp"
 #include "detail/rotations.hpp"
 #include "kernels/kernels.hpp"
-#include "mesh/triangle.hpp"
 #include "registration/constants.hpp"
 #include "support/workers.hpp"
 

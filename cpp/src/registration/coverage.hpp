@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "registration/constants.hpp"
 #include "tracking/point_scan.hpp"
 

@@ -9,8 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/training_frames.hpp"
-#include "mesh/triangle.hpp"
+#include "mesh/estimator.hpp"
 #include "registration/candidates.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"

@@ -8,14 +8,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/numbering.hpp"
-#include "mesh/training_frames.hpp"
 #include "registration/constants.hpp"
 #include "registration/pose.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/register_measurement.hpp"
 #include "registration/targets.hpp"
 #include "stream/arguments.hpp"
+#include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/camera_arguments.hpp"
@@ -68,24 +67,23 @@ class Work {
        const RegistrationSettings& settings, const Training<Real>* training)
       : settings_(settings), workers_(checked(settings).threads) {
     const auto given = widened(first_frame_of(positions, "template"));
-    topology_ = in_internal_order(topology_of(faces, given.size()), numbering_);
-    template_.faces = faces_in_internal_order(faces, numbering_);
-    template_.frame = to_internal_order(numbering_, given);
+    topology_ = topology_of(faces, given.size());
+    template_.faces = triangles_of(faces);
+    template_.frame = given;
     check_landmarks(landmarks, given.size());
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
-      const auto vertex = static_cast<std::size_t>(landmarks.vertices[i]);
-      targets_.vertices.push_back(static_cast<Index>(numbering_.internal_index(vertex)));
+      targets_.vertices.push_back(landmarks.vertices[i]);
       targets_.positions.push_back(in_double(row(landmarks.positions, i)));
     }
     if (training == nullptr) return;
     check_training(*training, given.size());
     check_size(*training, positions);
-    template_.training = take_in_internal_order(training->frames(), numbering_);
+    template_.training = training_in_double(training->frames());
   }
 
   [[nodiscard]] Workers& workers() { return workers_; }
   [[nodiscard]] double mean_edge() const {
-    return mean_edge_length<double>(topology_->cells, template_.frame);
+    return mean_edge_length<double>(topology_.cells, template_.frame);
   }
 
   Registration<Real> run(const PointScan& scan) {
@@ -100,7 +98,7 @@ class Work {
     if (is_other_unit && !settings_.scale) refuse_ratio(ratio);
     const double size = size_of(template_.frame);
     check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
-    PoseSearch search(template_, *topology_, workers_, settings_, constants_,
+    PoseSearch search(template_, topology_, workers_, settings_, constants_,
                       std::numeric_limits<Real>::epsilon());
     if (!settings_.scale) return registration_of(search.run(scan, targets_), 1);
     // The search is in the unit of the template.
@@ -125,12 +123,12 @@ class Work {
   /// `unit` is the length of that of the template in that of the scan.
   Registration<Real> registration_of(const Pose& pose, double unit) {
     Registration<Real> result;
-    for (const auto& x : to_caller_order(numbering_, pose.x)) {
+    for (const auto& x : pose.x) {
       for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(unit * c));
     }
-    result.observed = to_caller_order(numbering_, pose.observed);
+    result.observed = pose.observed;
     if (!pose.standard_errors.empty()) {
-      for (const double error : to_caller_order(numbering_, pose.standard_errors)) {
+      for (const double error : pose.standard_errors) {
         result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
                                                           : saturated<Real>(unit * error));
       }
@@ -153,8 +151,7 @@ class Work {
   RegistrationConstants constants_;
   RegistrationSettings settings_;
   Workers workers_;
-  Numbering numbering_;
-  std::unique_ptr<const Topology> topology_;
+  Topology topology_;
   Template template_;
   Targets targets_;
 };

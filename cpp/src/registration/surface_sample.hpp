@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {

@@ -15,8 +15,8 @@ constexpr std::size_t fewest_donors = 4;  // that a component must have to follo
 }  // namespace
 
 template <class Real>
-Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule)
-    : topology_(&topology),
+Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
+    : topology_(topology),
       rule_(rule),
       member_ends_(topology.report.components + 1, 0),
       anchors_in_(topology.report.components) {
@@ -27,15 +27,10 @@ Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule
   std::ranges::stable_sort(members_, {}, component_of);
   for (const Index label : component) ++member_ends_[label + 1];
   std::partial_sum(member_ends_.begin(), member_ends_.end(), member_ends_.begin());
-}
-
-template <class Real>
-void Disconnected<Real>::reset(Frame first_frame) {
   if (rule_ == DisconnectedRule::hold) return;
-  donors_.clear();
-  donor_ends_.assign(1, 0);
-  const std::vector<Index> donor_of = find_donors(first_frame, topology_->component);
-  for (std::size_t c = 0; c < topology_->report.components; ++c) {
+  donor_ends_.push_back(0);
+  const std::vector<Index> donor_of = find_donors(first_frame, component);
+  for (std::size_t c = 0; c < topology.report.components; ++c) {
     const auto first = static_cast<std::ptrdiff_t>(donors_.size());
     for (std::size_t m = member_ends_[c]; m < member_ends_[c + 1]; ++m) {
       const Index donor = donor_of[members_[m]];
@@ -52,7 +47,7 @@ template <class Real>
 std::span<const Index> Disconnected<Real>::usable_donors(std::size_t component) {
   chosen_.clear();
   for (std::size_t i = donor_ends_[component]; i < donor_ends_[component + 1]; ++i) {
-    const auto home = static_cast<std::size_t>(topology_->component[donors_[i]]);
+    const auto home = static_cast<std::size_t>(topology_.component[donors_[i]]);
     if (anchors_in_[home] >= fewest_anchors) chosen_.push_back(donors_[i]);
   }
   return chosen_;
@@ -67,7 +62,7 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
   std::ranges::fill(anchors_in_, 0);
   for (std::size_t v = 0; v < generation.size(); ++v) {
     if (generation[v] == Generations::anchor) {
-      ++anchors_in_[topology_->component[v]];
+      ++anchors_in_[topology_.component[v]];
     }
   }
 

@@ -19,18 +19,16 @@ template <class Real>
 std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
                                std::span<const Index> component);
 
-/// Moves the components of a frame that contain no anchor. Allocates memory only in `reset`.
+/// Moves the components of a frame that contain no anchor. Allocates memory only in the
+/// constructor.
 template <class Real>
 class Disconnected {
  public:
   using Frame = std::span<const Vector3<Real>>;
 
-  /// `topology` must outlive this object.
-  Disconnected(const Topology& topology, DisconnectedRule rule);
-
-  /// Begins a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
-  /// another component that is nearest to it in that frame.
-  void reset(Frame first_frame);
+  /// For a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
+  /// another component that is nearest to it in that frame. `topology` must outlive this object.
+  Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame);
 
   /// Estimates the disconnected vertices of `points`, in which the anchors and satellites are
   /// already complete.
@@ -46,7 +44,7 @@ class Disconnected {
  private:
   [[nodiscard]] std::span<const Index> usable_donors(std::size_t component);
 
-  const Topology* topology_;
+  const Topology& topology_;
   DisconnectedRule rule_;
   std::vector<Index> donors_;            // the distinct donors of each component, one after another
   std::vector<std::size_t> donor_ends_;  // the donors of component c end at donor_ends_[c + 1]

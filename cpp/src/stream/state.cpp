@@ -4,11 +4,10 @@
 #include <bit>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
-#include <limits>
 #include <optional>
 #include <sstream>
-#include <string>
 #include <type_traits>
+#include <utility>
 
 #include "stream/settings_table.hpp"
 #include "support/geometry.hpp"
@@ -51,25 +50,30 @@ std::uint64_t hash_of_cells(const Cells& cells) {
          hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
 }
 
-/// Calls `visit(value, why)` for all that must agree between the stream that wrote a state and the
-/// one that reads it. `why(found)` is what is wrong if another value was found.
-template <class Real, class Settings, class Visit>
-void for_each_trait(const StateKind& kind, const Stream<Real>& stream, const Settings& settings,
-                    std::uint64_t training, const Visit& visit) {
+}  // namespace
+
+template <class Real, class Settings>
+std::vector<Trait> traits_of(const StateKind& kind, const StreamMesh& mesh,
+                             const Settings& settings) {
   const std::string name = kind.name;
+  const std::uint64_t n_vertices = mesh.topology.cells.size();
+  const std::uint64_t training = mesh.training_hash;
   const auto in_bits = [](std::uint64_t size) { return std::to_string(8 * size) + "-bit"; };
-  const std::uint64_t n_vertices = stream.n_vertices();
-  visit(sizeof(Real), [&](std::uint64_t found) {
+  std::vector<Trait> traits;
+  const auto add = [&](std::uint64_t value, std::function<std::string(std::uint64_t)> why) {
+    traits.push_back({value, std::move(why)});
+  };
+  add(sizeof(Real), [=](std::uint64_t found) {
     return "has " + in_bits(found) + " positions, but this " + name + " has " +
            in_bits(sizeof(Real)) + " ones";
   });
-  visit(n_vertices, [&](std::uint64_t found) {
+  add(n_vertices, [=](std::uint64_t found) {
     return "belongs to a mesh of " + std::to_string(found) + " vertices, but this mesh has " +
            std::to_string(n_vertices);
   });
-  visit(hash_of_cells(stream.topology->cells),
-        [](std::uint64_t) { return std::string("of a mesh with other faces"); });
-  visit(training, [&](std::uint64_t found) {
+  add(hash_of_cells(mesh.topology.cells),
+      [](std::uint64_t) { return "of a mesh with other faces"; });
+  add(training, [=](std::uint64_t found) {
     return "of a " + name +
            (found == 0      ? " without training"
             : training == 0 ? " with training"
@@ -80,33 +84,29 @@ void for_each_trait(const StateKind& kind, const Stream<Real>& stream, const Set
         if (!setting.is_stored) return;
         // Not as a number: -0 equals 0, but would not be written again.
         const double value = stored(settings.*member);
-        visit(std::bit_cast<std::uint64_t>(value), [&](std::uint64_t found) {
+        add(std::bit_cast<std::uint64_t>(value), [=](std::uint64_t found) {
           return "of a " + name + " with other settings: " + setting.name + " is " +
                  text_of<Value>(std::bit_cast<double>(found)) + ", not " + text_of<Value>(value);
         });
       });
+  return traits;
 }
 
-/// The checksum detects damage but not bytes that were made up. The following checks refuse all
-/// values that later frames cannot handle, wherever the bytes come from.
-template <class Real>
-void check_frame(const std::vector<Vector3<Real>>& frame) {
-  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
-  if (wrong == frame.end()) return;
-  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
-               " that is not finite, or too large");
+void begin_state(Writer& writer, const StateKind& kind, const std::vector<Trait>& traits) {
+  writer.write(std::span<const char>(kind.format));
+  for (const Trait& trait : traits) writer.write(trait.value);
 }
 
-void check_vertices(std::span<const Index> age, std::span<const std::uint8_t> known) {
-  for (std::size_t v = 0; v < age.size(); ++v) {
-    if (age[v] >= 0 && known[v] <= 1) continue;
-    refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
-                 " and the mask " + std::to_string(known[v]) + ", which is not possible");
+Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
+                  const std::vector<Trait>& traits) {
+  Reader reader(state);
+  StateFormat format{};
+  reader.read(std::span<char>(format));
+  check_format(format, kind.format, kind.name);
+  for (const Trait& trait : traits) {
+    const auto found = reader.read<std::uint64_t>();
+    if (found != trait.value) refuse_state(trait.why(found));
   }
-}
-
-/// Refuses a state that is not of this size, or damaged.
-void check_seal(std::span<const std::byte> state, std::size_t size) {
   const std::string bytes = std::to_string(state.size()) + " bytes";
   if (state.size() < size) refuse_state("truncated: its " + bytes + " are too few");
   if (state.size() > size) {
@@ -116,69 +116,31 @@ void check_seal(std::span<const std::byte> state, std::size_t size) {
   if (seal.read<std::uint64_t>() != hash_of(state.first(size - sizeof(std::uint64_t)))) {
     refuse_state("damaged: its " + bytes + " do not match their checksum");
   }
+  return reader;
 }
 
-}  // namespace
-
-template <class Settings, class Real>
-std::size_t size_of_state(const Stream<Real>& stream, std::size_t of_memory) {
-  const std::size_t of_mesh = stored_size(StoredStream<Real>(0));
-  const std::size_t of_vertex = stored_size(StoredStream<Real>(1)) - of_mesh;
-  std::size_t n_traits = 4;
-  for_each_setting<Settings>(
-      [&](const Setting& setting, auto...) { n_traits += setting.is_stored ? 1 : 0; });
-  return sizeof(StateFormat) + n_traits * sizeof(std::uint64_t) + of_mesh +
-         stream.n_vertices() * of_vertex + of_memory + sizeof(std::uint64_t);
+template <class Real>
+std::vector<Vector3<Real>> stored_frame(Reader& reader, std::size_t n_vertices) {
+  std::vector<Vector3<Real>> frame(n_vertices);
+  reader.read(frame);
+  check_stored_frame(frame);
+  return frame;
 }
 
-template <class Real, class Settings>
-void write_stream(Writer& writer, const StateKind& kind, const Stream<Real>& stream,
-                  const Settings& settings, std::uint64_t training, const FrameReport& report) {
-  StoredStream<Real> stored(0);
-  stored.report = report;
-  stored.n_frames = stream.n_frames;
-  stored.first_frame = to_caller_order(stream.numbering, stream.first_frame);
-  stored.previous = to_caller_order(stream.numbering, stream.previous);
-  const auto age = stream.age_of_caller();
-  stored.age.assign(age.begin(), age.end());
-  const auto known = stream.known_of_caller();
-  stored.known.assign(known.begin(), known.end());
-  writer.write(std::span<const char>(kind.format));
-  for_each_trait(kind, stream, settings, training,
-                 [&](std::uint64_t value, const auto&) { writer.write(value); });
-  write_fields(writer, stored);
+template <class Real>
+void check_stored_frame(const std::vector<Vector3<Real>>& frame) {
+  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
+  if (wrong == frame.end()) return;
+  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+               " that is not finite, or too large");
 }
 
-template <class Real, class Settings>
-StoredStream<Real> read_stream(Reader& reader, std::span<const std::byte> state, std::size_t size,
-                               const StateKind& kind, const Stream<Real>& stream,
-                               const Settings& settings, std::uint64_t training) {
-  StateFormat format{};
-  reader.read(std::span<char>(format));
-  check_format(format, kind.format, kind.name);
-  for_each_trait(kind, stream, settings, training, [&](std::uint64_t value, const auto& why) {
-    const auto found = reader.read<std::uint64_t>();
-    if (found != value) refuse_state(why(found));
-  });
-  check_seal(state, size);
-  StoredStream<Real> stored(stream.n_vertices());
-  read_fields(reader, stored);
-  check_frame(stored.first_frame);
-  check_frame(stored.previous);
-  check_vertices(stored.age, stored.known);
-  stored.previous = to_internal_order(stream.numbering, stored.previous);
-  stored.age = to_internal_order(stream.numbering, stored.age);
-  stored.known = to_internal_order(stream.numbering, stored.known);
-  return stored;
-}
-
-#define DYNMESH_INSTANTIATE(Real, Settings)                                                       \
-  template std::size_t size_of_state<Settings, Real>(const Stream<Real>&, std::size_t);           \
-  template void write_stream(Writer&, const StateKind&, const Stream<Real>&, const Settings&,     \
-                             std::uint64_t, const FrameReport&);                                  \
-  template StoredStream<Real> read_stream(Reader&, std::span<const std::byte>, std::size_t,       \
-                                          const StateKind&, const Stream<Real>&, const Settings&, \
-                                          std::uint64_t);
+template std::vector<Vector3<float>> stored_frame(Reader&, std::size_t);
+template std::vector<Vector3<double>> stored_frame(Reader&, std::size_t);
+template void check_stored_frame(const std::vector<Vector3<float>>&);
+template void check_stored_frame(const std::vector<Vector3<double>>&);
+#define DYNMESH_INSTANTIATE(Real, Settings) \
+  template std::vector<Trait> traits_of<Real>(const StateKind&, const StreamMesh&, const Settings&);
 DYNMESH_INSTANTIATE(float, Settings)
 DYNMESH_INSTANTIATE(double, Settings)
 DYNMESH_INSTANTIATE(float, TrackerSettings)

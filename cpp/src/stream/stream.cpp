@@ -1,79 +1,133 @@
 #include "stream/stream.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "support/geometry.hpp"
+#include "kernels/kernels.hpp"
+#include "stream/arguments.hpp"
+#include "stream/state.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 
+std::vector<Triangle> triangles_of(Faces faces) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < faces.count; ++f) triangles.push_back(faces[f]);
+  return triangles;
+}
+
 template <class Real>
-Stream<Real>::Stream(const Frame& frame, Topology caller_topology, DisconnectedRule rule,
-                     Index threads, bool has_uncertainty)
-    : topology(in_internal_order(std::move(caller_topology), numbering)),
-      workers(threads),
-      exchange(numbering, workers),
-      generations(frame.size()),
-      disconnected(*topology, rule),
-      previous(frame.size()),
-      current(frame.size()),
-      known(frame.size()),
-      age(frame.size()) {
-  known_copy_.reserve(frame.size());
-  if (!numbering.is_natural()) {
-    generation_copy_.reserve(frame.size());
-    age_copy_.reserve(frame.size());
+TrainingFrames training_in_double(std::span<const std::vector<Real>> training) {
+  TrainingFrames frames;
+  for (const auto& positions : training) {
+    const Points<const Real> rows(positions.data(), positions.size() / 3);
+    auto& frame = frames.emplace_back();
+    for (std::size_t v = 0; v < rows.count; ++v) frame.push_back(in_double(row(rows, v)));
   }
-  if (has_uncertainty) standard_error_copy_.reserve(frame.size());
+  return frames;
 }
 
 template <class Real>
-typename Stream<Real>::Prepared Stream<Real>::prepare(const Frame& frame) const {
-  Prepared prepared = {to_internal_order(numbering, frame), disconnected};
-  prepared.disconnected.reset(prepared.first_frame);
-  return prepared;
+StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
+                       std::span<const std::vector<Real>> training_frames)
+    : topology(topology_of(mesh_faces, n_vertices)),
+      faces(triangles_of(mesh_faces)),
+      workers(threads),
+      training(training_in_double(training_frames)) {
+  for (const auto& positions : training_frames) {
+    training_hash = training_hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
+  }
 }
 
 template <class Real>
-void Stream<Real>::begin(Prepared prepared) noexcept {
-  disconnected = std::move(prepared.disconnected);
-  first_frame = std::move(prepared.first_frame);
-  std::ranges::copy(first_frame, previous.begin());
-  std::ranges::fill(known, std::uint8_t{1});
-  generations.classify(topology->cells, known);
-  std::ranges::fill(age, 0);
-  n_frames = 0;
-  forget_copies();
+Stream<Real>::Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule)
+    : generations(frame.size()),
+      first_frame(std::move(frame)),
+      previous(first_frame),
+      known(first_frame.size(), 1),
+      age(first_frame.size()),
+      current(first_frame.size()),
+      current_known(first_frame.size()),
+      mesh_(mesh),
+      disconnected_(mesh.topology, rule, first_frame) {
+  generations.classify(mesh.topology.cells, known);
+}
+
+/// Packed rows are copied by faster loops.
+template <class Real>
+void Stream<Real>::read(Points<const Real> rows, KnownMask mask) {
+  const bool is_packed =
+      rows.row_stride == 3 && rows.column_stride == 1 && (mask.data == nullptr || mask.stride == 1);
+  std::atomic<bool> in_range{true};
+  mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
+    bool good = true;
+    if (is_packed) {
+      good = best_kernels().rows<Real>().read(rows.data, mask.data, largest_coordinate<Real>, first,
+                                              last, &current[0].x, current_known.data());
+    } else {
+      for (Index v = first; v < last; ++v) {
+        current[v] = row(rows, v);
+        current_known[v] = (mask.data == nullptr ? is_finite(current[v]) : mask[v]) ? 1 : 0;
+        good = good && (current_known[v] == 0 || is_in_range(current[v]));
+      }
+    }
+    if (!good) in_range.store(false, std::memory_order_relaxed);
+  });
+  for (std::size_t v = 0; v < n_vertices() && !in_range; ++v) {
+    if (current_known[v] != 0) check_known_position(v, current[v]);
+  }
 }
 
 template <class Real>
 void Stream<Real>::write(Points<Real> completed) {
-  disconnected.complete(previous, current, generations);
-  exchange.write(current, previous, completed);
+  disconnected_.complete(previous, current, generations);
+  const bool is_packed = completed.row_stride == 3 && completed.column_stride == 1;
+  mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
+    if (is_packed) {
+      best_kernels().rows<Real>().write(&current[0].x, &previous[0].x, largest_coordinate<Real>,
+                                        first, last, completed.data);
+      return;
+    }
+    for (Index v = first; v < last; ++v) {
+      if (!is_in_range(current[v])) current[v] = previous[v];
+      put_row(completed, v, current[v]);
+    }
+  });
 }
 
 template <class Real>
 void Stream<Real>::advance() {
   std::swap(previous, current);
+  std::swap(known, current_known);
   for (std::size_t v = 0; v < age.size(); ++v) {
     const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
     age[v] = known[v] != 0 ? 0 : older;
   }
   if (n_frames < std::numeric_limits<std::size_t>::max()) ++n_frames;
-  forget_copies();
+}
+
+/// The checksum of a state detects damage but not bytes that were made up. This refuses all values
+/// that later frames cannot handle, wherever the bytes come from.
+template <class Real>
+void Stream<Real>::recall() {
+  check_stored_frame(previous);
+  for (std::size_t v = 0; v < age.size(); ++v) {
+    if (age[v] >= 0 && known[v] <= 1) continue;
+    refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
+                 " and the mask " + std::to_string(known[v]) + ", which is not possible");
+  }
+  generations.classify(mesh_.topology.cells, known);
 }
 
 template <class Real>
-void Stream<Real>::recall(Frame last, std::vector<Index> ages, std::vector<std::uint8_t> mask,
-                          std::size_t frames) {
-  previous = std::move(last);
-  age = std::move(ages);
-  known = std::move(mask);
-  generations.classify(topology->cells, known);
-  n_frames = frames;
-  forget_copies();
+void Stream<Real>::keep(std::span<const double> errors) {
+  standard_error.resize(errors.size());
+  std::ranges::transform(errors, standard_error.begin(), [](double error) {
+    return std::isinf(error) ? std::numeric_limits<Real>::infinity() : saturated<Real>(error);
+  });
 }
 
 template <class Real>
@@ -83,61 +137,10 @@ void Stream<Real>::count(FrameReport& report) const {
   report.disconnected = generations.disconnected_vertices();
 }
 
-template <class Real>
-void Stream<Real>::forget_copies() noexcept {
-  known_copy_.clear();
-  generation_copy_.clear();
-  age_copy_.clear();
-  standard_error_copy_.clear();
-}
-
-template <class Real>
-template <class T>
-std::span<const T> Stream<Real>::in_caller_order(std::span<const T> values,
-                                                 std::vector<T>& copy) const {
-  if (numbering.is_natural()) return values;
-  if (copy.empty()) {
-    copy.resize(values.size());  // within its capacity
-    for (std::size_t i = 0; i < values.size(); ++i) copy[i] = values[numbering.internal_index(i)];
-  }
-  return copy;
-}
-
-template <class Real>
-std::span<const std::uint8_t> Stream<Real>::known_of_caller() const {
-  if (known_copy_.empty()) {
-    known_copy_.resize(n_vertices());  // within its capacity
-    for (std::size_t i = 0; i < n_vertices(); ++i) {
-      const Index g = generations.of_vertices()[numbering.internal_index(i)];
-      known_copy_[i] = g == Generations::anchor ? 1 : 0;
-    }
-  }
-  return known_copy_;
-}
-
-template <class Real>
-std::span<const Index> Stream<Real>::generation_of_caller() const {
-  return in_caller_order<Index>(generations.of_vertices(), generation_copy_);
-}
-
-template <class Real>
-std::span<const Index> Stream<Real>::age_of_caller() const {
-  return in_caller_order<Index>(age, age_copy_);
-}
-
-template <class Real>
-std::span<const Real> Stream<Real>::in_caller_order(std::span<const double> values) const {
-  std::vector<Real>& copy = standard_error_copy_;
-  if (copy.empty()) {
-    copy.resize(values.size());  // within its capacity
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double value = values[numbering.internal_index(i)];
-      copy[i] = std::isinf(value) ? std::numeric_limits<Real>::infinity() : saturated<Real>(value);
-    }
-  }
-  return copy;
-}
-
+template TrainingFrames training_in_double(std::span<const std::vector<float>>);
+template TrainingFrames training_in_double(std::span<const std::vector<double>>);
+template StreamMesh::StreamMesh(Faces, std::size_t, Index, std::span<const std::vector<float>>);
+template StreamMesh::StreamMesh(Faces, std::size_t, Index, std::span<const std::vector<double>>);
 template class Stream<float>;
 template class Stream<double>;
 

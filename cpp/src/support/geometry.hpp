@@ -38,6 +38,13 @@ Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
   return {points(i, 0), points(i, 1), points(i, 2)};
 }
 
+template <class Real>
+void put_row(const Points<Real>& points, std::size_t i, const Vector3<Real>& position) {
+  points(i, 0) = position.x;
+  points(i, 1) = position.y;
+  points(i, 2) = position.z;
+}
+
 /// Converts `x` to Real. If it is out of the range of Real, for which the conversion is undefined
 /// in C++, returns the largest number, which the checks of input and output recognise as beyond the
 /// largest coordinate. NaN is preserved.
@@ -45,6 +52,11 @@ template <class Real>
 constexpr Real saturated(double x) {
   constexpr auto largest = static_cast<double>(std::numeric_limits<Real>::max());
   return static_cast<Real>(std::clamp(x, -largest, largest));
+}
+
+template <class Real>
+Vector3<Real> saturated(const Vector3<double>& v) {
+  return {saturated<Real>(v.x), saturated<Real>(v.y), saturated<Real>(v.z)};
 }
 
 template <class Real>

@@ -53,10 +53,12 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return hash;
 }
 
-/// Writes numbers to a buffer of fixed size.
+/// Writes numbers one after another.
 class Writer {
  public:
-  explicit Writer(std::size_t size) : bytes_(size) {}
+  Writer() = default;
+  /// Expects as many bytes.
+  explicit Writer(std::size_t size) { bytes_.reserve(size); }
 
   template <class T>
   void write(T value) {
@@ -66,11 +68,8 @@ class Writer {
   template <class T>
   void write(std::span<const T> numbers) {
     static_assert(std::is_arithmetic_v<T>);
-    if (numbers.size_bytes() > bytes_.size() - end_) {
-      throw std::logic_error("a state is larger than computed beforehand");
-    }
-    if (!numbers.empty()) std::memcpy(&bytes_[end_], numbers.data(), numbers.size_bytes());
-    end_ += numbers.size_bytes();
+    const auto bytes = std::as_bytes(numbers);
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
   template <class Real>
   void write(const std::vector<Vector3<Real>>& frame) {
@@ -79,15 +78,14 @@ class Writer {
       write(std::span<const Real>(coordinates));
     }
   }
-  /// Appends a hash of everything written, which must fill the buffer, and returns the bytes.
+  /// Appends a hash of everything written, and returns the bytes.
   std::vector<std::byte> take_sealed() {
-    write(hash_of(std::span(bytes_).first(end_)));
+    write(hash_of(bytes_));
     return std::move(bytes_);
   }
 
  private:
   std::vector<std::byte> bytes_;
-  std::size_t end_ = 0;
 };
 
 /// Reads numbers from bytes. Refuses to read past their end.
@@ -110,6 +108,16 @@ class Reader {
     }
     std::memcpy(numbers.data(), rest_.data(), numbers.size_bytes());
     rest_ = rest_.subspan(numbers.size_bytes());
+  }
+  /// Refuses numbers that are not finite.
+  template <class T>
+  void read_finite(std::span<T> numbers) {
+    read(numbers);
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::ranges::all_of(numbers, [](T x) { return std::isfinite(x); })) {
+        refuse_state("holds a number that is not finite");
+      }
+    }
   }
   template <class Real>
   void read(std::vector<Vector3<Real>>& frame) {
@@ -137,31 +145,15 @@ auto numbers_of(Visited& visited) {
   }
 }
 template <class T>
-std::size_t stored_size(const T& object) {
-  std::size_t size = 0;
-  T::fields(object, [&](const auto& visited) { size += numbers_of(visited).size_bytes(); });
-  return size;
-}
-template <class T>
 void write_fields(Writer& writer, const T& object) {
   T::fields(object, [&](const auto& visited) {
     const auto numbers = numbers_of(visited);
     writer.write(std::span<const typename decltype(numbers)::value_type>(numbers));
   });
 }
-/// Refuses numbers that are not finite.
 template <class T>
 void read_fields(Reader& reader, T& object) {
-  T::fields(object, [&](auto&& visited) {
-    const auto numbers = numbers_of(visited);
-    reader.read(numbers);
-    using Number = typename decltype(numbers)::value_type;
-    if constexpr (std::is_floating_point_v<Number>) {
-      if (!std::ranges::all_of(numbers, [](Number x) { return std::isfinite(x); })) {
-        refuse_state("holds a number that is not finite");
-      }
-    }
-  });
+  T::fields(object, [&](auto&& visited) { reader.read_finite(numbers_of(visited)); });
 }
 
 }  // namespace dynmesh

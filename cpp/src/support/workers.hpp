@@ -30,11 +30,9 @@ struct TaskSharing {
   /// not change any result.
   bool backwards = false;
   /// The factorisation of method detail is divided into parts, which threads share, if the mesh has
-  /// so many vertices that short chunks are shared and it takes at least this many multiplications,
-  /// and single steps of it from the third number on.
+  /// so many vertices that short chunks are shared and it takes at least this many multiplications.
   std::size_t factor_size_from = 5889;
   double factor_from = 4e6;
-  double factor_step_from = 1e5;
   /// Solving with a factor that is divided is shared if it takes this many multiplications.
   double solve_from = 2e5;
 };

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/numbering.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
 #include "stream/arguments.hpp"
+#include "stream/stream.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
@@ -113,7 +113,7 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   if (scan.count == 0) throw std::invalid_argument("scan: has no points");
   Cloud points;
   copy(scan, points);
-  const auto triangles = faces_in_internal_order(faces, {});
+  const auto triangles = triangles_of(faces);
 
   const double scale = scale_of({frame, points});
   multiply(frame, 1 / scale);

@@ -33,7 +33,7 @@ bool Recovery<Real>::improve(SurfaceTracking& surface, const PointScan& measurem
                              SurfaceTracking::Found& found) const {
   const double lost = wrong_share(found.agreements.all);
   if (const auto start = registered(surface, measurement)) {
-    Writer writer(surface.memory_size() + sizeof(std::uint64_t));
+    Writer writer;
     surface.write_memory(writer);
     const auto memory = writer.take_sealed();
     const std::vector<Vector3<double>> last(surface.last().begin(), surface.last().end());
@@ -96,19 +96,14 @@ void Recovery<Real>::remember(const Frame& completed, const Agreement& agreement
 }
 
 template <class Real>
-std::size_t Recovery<Real>::memory_size() const {
-  return is_wanted_ ? good_.size() * 3 * sizeof(Real) + sizeof pause_ : 0;
-}
-
-template <class Real>
-void Recovery<Real>::write_memory(Writer& writer, const Numbering& numbering) const {
+void Recovery<Real>::write_memory(Writer& writer) const {
   if (!is_wanted_) return;
-  writer.write(to_caller_order(numbering, good_));
+  writer.write(good_);
   writer.write(pause_);
 }
 
 template <class Real>
-void Recovery<Real>::read_memory(Reader& reader, const Numbering& numbering) {
+void Recovery<Real>::read_memory(Reader& reader) {
   if (!is_wanted_) return;
   reader.read(good_);
   pause_ = reader.read<std::uint8_t>();
@@ -116,7 +111,6 @@ void Recovery<Real>::read_memory(Reader& reader, const Numbering& numbering) {
       (pause_ != until_good && pause_ >= TrackingConstants().frames_between_recoveries)) {
     refuse_state("does not contain a valid last good frame");
   }
-  good_ = to_internal_order(numbering, good_);
 }
 
 template class Recovery<float>;

@@ -8,7 +8,6 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/numbering.hpp"
 #include "support/stored_numbers.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -19,11 +18,8 @@ namespace dynmesh {
 template <class Real>
 class Recovery {
  public:
-  /// In the internal order.
   using Frame = std::vector<Vector3<Real>>;
 
-  /// Never does anything.
-  Recovery() = default;
   /// Begins a sequence.
   Recovery(const Frame& first_frame, const TrackerSettings& settings);
 
@@ -38,10 +34,9 @@ class Recovery {
   /// Remembers a frame, and whether it was registered anew.
   void remember(const Frame& completed, const Agreement& agreement, bool was_due) noexcept;
 
-  /// What later frames depend on, in the caller's order.
-  [[nodiscard]] std::size_t memory_size() const;
-  void write_memory(Writer& writer, const Numbering& numbering) const;
-  void read_memory(Reader& reader, const Numbering& numbering);
+  /// What later frames depend on.
+  void write_memory(Writer& writer) const;
+  void read_memory(Reader& reader);
 
  private:
   [[nodiscard]] std::optional<std::vector<Vector3<double>>> registered(

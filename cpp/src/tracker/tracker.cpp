@@ -10,7 +10,6 @@
 #include <string>
 #include <utility>
 
-#include "mesh/training_frames.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
@@ -30,9 +29,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '7'}, "tracker"};
-
-constexpr std::size_t size_of_agreement = sizeof(std::uint64_t) + 3 * sizeof(double);
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '8'}, "tracker"};
 
 void write(Writer& writer, const Agreement& agreement) {
   writer.write(static_cast<std::uint64_t>(agreement.points));
@@ -84,70 +81,48 @@ void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found
 
 }  // namespace
 
-/// Tracks frames after the public functions have checked the arguments.
+/// One sequence of frames, tracked after the public functions have checked the arguments.
 template <class Real>
 struct Tracker<Real>::Parts {
   using Frame = std::vector<Vector3<Real>>;
 
-  /// `first_frame` and the training frames, x y z of each vertex, are in the caller's order.
-  Parts(Faces mesh_faces, const Frame& first_frame, Topology topology,
-        const TrackerSettings& chosen, std::span<const std::vector<Real>> training_frames = {})
-      : settings(chosen),
-        stream(first_frame, std::move(topology), DisconnectedRule::follow, chosen.threads,
-               chosen.uncertainty),
-        faces(faces_in_internal_order(mesh_faces, stream.numbering)),
-        training(take_in_internal_order(training_frames, stream.numbering)),
-        completed(first_frame.size()),
-        training_hash(hash_of_frames(training_frames)) {
-    begin(first_frame);
-  }
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame first_frame);
 
-  [[nodiscard]] std::unique_ptr<SurfaceTracking> surface_of(const Frame& first_frame);
-  void begin(const Frame& first_frame);
-  void begin(typename Stream<Real>::Prepared prepared,
-             std::unique_ptr<SurfaceTracking> begun) noexcept;
   TrackingReport track(const PointScan& measurement, Points<Real> tracked, Clock::time_point start);
   [[nodiscard]] double mean_standard_error() const;
+  void write(Writer& writer) const;
+  void read(Reader& reader);
+  [[nodiscard]] std::vector<Trait> traits() const { return traits_of<Real>(kind, *mesh, settings); }
 
+  std::shared_ptr<StreamMesh> mesh;  // of all sequences
   TrackerSettings settings;
   Stream<Real> stream;
-  std::vector<Triangle> faces;  // in the internal order, as the training frames
-  TrainingFrames training;
-  std::unique_ptr<SurfaceTracking> surface;
+  SurfaceTracking surface;
   Recovery<Real> recovery;
   PointScan scan;
   DepthImages images;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
-  std::uint64_t training_hash = 0;         // of its frames; 0 without training
   TrackingReport report;
   std::vector<Agreement> of_sensors;
+  std::size_t state_size = 0;
 };
 
-/// Tracking that begins with a frame in the internal order.
 template <class Real>
-std::unique_ptr<SurfaceTracking> Tracker<Real>::Parts::surface_of(const Frame& first_frame) {
-  return std::make_unique<SurfaceTracking>(
-      faces, *stream.topology, stream.workers, widened(first_frame), TrackingConstants{}, training,
-      settings.uncertainty, std::numeric_limits<Real>::epsilon());
-}
-
-/// Begins a sequence. If memory is exhausted, nothing has changed.
-template <class Real>
-void Tracker<Real>::Parts::begin(const Frame& first_frame) {
-  auto prepared = stream.prepare(first_frame);
-  auto begun = surface_of(prepared.first_frame);
-  begin(std::move(prepared), std::move(begun));
-}
-
-template <class Real>
-void Tracker<Real>::Parts::begin(typename Stream<Real>::Prepared prepared,
-                                 std::unique_ptr<SurfaceTracking> begun) noexcept {
-  surface = std::move(begun);
-  stream.begin(std::move(prepared));
-  recovery = Recovery<Real>(stream.first_frame, settings);
-  report = {};
-  of_sensors.clear();
+Tracker<Real>::Parts::Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
+                            Frame first_frame)
+    : mesh(std::move(of_all)),
+      settings(chosen),
+      stream(*mesh, std::move(first_frame), DisconnectedRule::follow),
+      surface(mesh->faces, mesh->topology, mesh->workers, widened(stream.first_frame),
+              TrackingConstants{}, mesh->training, settings.uncertainty,
+              std::numeric_limits<Real>::epsilon()),
+      recovery(stream.first_frame, settings),
+      completed(stream.n_vertices()) {
+  stream.keep(surface.shape().error_bars().of_vertices());
   stream.count(report);
+  Writer writer;
+  write(writer);
+  state_size = writer.take_sealed().size();
 }
 
 /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between calls
@@ -155,33 +130,32 @@ void Tracker<Real>::Parts::begin(typename Stream<Real>::Prepared prepared,
 template <class Real>
 TrackingReport Tracker<Real>::Parts::track(const PointScan& measurement, Points<Real> tracked,
                                            Clock::time_point start) {
-  SurfaceTracking::Found found = surface->track(measurement);
-  if (stream.n_frames == 0) check_first_scan(measurement, found, *surface);
+  SurfaceTracking::Found found = surface.track(measurement);
+  if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
   const bool is_lost = recovery.is_due(found.agreements.all);
-  const bool recovered = is_lost && recovery.improve(*surface, measurement, found);
-  std::ranges::copy(found.observed, stream.known.begin());
-  stream.generations.classify(stream.topology->cells, stream.known);
+  const bool recovered = is_lost && recovery.improve(surface, measurement, found);
+  std::ranges::copy(found.observed, stream.current_known.begin());
+  stream.generations.classify(mesh->topology.cells, stream.current_known);
   const auto generation = stream.generations.of_vertices();
   for (std::size_t v = 0; v < stream.current.size(); ++v) {
     const Vector3<double>& x = found.x[v];
     const bool is_found = generation[v] != Generations::disconnected;
-    stream.current[v] =
-        is_found ? Vector3<Real>{saturated<Real>(x.x), saturated<Real>(x.y), saturated<Real>(x.z)}
-                 : stream.previous[v];
+    stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
   }
   stream.write(tracked);
-  surface->measure_errors(stream.generations);
+  surface.measure_errors(stream.generations);
   std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
-  surface->remember(completed, stream.generations.anchors() > 0);
+  surface.remember(completed, stream.generations.anchors() > 0);
   stream.advance();
+  stream.keep(surface.shape().error_bars().of_vertices());
   recovery.remember(stream.previous, found.agreements.all, is_lost);
   TrackingReport made;
   stream.count(made);
   made.iterations = static_cast<std::size_t>(found.iterations);
   made.agreement = found.agreements.all;
   made.recovered = recovered;
-  made.stages.prior_weight = surface->shape().rest().prior_weight();
-  made.stages.prior_share = surface->shape().rest().prior_share();
+  made.stages.prior_weight = surface.shape().rest().prior_weight();
+  made.stages.prior_share = surface.shape().rest().prior_share();
   made.standard_error = mean_standard_error();
   made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report = made;
@@ -194,7 +168,7 @@ template <class Real>
 double Tracker<Real>::Parts::mean_standard_error() const {
   double sum = 0;
   std::size_t n = 0;
-  for (const double value : surface->shape().error_bars().of_vertices()) {
+  for (const double value : surface.shape().error_bars().of_vertices()) {
     if (!std::isfinite(value)) continue;
     sum += value * value;
     ++n;
@@ -202,23 +176,56 @@ double Tracker<Real>::Parts::mean_standard_error() const {
   return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
 }
 
+/// Writes everything that later frames depend on.
+template <class Real>
+void Tracker<Real>::Parts::write(Writer& writer) const {
+  begin_state(writer, kind, traits());
+  writer.write(stream.first_frame);
+  for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
+  write_fields(writer, stream);
+  dynmesh::write(writer, report.agreement);
+  writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
+  surface.write_memory(writer);
+  recovery.write_memory(writer);
+}
+
+/// Reads what follows frame 0.
+template <class Real>
+void Tracker<Real>::Parts::read(Reader& reader) {
+  for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
+  read_fields(reader, stream);
+  stream.recall();
+  report.agreement = read_agreement(reader);
+  const auto recovered = reader.read<std::uint8_t>();
+  report.recovered = recovered != 0;
+  if (recovered > (settings.recover ? 1 : 0)) refuse_state("reports what no tracker can report");
+  surface.read_memory(reader, widened(stream.previous));
+  recovery.read_memory(reader);
+  stream.keep(surface.shape().error_bars().of_vertices());
+  stream.count(report);
+  report.standard_error = mean_standard_error();
+}
+
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
                        const TrackerSettings& settings) {
   check_settings(settings);
-  const auto frame = first_frame_of(first_frame);
-  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings);
+  auto frame = first_frame_of(first_frame);
+  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
+                                           std::span<const std::vector<Real>>());
+  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
                        const Training<Real>& training) {
   check_settings(settings);
-  const auto frame = first_frame_of(first_frame);
+  auto frame = first_frame_of(first_frame);
   check_training(training, frame.size());
   check_size(training, first_frame);
-  parts_ = std::make_unique<Parts>(faces, frame, topology_of(faces, frame.size()), settings,
-                                   training.frames());
+  auto mesh =
+      std::make_shared<StreamMesh>(faces, frame.size(), settings.threads, training.frames());
+  parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
 template <class Real>
@@ -231,7 +238,7 @@ Tracker<Real>& Tracker<Real>::operator=(Tracker&&) noexcept = default;
 template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
   check_rows("frame", frame, n_vertices());
-  parts_->begin(complete_frame("frame", frame));
+  parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
 }
 
 template <class Real>
@@ -243,7 +250,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
                 {"normals", Extent::of(scan.normals)},
                 {"viewpoints", Extent::of(scan.viewpoints)}});
   PointScan& measured = parts_->scan;
-  copy(scan, measured, parts_->stream.workers);
+  copy(scan, measured, parts_->mesh->workers);
   return parts_->track(measured, tracked, start);
 }
 
@@ -257,10 +264,9 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   for (const DepthImage& image : images) {
     copy_depths(image, measured.add(camera_of(image), image.height, image.width));
   }
-  const TrackingConstants& constants = parts_->surface->constants();
-  measured.convert(constants.jump * parts_->surface->mean_edge(),
-                   constants.pixels_per_vertex * n_vertices(), parts_->stream.workers,
-                   parts_->scan);
+  const TrackingConstants& constants = parts_->surface.constants();
+  measured.convert(constants.jump * parts_->surface.mean_edge(),
+                   constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
   return parts_->track(parts_->scan, tracked, start);
 }
 
@@ -277,7 +283,7 @@ std::size_t Tracker<Real>::n_vertices() const {
 }
 template <class Real>
 std::size_t Tracker<Real>::n_edges() const {
-  return parts_->stream.topology->cells.neighbours.size() / 2;
+  return parts_->mesh->topology.cells.neighbours.size() / 2;
 }
 template <class Real>
 std::size_t Tracker<Real>::n_frames() const {
@@ -289,26 +295,26 @@ const TrackerSettings& Tracker<Real>::settings() const {
 }
 template <class Real>
 const TopologyReport& Tracker<Real>::topology() const {
-  return parts_->stream.topology->report;
+  return parts_->mesh->topology.report;
 }
 template <class Real>
 std::span<const std::uint8_t> Tracker<Real>::observed() const {
-  return parts_->stream.known_of_caller();
+  return parts_->stream.known;
 }
 template <class Real>
 std::span<const Index> Tracker<Real>::generation() const {
-  return parts_->stream.generation_of_caller();
+  return parts_->stream.generations.of_vertices();
 }
 template <class Real>
 std::span<const Index> Tracker<Real>::age() const {
-  return parts_->stream.age_of_caller();
+  return parts_->stream.age;
 }
 template <class Real>
 std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
     throw std::invalid_argument("standard_error: requires uncertainty=True");
   }
-  return parts_->stream.in_caller_order(parts_->surface->shape().error_bars().of_vertices());
+  return parts_->stream.standard_error;
 }
 template <class Real>
 const TrackingReport& Tracker<Real>::report() const {
@@ -322,48 +328,23 @@ std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
 
 template <class Real>
 std::size_t Tracker<Real>::state_size() const {
-  const std::size_t of_report = size_of_agreement + sizeof(std::uint8_t);
-  const std::size_t of_memory = parts_->surface->memory_size() + parts_->recovery.memory_size();
-  return size_of_state<TrackerSettings>(parts_->stream, of_report + of_memory);
+  return parts_->state_size;
 }
 
 template <class Real>
 std::vector<std::byte> Tracker<Real>::state() const {
   Writer writer(state_size());
-  write_stream(writer, kind, parts_->stream, parts_->settings, parts_->training_hash,
-               parts_->report);
-  write(writer, parts_->report.agreement);
-  writer.write(static_cast<std::uint8_t>(parts_->report.recovered ? 1 : 0));
-  parts_->surface->write_memory(writer);
-  parts_->recovery.write_memory(writer, parts_->stream.numbering);
+  parts_->write(writer);
   return writer.take_sealed();
 }
 
 template <class Real>
 void Tracker<Real>::restore(std::span<const std::byte> state) {
-  Reader reader(state);
-  auto stored = read_stream(reader, state, state_size(), kind, parts_->stream, parts_->settings,
-                            parts_->training_hash);
-  TrackingReport report;
-  static_cast<FrameReport&>(report) = stored.report;
-  report.agreement = read_agreement(reader);
-  const auto recovered = reader.read<std::uint8_t>();
-  report.recovered = recovered != 0;
-  if (recovered > (parts_->settings.recover ? 1 : 0))
-    refuse_state("reports what no tracker can report");
-  auto prepared = parts_->stream.prepare(stored.first_frame);
-  auto surface = parts_->surface_of(prepared.first_frame);
-  surface->read_memory(reader, widened(stored.previous));
-  Recovery<Real> recovery(prepared.first_frame, parts_->settings);
-  recovery.read_memory(reader, parts_->stream.numbering);
-  // Nothing below can throw.
-  parts_->begin(std::move(prepared), std::move(surface));
-  parts_->stream.recall(std::move(stored.previous), std::move(stored.age), std::move(stored.known),
-                        stored.n_frames);
-  parts_->recovery = std::move(recovery);
-  parts_->report = report;
-  parts_->stream.count(parts_->report);
-  parts_->report.standard_error = parts_->mean_standard_error();
+  Reader reader = open_state(state, state_size(), kind, parts_->traits());
+  auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
+                                          stored_frame<Real>(reader, n_vertices()));
+  restored->read(reader);
+  parts_ = std::move(restored);
 }
 
 template class Tracker<float>;

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "tracking/constants.hpp"
 
 namespace dynmesh {

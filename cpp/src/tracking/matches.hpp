@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "detail/rotations.hpp"
-#include "mesh/triangle.hpp"
 #include "support/workers.hpp"
 #include "tracking/agreement.hpp"
 #include "tracking/cloth_boundary.hpp"

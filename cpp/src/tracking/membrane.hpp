@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {

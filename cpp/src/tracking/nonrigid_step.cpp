@@ -192,10 +192,6 @@ void NonrigidStep::find_shape(Field frame) {
   rotations_.turn_back(wanted_, shape_);
 }
 
-std::size_t NonrigidStep::memory_size() const {
-  return stored_size(*this) + error_bars_.memory_size();
-}
-
 void NonrigidStep::write_memory(Writer& writer) const {
   write_fields(writer, *this);
   error_bars_.write_memory(writer);

@@ -15,8 +15,8 @@
 #include "detail/rotations.hpp"
 #include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
+#include "mesh/estimator.hpp"
 #include "mesh/generations.hpp"
-#include "mesh/triangle.hpp"
 #include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 #include "tracking/constants.hpp"
@@ -78,7 +78,6 @@ class NonrigidStep {
     for (auto& q : self.remembered_) visit(std::span(&q.w, 4));
     RestShape::fields(self.rest_, visit);
   }
-  [[nodiscard]] std::size_t memory_size() const;
   void write_memory(Writer& writer) const;
   /// Reads what `write_memory` wrote, with the last frame. Refuses other numbers, and is of no use
   /// then.

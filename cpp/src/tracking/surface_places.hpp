@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

@@ -150,10 +150,6 @@ void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
   place(bent, false);
 }
 
-std::size_t SurfaceTracking::memory_size() const {
-  return before_.size() * 3 * sizeof(double) + shape_.memory_size();
-}
-
 void SurfaceTracking::write_memory(Writer& writer) const {
   writer.write(before_);
   shape_.write_memory(writer);

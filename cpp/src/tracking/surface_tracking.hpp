@@ -68,7 +68,6 @@ class SurfaceTracking {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
   /// What later frames depend on, beside frame 0 and the last frame.
-  [[nodiscard]] std::size_t memory_size() const;
   void write_memory(Writer& writer) const;
   /// Reads what `write_memory` wrote, with the last frame. Refuses other numbers, and is of no use
   /// then.

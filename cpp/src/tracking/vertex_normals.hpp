@@ -5,8 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "mesh/triangle.hpp"
-
 namespace dynmesh {
 
 /// Sets `normals` (k,) to the mean of the normals of the faces around each vertex, weighted by

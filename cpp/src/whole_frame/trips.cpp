@@ -53,11 +53,7 @@ std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
   const std::size_t k = window.n_vertices;
   std::vector<Real> frame(3 * k);  // the one that was completed last
   const Points<Real> points(frame.data(), k);
-  for (std::size_t v = 0; v < k; ++v) {
-    points(v, 0) = saturated<Real>(start[v].x);
-    points(v, 1) = saturated<Real>(start[v].y);
-    points(v, 2) = saturated<Real>(start[v].z);
-  }
+  for (std::size_t v = 0; v < k; ++v) put_row(points, v, saturated<Real>(start[v]));
   Completer<Real> completer(faces, points, settings);
   const auto push = [&](std::size_t t) {
     step();
