@@ -3,11 +3,13 @@
 import inspect
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from cyclopts import App, CycloptsError
 from rich.console import Console
@@ -15,7 +17,7 @@ from rich.markup import escape
 
 from ._command import as_command, option_of, refusal, takes
 from ._core import __version__
-from ._errors import DynmeshError
+from ._errors import DynmeshError, in_one_line
 from ._report import Report
 
 VERBS = {
@@ -36,6 +38,24 @@ VERBS = {
 
 _EXIT_CODES = {"good": 0, "failed": 1}
 """Of the qualities of reports; of others, whose outputs are written but doubtful, it is 3."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn(Report):
+    """A picture, which Python gets itself.
+
+    Attributes:
+        output: the file that was written.
+        pixels: its width and its height.
+    """
+
+    output: Path
+    pixels: tuple[int, int]
+
+    def lines(self) -> list[str]:
+        """Says how large it is."""
+        return ["{} x {} pixels".format(*self.pixels)]
+
 
 app = App(
     name="dynmesh",
@@ -88,28 +108,25 @@ def main() -> None:
     quiet, as_json, tokens = _common(sys.argv[1:])
     try:
         report = run(tokens, quiet=quiet)
-    except CycloptsError as error:
-        _fail(_told(refusal(error), tokens)[0], 2)
-    except DynmeshError as error:
-        told, is_usage = _told(error, tokens)
-        _fail(told, 2 if is_usage else 1)
-    except OSError as error:
-        _fail(f"{error.filename}: {error.strerror}" if error.filename else str(error), 1)
-    except (ValueError, TypeError, ImportError) as error:
-        _fail(str(error), 1)
+    except (CycloptsError, OSError, ValueError, TypeError, ImportError) as error:
+        told, code = _told(error, tokens)
+        console = Console(stderr=True, emoji=False)
+        console.print(f"[red]dynmesh:[/red] {escape(told)}", highlight=False, soft_wrap=True)
+        sys.exit(code)
     except KeyboardInterrupt:
         sys.exit(130)
-    if isinstance(report, Report):
-        try:
-            _show(report, quiet, as_json)
-            sys.stdout.flush()
-        except BrokenPipeError:  # who reads it has seen enough
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(_EXIT_CODES.get(report.quality, 3))
+    if report is None:  # of the help, for example
+        return
+    try:
+        _show(report, quiet, as_json, tokens)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who reads it has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(_EXIT_CODES.get(report.quality, 3))
 
 
-def run(tokens: Sequence[str], *, quiet: bool = False) -> Any:
-    """Runs a command line, and shows how far it is in a terminal; returns what it returns.
+def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
+    """Runs a command line, and shows how far it is in a terminal; returns what was done.
 
     Raises:
         CycloptsError: the command line is wrong.
@@ -118,16 +135,29 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Any:
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     if "progress" in unset:
         given.arguments["progress"] = sys.stderr.isatty() and not quiet
-    return command(*given.args, **given.kwargs)
+    made = command(*given.args, **given.kwargs)
+    if made is None or isinstance(made, Report):
+        return made
+    return Drawn(output=given.arguments["out"], pixels=made.size)
 
 
-def _told(error: DynmeshError, tokens: Sequence[str]) -> tuple[str, bool]:
-    """What an error says, with the option that is at fault; whether it is about that alone."""
-    verb = function_of(tokens[0]) if tokens and tokens[0] in VERBS else None
-    if verb is None or error.argument is None or not takes(verb, error.argument):
-        return str(error), False
-    is_alone = error.file is None and error.frame is None
-    return error.told(option_of(verb, error.argument)), is_alone
+def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
+    """What an error says, with options in place of arguments; and the exit code."""
+    error, code = (refusal(error), 2) if isinstance(error, CycloptsError) else (error, 1)
+    if isinstance(error, DynmeshError) and error.argument is not None and tokens[0] in VERBS:
+        verb = function_of(tokens[0])
+        if takes(verb, error.argument):
+            is_alone = error.file is None and error.frame is None
+            told = error.told(option_of(verb, error.argument))
+            return _spelt(told, tokens), 2 if is_alone else code
+    return _spelt(in_one_line(error), tokens), code
+
+
+def _spelt(text: str, tokens: Sequence[str]) -> str:
+    """Names arguments of functions, which messages mark as in `threads`, as options."""
+    if not tokens or tokens[0] not in VERBS:
+        return text
+    return re.sub(r"`(\w+)`", lambda found: option_of(function_of(tokens[0]), found[1]), text)
 
 
 def _common(tokens: list[str]) -> tuple[bool, bool, list[str]]:
@@ -139,20 +169,14 @@ def _common(tokens: list[str]) -> tuple[bool, bool, list[str]]:
     return "--quiet" in own or "-q" in own, "--json" in own, others
 
 
-def _show(report: Report, quiet: bool, as_json: bool) -> None:
+def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> None:
     """Prints a report: what was found on standard output, what was done on standard error."""
     if as_json:
         print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
     output = getattr(report, "output", None)
-    for line in report.lines():
+    for line in (_spelt(line, tokens) for line in report.lines()):
         if not hasattr(report, "output"):
             print(line)
         elif not quiet:
             print(line if output is None else f"{output}: {line}", file=sys.stderr)
-
-
-def _fail(why: str, code: int) -> NoReturn:
-    console = Console(stderr=True, emoji=False)
-    console.print(f"[red]dynmesh:[/red] {escape(why)}", highlight=False, soft_wrap=True)
-    sys.exit(code)

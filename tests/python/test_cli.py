@@ -247,6 +247,7 @@ def test_quiet_prints_errors_alone() -> None:
     assert "exists already" in run(*words, "--quiet", code=1).stderr
     assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
     assert run(*words, "--overwrite").stderr
+    assert re.search(r"a.png: \d+ x \d+ pixels", run("picture", "out.npz", "-o", "a.png").stderr)
 
 
 @pytest.mark.usefixtures("folder")

@@ -253,7 +253,7 @@ def written(folder: Path, suffix: str) -> Path:
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
 def test_lost_frames_are_frames_without_observations(tmp_path: Path, suffix: str) -> None:
     path = written(tmp_path, suffix)
-    assert_refused(path, r"1004.* gaps are lost", lambda given: dynmesh.open(given))
+    assert_refused(path, r"1004.* `gaps` lost", lambda given: dynmesh.open(given))
     read: Any = dynmesh.read(path, gaps="lost")
     kept, lost = np.setdiff1d(range(10), LOST), list(LOST)
     assert (len(read.vertices), read.start) == (10, 1001)

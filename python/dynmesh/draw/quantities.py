@@ -159,13 +159,13 @@ def _known_scale(sources: Sources, *_: object) -> Scale:
 QUANTITIES: dict[Colour, Quantity] = {
     "error": Quantity(_lacks_reference, _error, _length_scale("error"), _most),
     "generation": Quantity(
-        _lacks("generation", "a completion with provenance writes it"),
+        _lacks("generation", "a completion with `provenance` writes it"),
         lambda _, moment: moment.frame.attributes()["generation"],
         _count_scale("generation: steps from the observed"),
         np.unique,
     ),
     "age": Quantity(
-        _lacks("age", "a completion with provenance writes it"),
+        _lacks("age", "a completion with `provenance` writes it"),
         lambda _, moment: moment.frame.attributes()["age"],
         _count_scale("age: frames since last observed"),
         np.unique,
@@ -173,7 +173,7 @@ QUANTITIES: dict[Colour, Quantity] = {
     "standard_error": Quantity(
         _lacks(
             "standard_error",
-            "completion and tracking write it with provenance and uncertainty",
+            "completion and tracking write it with `provenance` and `uncertainty`",
         ),
         _standard_error,
         _standard_error_scale,

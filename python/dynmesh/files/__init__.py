@@ -145,10 +145,11 @@ def open_with(
     path: PathLike, template: Faces | PathLike | None, **source: Unpack[Source]
 ) -> Reader:
     """Opens a sequence or, if it holds no faces, with those of the mesh file `template`."""
+    theirs = _template(template)
     try:
         return open(path, **source)
     except NoFacesError:
-        if template is None:
+        if theirs is None:
             raise
     with_faces: Source = {**source, "faces": template}
     return open(path, **with_faces)

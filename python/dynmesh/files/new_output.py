@@ -92,7 +92,7 @@ def check_folder(path: Path) -> None:
 
 def exists_already(path: Path) -> FileExistsError:
     """The error for a file that stays unless `overwrite` is set."""
-    return FileExistsError(f"{path}: exists already; it is replaced if overwrite is given")
+    return FileExistsError(f"{path}: exists already; `overwrite` replaces it")
 
 
 def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:

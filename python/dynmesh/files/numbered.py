@@ -194,7 +194,7 @@ def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[i
         missing = next(number for number in numbers if number not in by_number)
         if gaps == "refuse":
             raise ValueError(
-                f"{name(missing)} is missing: add it; or say that gaps are lost, and nothing was "
+                f"{name(missing)} is missing: add it; or, with `gaps` lost, nothing was "
                 "observed in the frame; or, if no frame is missing, number the files without gaps"
             )
     files = [by_number.get(number) for number in numbers]

@@ -353,5 +353,5 @@ def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]
             if number not in by_camera[camera.name]:
                 raise ValueError(
                     f"there is no image of camera {camera.name!r} for frame {number}, which would "
-                    f"be named {_names([camera])}; tracking goes on without it if gaps are lost"
+                    f"be named {_names([camera])}; with `gaps` lost, it is not needed"
                 )

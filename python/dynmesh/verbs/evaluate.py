@@ -142,7 +142,7 @@ def evaluate(
         elif only == "missing" and not ours.has_provenance:
             raise InputError(
                 f"is needed, as {ours.path} says of no vertex whether it was observed; or complete "
-                "that with provenance",
+                "that with `provenance`",
                 argument="partial",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)

@@ -250,7 +250,7 @@ def track_file(
                 names = header.attributes
                 writer.append(points, **{name: getattr(tracker, name) for name in names})
     reports = [one.report for one in fits.tracked]
-    unwritten = ["standard errors are not in the file; provenance writes them"]
+    unwritten = ["standard errors are not in the file; `provenance` writes them"]
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,

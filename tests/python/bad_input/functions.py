@@ -31,9 +31,11 @@ def _stream(world: World, frames: Any, known: Any = None, **settings: Any) -> li
 
 _complete = of("complete")
 _whole = np.ones(49, bool)
+_text: Any = "body.npz"
 
 streams = [
     _complete("no frame", lambda w: _stream(w, []), ValueError, "frames:", "empty"),
+    _complete("`faces`: a path", lambda _: dynmesh.complete(_text), TypeError, "faces:", "complete_file"),
     _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "NoneType"),
     _complete("`known`: a number", lambda w: _stream(w, [], 5), TypeError, "known:", "int"),
     _complete("`frames`: one frame, not several", lambda w: _stream(w, w.vertices), ValueError, "first_frame:", "(3,)"),
