@@ -189,13 +189,24 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     list(dynmesh.complete(sequence.faces, iter(largest)))
 
 
+def test_zeros_of_the_first_frame_are_no_vertices_at_one_place() -> None:
+    """A single vertex may really be at the origin."""
+    vertices = X + np.float32(1)
+    vertices[0, [3, 7]] = vertices[4, 5] = 0
+    found = dynmesh.diagnose(replace(SOUND, vertices=vertices)).findings
+    by_code = {one.code: one for one in found}
+    assert "coincident_vertices" not in by_code
+    for code in ("zeros", "first_frame_incomplete"):
+        assert by_code[code].where.vertices.tolist() == [3, 7]
+
+
 def test_empty_and_still_sequences_are_diagnosed() -> None:
     nothing = np.full((3, 4, 3), np.nan)
     no_faces = np.empty((0, 3), np.int64)
     assert "first_frame_incomplete" in codes(dynmesh.diagnose(Sequence(nothing, no_faces)))
     found = dynmesh.diagnose(Sequence(nothing, np.array([[0, 1, 2]]))).findings[0]
     assert (found.code, found.severity) == ("first_frame_incomplete", "error")
-    still = dynmesh.diagnose(Sequence(np.zeros((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
+    still = dynmesh.diagnose(Sequence(np.ones((3, 4, 3)), np.array([[0, 1, 2], [1, 2, 3]])))
     assert codes(still) == ["coincident_vertices"]
     json.dumps(still.as_dict(), allow_nan=False)
     with pytest.raises(ValueError, match="no frame"):

@@ -15,7 +15,7 @@ from .diagnosis import Diagnosis
 from .finding import CODES, SEVERITIES, Finding, Severity, Where
 from .mesh import Mesh
 from .motion import Motion
-from .presence import Presence
+from .presence import Presence, plausible
 
 __all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
 
@@ -52,11 +52,11 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
     if header.n_vertices == 0:
         raise ValueError("has no vertices")
     first = next(watched)
-    start = Mesh.of(header.faces, first.points, first.observed)
+    start = Mesh.of(header.faces, first.points, plausible(first))
     presence = Presence(header, start, first)
     motion = Motion(header, start)
     for number, frame in enumerate(watched, 1):
-        observed = presence.watch(number, frame, frame.observed)
+        observed = presence.watch(number, frame)
         motion.watch(number, frame.points, observed)
     found = chain(
         presence.findings(),

@@ -39,25 +39,18 @@ class Presence:
         self._best, self._known_in_best = 0, mesh.observed
         self._unusable = _Places(self._n_vertices)
         self._zeros = _Places(self._n_vertices)
-        # A vertex that was first observed at the origin may really be there.
-        self._met = mesh.observed.copy()
-        self._began_at_zero = ~mesh.first.any(axis=1) & mesh.observed
-        self._count(0, first, mesh.observed)
+        self._count(0, first)
 
-    def watch(self, number: int, frame: Frame, observed: Mask) -> Mask:
+    def watch(self, number: int, frame: Frame) -> Mask:
         """Takes the next frame into account and returns which of its positions are plausible."""
-        self._count(number, frame, observed)
-        self._seen |= observed
+        self._count(number, frame)
+        observed = plausible(frame)
+        self._seen |= frame.observed
         if self._is_better(number, observed):
             self._best, self._known_in_best = number, observed
-        zero = observed & ~frame.points.any(axis=1)
-        self._began_at_zero |= zero & ~self._met
-        self._met |= observed
-        zero &= ~self._began_at_zero
-        if self._first_whole is None and (observed & ~zero).all():
+        if self._first_whole is None and observed.all():
             self._first_whole = number
-        self._zeros.add(number, zero)
-        return observed & ~zero
+        return observed
 
     def _is_better(self, number: int, observed: Mask) -> bool:
         """Whether a frame is a better start than the best one so far.
@@ -79,7 +72,9 @@ class Presence:
         if len(shares) and shares.any():
             yield from self._never_seen()
 
-    def _count(self, number: int, frame: Frame, observed: Mask) -> None:
+    def _count(self, number: int, frame: Frame) -> None:
+        observed = frame.observed
+        self._zeros.add(number, observed & ~plausible(frame))
         self.shares.append(float(observed.mean()))
         # Without a mask, positions that are not finite are missing, but those too large are not.
         said = np.isfinite(frame.points).all(axis=1) if frame.known is None else frame.known
@@ -138,15 +133,14 @@ class Presence:
         zeros = self._zeros
         if not zeros.count:
             return
-        share = zeros.count / (self._n_vertices * (len(self.shares) - 1))
+        share = zeros.count / (self._n_vertices * len(self.shares))
         yield Finding.at(
             "zeros",
-            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0) after frame "
-            f"{self._header.number(0)}, {percent(share)} of all, in "
+            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0), {percent(share)} of all, in "
             f"{frames_listed(zeros.frames, self._header)}: "
             f"{listed('vertex', zeros.vertices)}.",
             "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
-            "pull the mesh towards the origin. Say that zeros are missing.",
+            "pull the mesh towards the origin. If so, say it with `missing`.",
             vertices=zeros.vertices,
             frames=zeros.frames,
             count=zeros.count,
@@ -184,6 +178,12 @@ class Presence:
             "completion from both sides, may help.",
             vertices=never,
         )
+
+
+def plausible(frame: Frame) -> Mask:
+    """Returns which vertices were observed, and are not at the origin with another one."""
+    zero = frame.observed & ~frame.points.any(axis=1)
+    return frame.observed & ~zero if np.count_nonzero(zero) > 1 else frame.observed
 
 
 class _Places:
