@@ -1,5 +1,6 @@
 """Files completed from a whole frame anywhere, or from a template, and with training frames."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -169,6 +170,34 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     assert len(dynmesh.read(tmp_path / "out.npz")) == 15
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
+
+
+SPOILT: dict[str, tuple[Any, Any, str]] = {
+    "zeros": (np.s_[:, 40:], 0, "in frames 0 to 14, up to 74 %"),
+    "one in mm": (np.s_[3], 1000, "in frame 3, up to 100 % .* in m and they in mm"),
+    "in cm": (np.s_[:], 100, "as in the template, as if that were in m and they in cm"),
+    "in order": (np.s_[:0], 1, ""),
+}
+
+
+@pytest.mark.parametrize("spoilt", SPOILT)
+def test_ruined_frames_are_said_to_be(spoilt: str, tmp_path: Path) -> None:
+    places, factor, told = SPOILT[spoilt]
+    vertices = PARTIAL.vertices.copy()
+    vertices[places] *= factor
+    dynmesh.write(tmp_path / "in.npz", replace(PARTIAL, vertices=vertices))
+    dynmesh.write(tmp_path / "whole.npz", TRUTH[:1])
+    words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz")
+    said = run(*words, "--template", tmp_path / "whole.npz", code=3 if told else 0).stderr
+    assert bool(told) == bool(re.search(f"probably ruined: .*{told}.*; dynmesh info", said))
+
+
+def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:
+    """As one of zeros that an inverted mask says are known."""
+    zeros = np.where(KNOWN[..., None], 0, PARTIAL.vertices)
+    dynmesh.write(tmp_path / "in.npz", replace(PARTIAL, vertices=zeros))
+    said = run("complete", tmp_path / "in.npz", tmp_path / "out.npz", code=3).stderr
+    assert "probably ruined: 100 % of the edges of frame 7 have no length" in said
 
 
 def test_a_template_stands_before_frame_0(tmp_path: Path, stored: Path) -> None:

@@ -21,6 +21,7 @@ from ..completer import Completer, FrameReport
 from ..files import Frame, Reader, naming
 from ..files.memory import Output
 from ..settings import Settings
+from .lengths import Lengths
 from .start import Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
@@ -84,10 +85,12 @@ class Tally:
     """What a completion has done so far.
 
     Attributes:
+        lengths: of the edges of all frames.
         reports: of the frames that were completed.
         dropped: number of vertices that were left missing.
     """
 
+    lengths: Lengths
     reports: list[FrameReport] = field(default_factory=list)
     dropped: int = 0
 
@@ -117,7 +120,7 @@ def complete_frames(
     Raises:
         OSError, ValueError: a frame cannot be read, completed or written.
     """
-    tally = Tally()
+    tally = Tally(Lengths(reader.faces, start.points))
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = ways = _ways(start.number, reader.n_frames, options.bidirectional)
     waiting = _records(
@@ -134,6 +137,7 @@ def complete_frames(
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
+            tally.lengths.add(number, frame.points)
             _write(start.add_errors(frame, number), options, output, tally)
 
     with contextlib.closing(_frames(reader, ways)) as read:

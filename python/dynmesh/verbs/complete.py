@@ -133,7 +133,7 @@ def complete_file(
     Each frame is completed from itself and from those between it and a whole frame, from which
     completion starts; frames before that are completed backwards. No frame need be whole: what the
     first one lacks is put together from the others, and the result is doubtful if that is probably
-    wrong. A USD file completed into another one becomes a layer over it, which keeps everything
+    wrong, and probably ruined if many edges become four times as long or as short as they were. A USD file completed into another one becomes a layer over it, which keeps everything
     else. The output appears under its name when it is complete.
 
     Args:
@@ -230,9 +230,12 @@ def complete_file(
     reports = tally.reports
     estimated = [one for one in reports if one.known and one.filled] if training_files else []
     counted = ("known", "filled", "disconnected", "rejected")
+    at = whole.number_in(reader.header)
+    ruined = tally.lengths.told(reader.header, "the template" if at is None else f"frame {at}")
+    doubtful = DOUBTFUL_START if whole.doubtful else ""
     return FileReport(
-        quality="doubtful" if whole.doubtful else "good",
-        reason=DOUBTFUL_START if whole.doubtful else "",
+        quality="ruined" if ruined else "doubtful" if doubtful else "good",
+        reason="; ".join(filter(None, [ruined, doubtful])),
         remarks=(
             *writer.remarks,
             *whole.remarks(reader.header),
@@ -240,7 +243,7 @@ def complete_file(
         ),
         output=Path(output),
         frames=reader.n_frames,
-        start=whole.number_in(reader.header),
+        start=at,
         completed=len(reports),
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         **{name: sum(getattr(one, name) for one in reports) for name in counted},
