@@ -14,6 +14,9 @@ from ..sequence import Positions
 
 _BETTER = 0.3
 """Landmarks are exchanged if exchanging them leaves so little of the squared distances."""
+_ALIKE = 2.0
+"""Of several pairs that leave at most so many times as much as the best, each may be meant: hands
+that are exchanged look like feet that are, from behind."""
 
 
 def read_landmarks(path: Path) -> Landmarks:
@@ -58,20 +61,19 @@ def exchanged(template: Positions, landmarks: Landmarks) -> str:
         np.asarray(points - points.mean(axis=0), np.float64)
         for points in (template[vertices], positions)
     )
-    usual = _residual(ours, theirs)
-    best, told = _BETTER * usual, ""
-    if len(vertices) > 3 and (mirrored := _residual(ours, -theirs)) < best:
-        best, told = mirrored, "left and right are probably exchanged in the landmarks"
+    most = _BETTER * _residual(ours, theirs)
+    left = {}
     for one, other in combinations(range(len(vertices)), 2):
         swapped = theirs.copy()
         swapped[[one, other]] = theirs[[other, one]]
-        if (left := _residual(ours, swapped)) < best:
-            best = left
-            told = (
-                f"the landmarks of vertices {vertices[one]} and {vertices[other]} are probably "
-                "exchanged"
-            )
-    return told
+        left[f"{vertices[one]} and {vertices[other]}"] = _residual(ours, swapped)
+    least = min(left.values(), default=most)
+    if len(vertices) > 3 and _residual(ours, -theirs) < min(most, least):
+        return "left and right are probably exchanged in the landmarks"
+    if least >= most:
+        return ""
+    pairs = [pair for pair, residual in left.items() if residual <= min(most, _ALIKE * least)]
+    return f"the landmarks of vertices {', or of '.join(pairs)} are probably exchanged"
 
 
 def _residual(ours: NDArray[np.float64], theirs: NDArray[np.float64]) -> float:
