@@ -198,8 +198,10 @@ def test_a_template_in_inches_and_a_scan_in_metres(
     words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
     said = run(*words, tmp_path / "none.obj", code=1).stderr
     assert re.search(r"the scan is 0\.02\d* times as large as the template, as if", said)
-    assert "as if the template were in inch and the scan in m:" in said
+    asked = "as if the template were in inch and the scan in m: if so, say it by "
+    assert asked + "--template-unit and --scan-unit" in said
     units = ("--template-unit", "inch", "--scan-unit", "m")
+    assert asked + "--scan-unit" in run(*words, tmp_path / "none.obj", *units[:2], code=1).stderr
     run(*words, tmp_path / "made.obj", *units)
     made = dynmesh.read(tmp_path / "made.obj")
     assert error(TORUS, truth, np.asarray(made.vertices[0], np.float64)) < 0.5
@@ -254,6 +256,17 @@ def test_landmarks_that_contradict_the_scan(
     words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
     said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
     assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
+
+
+def test_landmarks_of_a_person_of_which_hands_or_feet_are_exchanged(
+    rng: np.random.Generator,
+) -> None:
+    """Seen from behind, exchanged hands are exchanged feet."""
+    person = np.array([[0, 0, 1.75], [-0.8, 0, 1.4], [0.8, 0, 1.4], [-0.2, 0.1, 0], [0.2, 0.1, 0]])
+    for hands in ([0, 2, 1, 3, 4], [0, 1, 2, 4, 3]):
+        places = person[hands] + rng.normal(size=(5, 3)) * 0.02
+        told = exchanged(person, (np.arange(5), places))
+        assert "of vertices 1 and 2, or of 3 and 4 are" in told
 
 
 def test_a_mirrored_set_of_landmarks() -> None:

@@ -66,6 +66,7 @@ MISREAD: dict[str, tuple[Any, str]] = {
     "opposite": (partial(named, ["0", "3", "2", "1"]), "'3' and '1' are exchanged"),
     "depths": (partial(scaled, 1000, 1), "depth_scale is 1000 times too large"),
     "small depths": (partial(scaled, 0.001, 1), "depth_scale is 1000 times too small"),
+    "ten": (partial(scaled, 10, 1), "depth_scale is 10 times too large"),
     "positions": (partial(scaled, 1, 1000), "the positions of the cameras are in millimetres"),
     "both units": (partial(scaled, 1000, 1000), "positions and depths of the cameras are in mill"),
 }
@@ -105,7 +106,7 @@ def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Pa
         options += ["--outliers=2%"]
         run("degrade", folder / "body.obj", scans, "--depth=160x120", "--up=z", *options)
     words = ("rig", scans, "--template", folder / "body.obj", "-o", tmp_path / "same.json")
-    run(*words)
+    assert "the same cameras are written" in run(*words).stderr
     ours, theirs = (read_cameras(file) for file in (scans / "cameras.json", tmp_path / "same.json"))
     for one, other in zip(ours.cameras, theirs.cameras, strict=True):
         np.testing.assert_array_equal(one.camera_to_world, other.camera_to_world)
@@ -136,6 +137,18 @@ def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
     assert read.read_bytes() == before
 
 
+def test_a_camera_whose_focal_length_is_wrong_is_named(folder: Path, tmp_path: Path) -> None:
+    rig = read_cameras(folder / "depth" / "cameras.json")
+    cameras = list(rig.cameras)
+    assert cameras[1].intrinsics is not None
+    longer = cameras[1].intrinsics * [[1.1, 1, 1], [1, 1.1, 1], [1, 1, 1]]
+    cameras[1] = replace(cameras[1], intrinsics=longer)
+    write_cameras(tmp_path / "wrong.json", replace(rig, cameras=tuple(cameras)))
+    words = ("rig", folder / "depth", "--template", folder / "body.obj")
+    said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
+    assert "intrinsics of camera '1' are wrong" in said
+
+
 def turned_aside(degrees: float) -> Any:
     pose = np.eye(4)
     pose[:3, :3] = turned(np.eye(3), np.radians(degrees))[[0, 2, 1]][:, [0, 2, 1]]
@@ -147,13 +160,14 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
 ) -> None:
     scans, body = folder / "depth", folder / "body.obj"
     wrong = tmp_path / "wrong.json"
-    for misread in ("depths", "inverted", "transposed"):
+    for misread in ("depths", "inverted", "transposed", "axes"):
         rig = MISREAD[misread][0](read_cameras(scans / "cameras.json"))
         write_cameras(wrong, rig)
         words = ("track", scans, tmp_path / "o.npz", "--template", body, "--overwrite")
         ended = run_here(*words, "--cameras", wrong)
         assert ended.returncode in (1, 3)
         assert "dynmesh rig" in ended.stderr
+        assert misread != "axes" or ended.stderr.startswith(f"dynmesh: {body}: dynmesh rig")
     assert "dynmesh rig" not in run(*words).stderr
 
 

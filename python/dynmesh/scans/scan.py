@@ -29,6 +29,11 @@ class PointScan(NamedTuple):
         return self.points
 
     @property
+    def clouds(self) -> list[Positions]:
+        """The same, as if one camera had seen all points."""
+        return [self.points]
+
+    @property
     def has_points(self) -> bool:
         """Whether there is a point."""
         return len(self.points) > 0

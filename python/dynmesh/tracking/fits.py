@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ _BAD_CAMERA = 0.05
 _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
-_FARTHER_THAN_OTHERS = 3.0
+FARTHER_THAN_OTHERS = 3.0
 _MEASURED = 0.01
 """So is one whose distance is so many times the median of the others, beyond a share of a mean edge
 below which distances are those of rounding."""
@@ -139,8 +139,8 @@ class Fits:
         shares = {name: one.share for name, one in self.cameras.items()}
         distances = {name: one.distance for name, one in self.cameras.items()}
         known = {name: one for name, one in distances.items() if one is not None}
-        more = _beyond(shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
-        farther = _beyond(known, _FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
+        more = beyond(shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
+        farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
 
     @property
@@ -188,7 +188,7 @@ class Fits:
         )
 
 
-def _beyond(values: Mapping[str, float], times: float, least: float) -> set[str]:
+def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
     """Returns the names whose value is so many times the median of the others, and not small."""
     found = set()
     for name, value in values.items():

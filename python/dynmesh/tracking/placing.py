@@ -14,7 +14,7 @@ from ..scans import PointScan, Scan, ScanReader
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
-from .units import Units
+from .units import Units, ratio_of, size_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +86,8 @@ def placed_in(
         left = room.left_of(scan)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
-    try:
-        found = _placed(mesh.faces, template, left, landmarks, units)
-    except InputError as error:
-        told = "; ".join(filter(None, [str(error), advice]))
-        raise InputError(told, file=mesh.path) from error
+    with locating(file=mesh.path):
+        found = _placed(mesh.faces, template, left, landmarks, units, advice)
     room.follow(found.points)
     return found
 
@@ -101,6 +98,7 @@ def _placed(
     scan: Scan,
     landmarks: Landmarks | None,
     units: Units,
+    advice: str,
 ) -> Placed:
     found = find_alignment(faces, template, scan.cloud)
     if found.lies_in_scan:
@@ -109,8 +107,9 @@ def _placed(
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    sizes = units.told(found.ratio, float(np.linalg.norm(np.ptp(template, axis=0))))
-    told = "; ".join(filter(None, [away, sizes]))
+    sizes = units.told(ratio_of(scan, template), size_of(template))
+    causes = [one for one in (sizes, advice) if one]
+    told = "; ".join([*causes, away])
     if found.other_unit:
         raise InputError(told)
     if landmarks is None and found.matches:

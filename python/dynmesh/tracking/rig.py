@@ -25,6 +25,7 @@ from ..scans import DepthScan, Rig, open_scans
 from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import find_alignment
+from .fits import FARTHER_THAN_OTHERS, beyond
 from .units import units_of
 
 _Floats = NDArray[np.float64]
@@ -56,9 +57,12 @@ _SAMPLES = 5000
 _AT_ONCE = 1_000_000
 """Pairs of which the distances are computed at once; many more would not fit in the cache."""
 
-FIT = 0.12
+_FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
+
+_MEASURED = 0.1
+"""Mean edges below which distances are those of the measurement."""
 
 
 def _flipped(pose: _Floats) -> _Floats:
@@ -118,14 +122,10 @@ _READINGS = (
         partial(_posed, lambda pose: _flipped(_inverted(pose))),
     ),
     Reading("the rotations of the poses are transposed", partial(_posed, _transposed)),
-    Reading(
-        "the depths are in millimetres, so that depth_scale is 1000 times too large",
-        partial(_scaled, 1, 1e-3),
-    ),
-    Reading(
-        "the depths are in metres and everything else in millimetres, so that depth_scale is 1000 "
-        "times too small",
-        partial(_scaled, 1, 1e3),
+    *(
+        Reading(f"depth_scale is {factor} times too {which}", partial(_scaled, 1, factor**power))
+        for factor in (5, 10, 100, 1000)
+        for which, power in (("large", -1.0), ("small", 1.0))
     ),
     Reading(
         "the positions of the cameras are in millimetres and everything else in metres",
@@ -197,10 +197,18 @@ class Fit(NamedTuple):
     Attributes:
         far: the share of the points that are far from it.
         by_camera: the same of each camera.
+        distances: the median distance of the points of each camera, in mean edges.
     """
 
     far: float
     by_camera: tuple[float, ...]
+    distances: tuple[float, ...]
+
+    @property
+    def wrong(self) -> set[int]:
+        """The cameras with many far points, or that are much farther from it than the others."""
+        many = {number for number, far in enumerate(self.by_camera) if far > _FIT}
+        return many | beyond(dict(enumerate(self.distances)), FARTHER_THAN_OTHERS, _MEASURED)
 
 
 def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
@@ -209,13 +217,18 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
     if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
-        return Fit(1.0, (1.0,) * len(clouds))
+        return Fit(1.0, (1.0,) * len(clouds), (1.0,) * len(clouds))
     found = find_alignment(surface.faces, surface.points, cloud)
     most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
     ways = [cloud, (cloud - found.shift) @ found.rotation][: 1 + moves]
-    far = min((surface.distances(one) > most for one in ways), key=np.mean)
-    each = np.split(far, np.cumsum([len(one) for one in clouds])[:-1])
-    return Fit(float(far.mean()), tuple(float(one.mean()) if len(one) else 0.0 for one in each))
+    away = min((surface.distances(one) for one in ways), key=lambda one: np.mean(one > most))
+    each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
+    each = [one if len(one) else np.zeros(1) for one in each]
+    return Fit(
+        float(np.mean(away > most)),
+        tuple(float(np.mean(one > most)) for one in each),
+        tuple(float(np.median(one)) / surface.mean_edge for one in each),
+    )
 
 
 def _subject(cloud: _Floats, surface: Surface) -> _Floats:
@@ -260,18 +273,19 @@ class RigReport(Report):
         """Says what was found, and what was written."""
         told = [self.told]
         if self.output is not None:
-            told.append("the corrected cameras are written")
+            which = "corrected" if self.reading else "same"
+            told.append(f"the {which} cameras are written")
         if self.page is not None:
             told.append(f"open {self.page} in a browser")
         return [*told, *self.remarks]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The cameras with their shares of far points."""
+        """The cameras with their shares of far points and the median of the distances."""
         if self.stated is None:
             return self.cameras
-        each = zip(self.cameras, self.stated.by_camera, strict=True)
-        return tuple(f"{name}: {far:.0%} far" for name, far in each)
+        each = zip(self.cameras, self.stated.by_camera, self.stated.distances, strict=True)
+        return tuple(f"{name}: {far:.0%} far and {away:.2g} edges away" for name, far, away in each)
 
     @property
     def told(self) -> str:
@@ -283,10 +297,10 @@ class RigReport(Report):
             return f"{self.reading.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
         if self.rig is not None:
             return f"the cameras fit: {far}"
-        wrong = np.flatnonzero(np.array(self.stated.by_camera) > FIT)
+        wrong = [self.cameras[number] for number in sorted(self.stated.wrong)]
         why = "the cameras or the template's pose, shape or unit are not those of the scan"
         if len(wrong) == 1 < len(self.cameras):
-            why = f"the pose or the intrinsics of camera {self.cameras[wrong[0]]!r} are wrong"
+            why = f"the pose or the intrinsics of camera {wrong[0]!r} are wrong"
         return (
             f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: {why}"
         )
@@ -318,7 +332,7 @@ def judge_rig(
     stated = fit_of(scan, surface)
     shown = (surface.faces, surface.points)
     judged = RigReport(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
-    if max(stated.by_camera) <= FIT:
+    if not stated.wrong:
         return judged
     judged = replace(judged, quality="doubtful", rig=None)
     tried = []

@@ -3,10 +3,13 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from .._errors import InputError
 from ..files import Reader
 from ..files.units import UNITS, explaining, metres_of
-from ..scans import ScanReader, unit_of_scans
+from ..scans import Scan, ScanReader, unit_of_scans
+from ..sequence import Positions
 
 _ALIKE = 1.5
 """Sizes that differ by less than this factor need no other unit."""
@@ -48,10 +51,10 @@ class Units(NamedTuple):
         if not pairs:
             return told
         ours, theirs = pairs[0]
-        return (
-            f"{told}, as if the template were in {ours} and the scan in {theirs}: state the units "
-            "if they are"
-        )
+        stated = {"`template_unit`": self.template, "`scan_unit`": self.scans}
+        unstated = " and ".join(name for name, unit in stated.items() if unit is None)
+        advice = f"if so, say it by {unstated}" if unstated else "if so, what is stated is wrong"
+        return f"{told}, as if the template were in {ours} and the scan in {theirs}: {advice}"
 
     def _explaining(self, ratio: float, size: float) -> list[tuple[str, str]]:
         """Returns units of the template and of the scan, the most likely pair first.
@@ -68,6 +71,19 @@ class Units(NamedTuple):
 
 def _is(stated: float | None, unit: str) -> bool:
     return stated is not None and math.isclose(stated, UNITS[unit])
+
+
+def ratio_of(scan: Scan, template: Positions) -> float:
+    """How many times as large as a template a scan is, of which no camera sees more.
+
+    The cloud of one camera is as large wherever the camera is taken to stand.
+    """
+    return max(map(size_of, scan.clouds)) / size_of(template)
+
+
+def size_of(points: Positions) -> float:
+    """The diagonal of the bounding box; 1 if there is none."""
+    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
 def units_of(

@@ -23,7 +23,7 @@ from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of
 from ..tracking.single_scan import open_single
-from ..tracking.units import units_of
+from ..tracking.units import ratio_of, size_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
@@ -144,7 +144,7 @@ def register_file(
             room = Room(box, remove_planes)
             room.look(measured, mesh.faces, first)
             left = room.left_of(measured)
-            sizes = units.told(_size(measured.cloud) / _size(first), _size(own))
+            sizes = units.told(ratio_of(measured, first), size_of(own))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
                 found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
@@ -190,11 +190,6 @@ def _opened(template: PathLike) -> Reader:
     except files.NoFacesError as error:
         told = "holds points without faces; the template, a mesh, comes before the scan"
         raise InputError(told, file=Path(template)) from error
-
-
-def _size(points: Positions) -> float:
-    """The diagonal of the bounding box; 1 if there is none."""
-    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
 def _reason(found: Registration, template: Positions, landmarks: Landmarks | None) -> str:
