@@ -148,7 +148,7 @@ def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "truth.npz", TRUTH)
     dynmesh.write(tmp_path / "out.npz", COMPLETED)
     told = run("evaluate", tmp_path / "out.npz", tmp_path / "truth.npz", "--json")
-    found = json.loads(told.stdout)["standard_error"]
+    found = json.loads(told.stdout)["calibration"]
     error = np.linalg.norm(COMPLETED.vertices.astype(float) - TRUTH.vertices, axis=2)
     filled = (GENERATION > 0) & np.isfinite(BARS)
     ratio = error[filled] / BARS[filled]
@@ -166,7 +166,7 @@ def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:
         assert found[f"{name}_correlation"] == pytest.approx(np.mean(of_frames), abs=1e-6)
     dynmesh.write(tmp_path / "bare.npz", replace(COMPLETED, standard_error=None))
     told = run("evaluate", tmp_path / "bare.npz", tmp_path / "truth.npz", "--json")
-    assert json.loads(told.stdout)["standard_error"] is None
+    assert json.loads(told.stdout)["calibration"] is None
 
 
 def surface_errors(completed: dynmesh.Sequence) -> dynmesh.Sequence:

@@ -343,7 +343,7 @@ def test_completion_and_evaluation(folder: Path) -> None:
         rows = list(csv.DictReader(file))
     assert [row["frame"] for row in rows] == ["1002", "1003", "1004"]
     assert float(rows[2]["maximum"]) == 0  # the frame that was whole
-    assert whole["summary"]["maximum"] == max(float(row["maximum"]) for row in rows) > 0
+    assert whole["maximum"] == max(float(row["maximum"]) for row in rows) > 0
 
 
 @pytest.mark.parametrize(

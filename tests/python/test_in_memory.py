@@ -91,7 +91,7 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
     assert [int(row["frame"]) for row in rows] == [2, 3, 4]
     means = [apart[t][~KNOWN[t]].mean() for t in (2, 3, 4)]
     np.testing.assert_allclose([float(row["mean"]) for row in rows], means)
-    assert said["summary"]["mean"] == pytest.approx(np.mean(means))
+    assert said["mean"] == pytest.approx(np.mean(means))
     run("evaluate", *paths, "--csv", table, code=1)  # it exists
 
 

@@ -4,14 +4,13 @@ import contextlib
 import csv as table
 from dataclasses import astuple, dataclass, field, fields
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._report import Report, as_json
+from .._report import Report
 from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
 from ..files import OneSequence, PathLike, Reader, Source, opened_beside
@@ -62,17 +61,6 @@ class Evaluation(Report):
                 f"interval {100 * found.coverage_50:.3g} %"
             )
         return [f"{name:18}{value}" for name, value in rows.items()] + super().lines()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Returns the errors of the whole sequence as values that JSON has."""
-        summary = {name: getattr(self, name) for name in ("mean", "rms", "p99", "maximum")}
-        return {
-            "nmsve": self.nmsve,
-            "summary": summary,
-            "frames": self.frames,
-            "bounding_box_diagonal": self.bounding_box_diagonal,
-            "standard_error": as_json(self.calibration),
-        }
 
     def write_csv(self, path: PathLike) -> None:
         """Writes a table with a row for each frame."""

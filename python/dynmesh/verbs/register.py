@@ -10,7 +10,7 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
-from .._report import Report
+from .._report import Report, as_json
 from ..completion.start import template_of
 from ..draw.page import page as scan_page
 from ..draw.page import require_page
@@ -27,11 +27,8 @@ from ..tracking.units import ratio_of, size_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_TOLD = (
-    *("quality", "reason", "far", "unexplained", "hole", "overlap", "stretch"),
-    *("distance", "rounds", "converged", "growth"),
-)
-"""What :meth:`RegisterReport.to_dict` says of a result."""
+_LONG = ("vertices", "standard_error")
+"""What :meth:`RegisterReport.to_dict` does not say of a result."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,9 +57,8 @@ class RegisterReport(Report):
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
         found = self.registration
-        told: dict[str, Any] = {name: getattr(found, name) for name in _TOLD}
-        told |= {"reason": self.reason, "observed": float(found.observed.mean())}
-        return told | {"transform": found.transform.tolist()}
+        told = {name: as_json(one) for name, one in vars(found).items() if name not in _LONG}
+        return super().to_dict() | told | {"observed": float(found.observed.mean())}
 
 
 def register_file(
