@@ -13,6 +13,7 @@ from . import settings as settings
 from . import synth as synth
 from ._core import __version__ as __version__
 from ._errors import DynmeshError as DynmeshError
+from ._report import Written as Written
 from .completer import Completer as Completer
 from .completer import FrameReport as FrameReport
 from .completion.in_memory import complete as complete
@@ -48,7 +49,6 @@ from .verbs.batch import BatchReport as BatchReport
 from .verbs.batch import batch as batch
 from .verbs.complete import FileReport as FileReport
 from .verbs.complete import complete_file as complete_file
-from .verbs.convert import ConversionReport as ConversionReport
 from .verbs.convert import convert as convert
 from .verbs.convert import convert_file as convert_file
 from .verbs.evaluate import Evaluation as Evaluation

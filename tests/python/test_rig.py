@@ -1,5 +1,6 @@
 """Misread cameras, and rooms around the subject."""
 
+import json
 import re
 from dataclasses import replace
 from functools import partial
@@ -94,6 +95,16 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
         assert meant.depth_scale == pytest.approx(camera.depth_scale)
         assert (meant.size, meant.distortion) == (camera.size, camera.distortion)
     run(*words, "--cameras", made)  # and ends with 0
+
+
+def test_what_is_wrong_is_told_as_json(folder: Path, tmp_path: Path) -> None:
+    right = read_cameras(folder / "depth" / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", MISREAD["axes"][0](right))
+    words = ("rig", folder / "depth", "--template", folder / "body.obj", "--json")
+    told = json.loads(run(*words, "--cameras", tmp_path / "wrong.json", code=3).stdout)
+    assert told["reason"].startswith(told["wrong"])
+    assert MISREAD["axes"][1] in told["wrong"]
+    assert told["stated"]["far"] > told["meant"]["far"]
 
 
 @pytest.mark.parametrize("seed", range(4))

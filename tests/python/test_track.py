@@ -302,7 +302,7 @@ def test_a_template_in_another_pose_is_registered_with_landmarks(
     assert error(dynmesh.read(output), truth).max() < 1.5
     (tmp_path / "bad.json").write_text('[{"vertex": 1}]')
     refused = run(*words, "--overwrite", "--landmarks", tmp_path / "bad.json", code=1).stderr
-    assert "bad.json: landmark 0 must have a vertex and a position" in refused
+    assert "bad.json: landmark 0: must have a vertex and a position" in refused
 
 
 def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import repeat, zip_longest
-from os import PathLike
 from typing import Any, Unpack, overload
 
 import numpy as np
@@ -72,13 +71,9 @@ def complete(
             if given is not None:
                 raise InputError("is that of the sequence; leave it out", argument=name)
         return _complete_sequence(faces, training, settings)
-    if isinstance(faces, str | PathLike):
-        told = "must be an array or a Sequence, not a path; complete_file completes files"
-        raise KindError(told, argument="faces", value=faces)
     if frames is None:
-        raise KindError(
-            "must be iterable, not NoneType, unless faces is a Sequence", argument="frames"
-        )
+        told = f"must be iterable, unless faces is a Sequence, not {type(faces).__name__}"
+        raise KindError(f"{told}; complete_file completes files", argument="frames")
     options, of_completer = Options.among(settings)
     if "start" in settings or options != Options():
         names = ", ".join(settings.keys() - Settings.__annotations__.keys())

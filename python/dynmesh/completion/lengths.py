@@ -63,6 +63,4 @@ class Lengths:
             )
         if self._most > _UNIT and (pairs := explaining(self._ratio, 1.3)):
             told[-1] += ", as if that were in {} and they in {}".format(*pairs[0])
-        if told:
-            told = [f"probably ruined: {told[0]}", *told[1:], "dynmesh info looks for causes"]
-        return "; ".join(told)
+        return f"probably ruined: {'; '.join(told)}; dynmesh info looks for causes" if told else ""

@@ -159,9 +159,6 @@ OneSequence: TypeAlias = PathLike | Reader | Sequence
 """A file in any format, a reader from :func:`open`, or a sequence in memory."""
 
 
-_EXPECTED = "a path, a reader, or a Sequence(vertices, faces)"
-
-
 @contextmanager
 def opened(
     sequence: OneSequence,
@@ -181,7 +178,7 @@ def opened(
         yield sequence
         return
     if not isinstance(sequence, Sequence):
-        check_path(name, sequence, _EXPECTED)
+        check_path(name, sequence, "a path, a reader, or a Sequence(vertices, faces)")
     with (
         SequenceReader(sequence, name)
         if isinstance(sequence, Sequence)

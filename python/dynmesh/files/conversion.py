@@ -13,7 +13,7 @@ from ..sequence import Positions
 from .frame import Frame
 from .header import Header
 from .times import check_slice, frame_numbers, indices_of
-from .units import metres_of
+from .units import agreed, metres_of
 
 Axis: TypeAlias = Literal["x", "y", "z"]
 Unit: TypeAlias = float | str
@@ -135,14 +135,10 @@ def _stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
     Raises:
         ValueError: the file states others.
     """
-    metres = None if unit is None else metres_of(unit)
     if up is not None and header.up_axis not in (None, up):
         raise InputError(f"the file states {header.up_axis}, not {up}", argument="up", value=up)
-    said = header.metres_per_unit
-    if metres is not None and said is not None and not np.isclose(said, metres, rtol=1e-9):
-        told = f"the file states units of {said:g} m, not {metres:g} m"
-        raise InputError(told, argument="unit", value=unit)
-    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres or said)
+    metres = agreed(header.metres_per_unit, unit, "unit")
+    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres)
 
 
 def _cut(header: Header, frames: slice | range) -> tuple[Header, range]:

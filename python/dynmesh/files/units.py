@@ -2,6 +2,7 @@
 
 import math
 from itertools import permutations
+from pathlib import Path
 
 from .._errors import InputError
 
@@ -27,6 +28,23 @@ def metres_of(value: object, argument: str = "unit") -> float:
         argument=argument,
         value=value,
     )
+
+
+def agreed(
+    stated: float | None, given: object, argument: str, file: Path | None = None
+) -> float | None:
+    """Returns the metres of a unit that a file states, or that is given of one that states none.
+
+    Raises:
+        ValueError: both are there and differ, or what is given is no unit.
+    """
+    if given is None:
+        return stated
+    said = metres_of(given, argument)
+    if stated is not None and not math.isclose(stated, said):
+        told = f"the file states units of {stated:g} m, not {said:g} m"
+        raise InputError(told, argument=argument, value=given, file=file)
+    return said
 
 
 def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ from ..files.choice import PathLike
 from ..files.format import Gaps
 from ..files.naming import naming
 from ..files.numbered import Found, files_in, find_files, matching, with_conversion
-from ..files.units import metres_of
+from ..files.units import agreed
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, read_depth, require_png, size_of
 from .point_files import point_formats, read_points
@@ -203,19 +203,8 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
     Raises:
         ValueError: the files state another one than is given.
     """
-    stated = scans.metres_per_unit
-    if given is None:
-        return stated
-    said = metres_of(given, "scan_unit")
-    if stated is not None and abs(said / stated - 1) > 1e-9:
-        file = scans.camera_files[0] if scans.camera_files else scans.path
-        raise InputError(
-            f"states {stated:g} metres per unit, but the scans are said to be in units of {said:g} "
-            "m; one of them is wrong",
-            file=file,
-            argument="scan_unit",
-        )
-    return said
+    file = scans.camera_files[0] if scans.camera_files else scans.path
+    return agreed(scans.metres_per_unit, given, "scan_unit", file)
 
 
 def open_scans(

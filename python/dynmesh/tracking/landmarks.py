@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import check_integer, check_vector
 from ..files.naming import naming
 from ..registration import Landmarks
 from ..scans.cameras import json_in
@@ -30,24 +31,22 @@ def read_landmarks(path: Path) -> Landmarks:
         given = json_in(path)
         if not isinstance(given, list) or not given:
             raise ValueError("must be a list of landmarks, with at least one")
-        rows = [_landmark(number, one) for number, one in enumerate(given)]
-    return np.array([vertex for vertex, _ in rows]), np.array([place for _, place in rows])
+        for number, one in enumerate(given):
+            try:
+                _check(one)
+            except (TypeError, ValueError) as error:
+                raise ValueError(f"landmark {number}: {error}") from error
+    return (
+        np.array([one["vertex"] for one in given]),
+        np.array([one["position"] for one in given], np.float64),
+    )
 
 
-def _landmark(number: int, given: Any) -> tuple[int, list[float]]:
+def _check(given: Any) -> None:
     if not isinstance(given, dict) or given.keys() != {"vertex", "position"}:
-        raise ValueError(
-            f"landmark {number} must have a vertex and a position and nothing else, not {given!r}"
-        )
-    vertex, position = given["vertex"], given["position"]
-    if isinstance(vertex, bool) or not isinstance(vertex, int) or not 0 <= vertex < 2**31:
-        raise ValueError(f"landmark {number}: the vertex must be an index, not {vertex!r}")
-    is_place = isinstance(position, list) and len(position) == 3
-    if not is_place or not all(
-        isinstance(x, int | float) and not isinstance(x, bool) for x in position
-    ):
-        raise ValueError(f"landmark {number}: the position must be three numbers, not {position!r}")
-    return vertex, [float(x) for x in position]
+        raise ValueError(f"must have a vertex and a position and nothing else, not {given!r}")
+    check_integer("vertex", given["vertex"], 0, 2**31 - 1)
+    check_vector("position", given["position"])
 
 
 def exchanged(template: Positions, landmarks: Landmarks) -> str:

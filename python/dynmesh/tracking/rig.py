@@ -18,6 +18,7 @@ from .. import files
 from .._errors import InputError
 from .._report import Report
 from ..completion.start import template_of
+from ..degrade.shared import mean_edge_of
 from ..diagnosis.planes import planes_of_room
 from ..files import PathLike
 from ..normals import vertex_normals
@@ -26,7 +27,7 @@ from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import find_alignment
 from .fits import FARTHER_THAN_OTHERS, beyond
-from .units import units_of
+from .units import size_of, units_of
 
 _Floats = NDArray[np.float64]
 
@@ -53,9 +54,6 @@ points, and at most this share of all: a part of a room may be left."""
 
 _SAMPLES = 5000
 """Of a surface; more take longer and change little."""
-
-_AT_ONCE = 1_000_000
-"""Pairs of which the distances are computed at once; many more would not fit in the cache."""
 
 _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
@@ -154,44 +152,35 @@ class Surface:
     Attributes:
         points: (n, 3) the vertices.
         faces: (m, 3) triangles.
-        normals: unit normals at the vertices of triangles that have an area.
-        mean_edge: the mean length of the sides of the triangles.
+        mean_edge: the mean length of the edges.
         size: the diagonal of the bounding box.
     """
 
     def __init__(self, faces: NDArray[np.integer[Any]], points: Positions) -> None:
-        """Computes the normals."""
+        """Chooses vertices of triangles that have an area, with their normals."""
         self.faces = faces
         self.points = points.astype(np.float64)
-        a, b, c = self.points[faces.T]
-        sides = [np.linalg.norm(one - other, axis=1) for one, other in ((a, b), (b, c), (c, a))]
-        self.mean_edge = float(np.mean(sides))
-        self.size = float(np.linalg.norm(np.ptp(self.points, axis=0)))
+        self.mean_edge = mean_edge_of(self.points, faces)
+        self.size = size_of(self.points)
         normals = vertex_normals(faces, self.points)
         used = np.flatnonzero(normals.any(axis=1))
-        self._samples = self.points[used]
-        self.normals = normals[used]
+        every = 1 + (len(used) - 1) // _SAMPLES
+        self._samples, self._normals = self.points[used[::every]], normals[used[::every]]
+        self._reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two, about
 
     def distances(self, points: _Floats) -> _Floats:
         """Returns how far (n, 3) points are from the surface, about."""
-        every = max(1, -(-len(self._samples) // _SAMPLES))
-        all_samples, all_normals = self._samples[::every], self.normals[::every]
-        reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two samples, about
-        middle = all_samples.mean(axis=0)
-        theirs = (all_samples - middle).astype(np.float32)
-        squares = (theirs**2).sum(axis=1)
-        best = np.zeros(len(points), np.int64)
-        step = max(1, _AT_ONCE // len(theirs))
-        for first in range(0, len(points), step):
-            ours = (points[first : first + step] - middle).astype(np.float32)
-            best[first : first + step] = (squares - 2 * ours @ theirs.T).argmin(axis=1)
-        apart = points - all_samples[best]
-        height = (apart * all_normals[best]).sum(axis=1)
+        middle = self._samples.mean(axis=0)
+        ours, theirs = ((one - middle).astype(np.float32) for one in (points, self._samples))
+        best = ((theirs**2).sum(axis=1) - 2 * ours @ theirs.T).argmin(axis=1)
+        apart = points - self._samples[best]
+        height = (apart * self._normals[best]).sum(axis=1)
         aside = np.sqrt(np.maximum((apart**2).sum(axis=1) - height**2, 0))
-        return np.asarray(np.hypot(height, np.maximum(aside - reach, 0)))
+        return np.asarray(np.hypot(height, np.maximum(aside - self._reach, 0)))
 
 
-class Fit(NamedTuple):
+@dataclass(frozen=True)
+class Fit:
     """How a scan lies on a template.
 
     Attributes:
@@ -252,7 +241,7 @@ class RigReport(Report):
         up: the up axis that the template states, else "y".
         stated: how the scan lies on the template; None without one.
         rig: the cameras if they fit, or corrected ones; None if no correction is known.
-        reading: what is wrong with them, if it is known.
+        wrong: what is wrong with them, in a sentence, if it is known.
         meant: how the scan lies on the template then.
         output: the corrected file that was written, or None.
         page: the page that was written, or None.
@@ -264,7 +253,7 @@ class RigReport(Report):
     up: str = "y"
     stated: Fit | None = None
     rig: Rig | None = field(default=None, repr=False)
-    reading: Reading | None = None
+    wrong: str = ""
     meant: Fit | None = None
     output: Path | None = None
     page: Path | None = None
@@ -273,8 +262,7 @@ class RigReport(Report):
         """Says what was found, and what was written."""
         told = [self.told]
         if self.output is not None:
-            which = "corrected" if self.reading else "same"
-            told.append(f"the {which} cameras are written")
+            told.append(f"the {'corrected' if self.wrong else 'same'} cameras are written")
         if self.page is not None:
             told.append(f"open {self.page} in a browser")
         return [*told, *self.remarks]
@@ -293,8 +281,8 @@ class RigReport(Report):
         if self.stated is None:
             return "without a template, nothing is judged"
         far = f"{self.stated.far:.1%} of the first scan's points are far from the template"
-        if self.reading is not None and self.meant is not None:
-            return f"{self.reading.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
+        if self.meant is not None:
+            return f"{self.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
         if self.rig is not None:
             return f"the cameras fit: {far}"
         wrong = [self.cameras[number] for number in sorted(self.stated.wrong)]
@@ -348,7 +336,7 @@ def judge_rig(
     best, reading, meant = min(tried, key=lambda one: one[0].far)
     if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
         return judged
-    return replace(judged, rig=meant, reading=reading, meant=best)
+    return replace(judged, rig=meant, wrong=reading.wrong, meant=best)
 
 
 def _first(reader: DepthReader) -> tuple[int, DepthScan]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._errors import InputError
 from ..files import Reader
-from ..files.units import UNITS, explaining, metres_of
+from ..files.units import UNITS, agreed, explaining
 from ..scans import Scan, ScanReader, unit_of_scans
 from ..sequence import Positions
 
@@ -47,26 +47,20 @@ class Units(NamedTuple):
         if 1 / _ALIKE < ratio < _ALIKE:
             return ""
         told = f"the scan is {ratio:.3g} times as large as the template"
-        pairs = self._explaining(ratio, size)
+        low, high = _SUBJECTS
+        pairs = [
+            (ours, theirs)
+            for ours, theirs in explaining(ratio / self.factor, _EXPLAINED)
+            if low <= size * UNITS[ours] <= high
+        ]
         if not pairs:
             return told
-        ours, theirs = pairs[0]
+        # What is stated is believed, unless nothing explains the ratio then.
+        ours, theirs = max(pairs, key=lambda pair: sum(map(_is, self, pair)))
         stated = {"`template_unit`": self.template, "`scan_unit`": self.scans}
         unstated = " and ".join(name for name, unit in stated.items() if unit is None)
         advice = f"if so, say it by {unstated}" if unstated else "if so, what is stated is wrong"
         return f"{told}, as if the template were in {ours} and the scan in {theirs}: {advice}"
-
-    def _explaining(self, ratio: float, size: float) -> list[tuple[str, str]]:
-        """Returns units of the template and of the scan, the most likely pair first.
-
-        What is stated is believed, unless nothing explains the ratio then.
-        """
-        found = [
-            (-_is(self.template, ours) - _is(self.scans, theirs), number, ours, theirs)
-            for number, (ours, theirs) in enumerate(explaining(ratio / self.factor, _EXPLAINED))
-            if _SUBJECTS[0] <= size * UNITS[ours] <= _SUBJECTS[1]
-        ]
-        return [(ours, theirs) for *_, ours, theirs in sorted(found)]
 
 
 def _is(stated: float | None, unit: str) -> bool:
@@ -102,13 +96,7 @@ def units_of(
         ValueError: a unit contradicts a file; or that of the scans is known, and that of the
             template is not.
     """
-    own = template.header.metres_per_unit
-    if template_unit is not None:
-        said = metres_of(template_unit, "template_unit")
-        if own is not None and not math.isclose(own, said):
-            told = f"the file states units of {own:g} m, not {said:g} m"
-            raise InputError(told, argument="template_unit", value=template_unit)
-        own = said
+    own = agreed(template.header.metres_per_unit, template_unit, "template_unit")
     theirs = unit_of_scans(scans, scan_unit)
     if assumes and scan_unit is None and own is None:
         return Units(theirs, theirs)

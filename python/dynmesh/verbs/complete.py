@@ -133,8 +133,9 @@ def complete_file(
     Each frame is completed from itself and from those between it and a whole frame, from which
     completion starts; frames before that are completed backwards. No frame need be whole: what the
     first one lacks is put together from the others, and the result is doubtful if that is probably
-    wrong, and probably ruined if many edges become four times as long or as short as they were. A USD file completed into another one becomes a layer over it, which keeps everything
-    else. The output appears under its name when it is complete.
+    wrong. It is probably ruined if many edges become four times as long or as short. A USD file
+    completed into another one becomes a layer over it, which keeps everything else. The output
+    appears under its name when it is complete.
 
     Args:
         path: the incomplete sequence: a file, a folder, or a pattern such as 'scans/*.ply'.

@@ -19,10 +19,6 @@ from ..scans.conversion import clouds_in, converted
 from ..sequence import Sequence
 
 
-class ConversionReport(Written):
-    """What :func:`convert_file` has done."""
-
-
 def convert_file(
     path: PathLike,
     output: PathLike,
@@ -39,7 +35,7 @@ def convert_file(
     output_format: Output[str | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
-) -> ConversionReport:
+) -> Written:
     """Writes a sequence in another format, or with other frames, axes, units or rates.
 
     Points are turned and scaled by `to_up`, `to_unit` and `scale` alone. docs/formats.md says what
@@ -96,7 +92,7 @@ def convert_file(
         remarks = [*writer.remarks]
     if dropped:
         remarks.append("generation and age are not written; this format cannot hold them")
-    return ConversionReport(
+    return Written(
         output=Path(output),
         frames=header.n_frames,
         vertices=header.n_vertices,
@@ -111,7 +107,7 @@ def _convert_clouds(
     changes: Changes,
     overwrite: bool,
     progress: bool,
-) -> ConversionReport:
+) -> Written:
     """Writes point clouds with other axes or units."""
     for name in ("frames", "fps"):
         if getattr(changes, name) is not None:
@@ -126,7 +122,7 @@ def _convert_clouds(
         with new_output(file, overwrite, ".ply") as hidden:
             write_ply(hidden, scan, said.metres_per_unit, said.up_axis)
         n_points += len(scan.points)
-    return ConversionReport(output=output, frames=len(made), vertices=n_points // len(made))
+    return Written(output=output, frames=len(made), vertices=n_points // len(made))
 
 
 def convert(

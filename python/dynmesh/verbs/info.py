@@ -37,7 +37,10 @@ class InfoReport(Report):
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
-        told = [f"{mesh}  {_MOVES[moves]}" for mesh, moves in self.meshes.items()]
+        told = [
+            f"{mesh}  {'moves' if moves else 'does not move'}"
+            for mesh, moves in self.meshes.items()
+        ]
         if self.diagnosis is None:
             return [*told, *super().lines()]
         rows = [("format", self.format), *_rows(self.diagnosis)]
@@ -58,9 +61,6 @@ class InfoReport(Report):
         if self.diagnosis.header.has_standard_error:
             told["standard_error_of"] = self.diagnosis.header.standard_error_of
         return told
-
-
-_MOVES = {True: "moves", False: "does not move"}
 
 
 def info(

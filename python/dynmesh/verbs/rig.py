@@ -53,6 +53,7 @@ def rig(
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
     found = judge_rig(path, stated, template, scan_unit)
+    found = replace(found, reason="" if found.quality == "good" else found.told)
     if output is not None and found.rig is None:
         no_correction = f"{output} is not written, as no correction is known"
         found = replace(found, remarks=(no_correction,))

@@ -29,6 +29,9 @@ from ..tracking.units import units_of
 _NAMED = 3
 """Lost images that are named."""
 
+_LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
+_OTHERS = "floor, walls and other things count as well, unless they are removed or cropped"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrackFileReport(Report):
@@ -236,7 +239,7 @@ def track_file(
                 )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice=_advice(look, room),
+                advice="; ".join(filter(None, [look, "" if room.takes else _OTHERS])),
                 registered=at.doubt,
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
@@ -278,12 +281,3 @@ def track_file(
         if reports and training_files
         else None,
     )
-
-
-_LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
-
-
-def _advice(look: str, room: Room) -> str:
-    """What to do if many points are far from the mesh."""
-    others = "floor, walls and other things count as well, unless they are removed or cropped"
-    return "; ".join(filter(None, [look, "" if room.takes else others]))

@@ -35,8 +35,8 @@ _text: Any = "body.npz"
 
 streams = [
     _complete("no frame", lambda w: _stream(w, []), ValueError, "frames:", "empty"),
-    _complete("`faces`: a path", lambda _: dynmesh.complete(_text), TypeError, "faces:", "complete_file"),
-    _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "NoneType"),
+    _complete("`faces`: a path", lambda _: dynmesh.complete(_text), TypeError, "frames:", "not str", "complete_file"),
+    _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "ndarray"),
     _complete("`known`: a number", lambda w: _stream(w, [], 5), TypeError, "known:", "int"),
     _complete("`frames`: one frame, not several", lambda w: _stream(w, w.vertices), ValueError, "first_frame:", "(3,)"),
     _complete("NaN in frame 0", lambda w: _stream(w, [w.with_value(_NAN)]), ValueError, "first_frame: vertex 4", "nan"),
