@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <deque>
 #include <dynmesh/training.hpp>
 #include <limits>
 #include <random>
@@ -12,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "detail/learned_modes.hpp"
 #include "detail/modes.hpp"
+#include "detail/shape_library.hpp"
 #include "meshes.hpp"
 #include "push.hpp"
 #include "support/workers.hpp"
@@ -66,6 +65,10 @@ TEST_CASE("a frame that is refused changes nothing") {
 TEST_CASE("a distant anchor does not affect later frames") {
   const auto mesh = sheet<double>(9);
   auto completer = trained(mesh);
+  SUBCASE("with training") {}
+  SUBCASE("while learning") {
+    completer = Completer<double>(mesh.faces(), mesh.points(), {.learn = true});
+  }
   const auto known = [&](unsigned n) {
     auto mask = random_mask(mesh.size(), 0.5, n);
     mask[40] = 1;
@@ -136,73 +139,6 @@ TEST_CASE("after a rest, the pose does not depend on rounding errors") {
   }
 }
 
-/// A library of shapes of one coordinate at the second of two vertices.
-struct Heights {
-  static SurfaceParts parts() {
-    SurfaceParts parts;
-    parts.offsets = {0, 1, 2};
-    parts.entries = {{0, 1.0}, {0, 1.0}};
-    return parts;
-  }
-
-  bool offer(double height) {
-    std::vector<ShapeTerms> memory(2);
-    memory[1].to_rest.y = -height;
-    return library.offer(memory);
-  }
-  [[nodiscard]] double in_slot(Index slot) const {
-    return static_cast<double>(
-        library.rows()[1][static_cast<std::size_t>(most_learned_shapes + slot)]);
-  }
-
-  Workers workers = Workers(1);
-  ShapeLibrary library = ShapeLibrary(parts(), workers, 1);
-};
-
-TEST_CASE("a shape keeps its slot for eight frames after it has left the library") {
-  Heights heights;
-  // The slots and heights of the members after each of the last frames.
-  std::deque<std::vector<std::pair<Index, double>>> last;
-  for (int n = 1; n <= 400; ++n) {
-    heights.offer((n * n) % 97 + 0.25 * (n % 5));
-    for (const auto& members : last) {
-      for (const auto& [slot, height] : members) REQUIRE(heights.in_slot(slot) == height);
-    }
-    auto& members = last.emplace_back();
-    for (const Index slot : heights.library.members()) {
-      members.emplace_back(slot, heights.in_slot(slot));
-    }
-    if (last.size() > 8) last.pop_front();
-  }
-}
-
-TEST_CASE("a shape out of any range does not enter") {
-  SurfaceParts parts;
-  parts.offsets = {0, 1};
-  parts.entries = {{0, 1.0}};
-  Workers workers(1);
-  ShapeLibrary library(parts, workers, 1);
-  std::vector<ShapeTerms> memory(1);
-  for (const double bad : {1e7, -1e300, std::numeric_limits<double>::infinity(),
-                           std::numeric_limits<double>::quiet_NaN()}) {
-    memory[0].to_rest.z = bad;
-    CHECK_FALSE(library.offer(memory));
-    CHECK_FALSE(library.offer(memory));
-    CHECK(library.members().empty());
-    CHECK(library.rows()[0] == ShapeLibrary::Row{});
-  }
-  // The range is that of the mesh, whatever its unit.
-  for (const double mean_edge : {1e-12, 1e12}) {
-    ShapeLibrary other(parts, workers, mean_edge);
-    memory[0].to_rest.z = 1e7 * mean_edge;
-    other.offer(memory);
-    CHECK_FALSE(other.offer(memory));
-    memory[0].to_rest.z = 1e5 * mean_edge;
-    other.offer(memory);
-    CHECK(other.offer(memory));
-  }
-}
-
 constexpr std::size_t n_vertices = 600;  // more than two chunks
 constexpr std::size_t n_frames = 20;
 
@@ -232,18 +168,22 @@ std::vector<double> random_numbers(std::size_t n, unsigned seed) {
 
 TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, are none") {
   const SurfaceParts parts = some_parts();
-  const auto shapes_of = [](double size) {
-    auto shapes = random_field(n_vertices * n_frames, 3);
-    for (auto& x : shapes) x = size * x;
-    return shapes;
-  };
-  const auto number = [&](double size, const ModeScale& scale) {
-    return Modes(parts, shapes_of(size), n_frames, {}, scale).size();
+  const auto shapes = random_field(n_vertices * n_frames, 3);
+  Workers workers(1);
+  const auto number = [&](double size, double mean_edge, double rounding) {
+    const TrainingConstants constants;
+    Modes modes(parts, mean_edge);
+    ShapeLibrary library(parts, n_frames, modes, mean_edge, rounding, workers, constants);
+    for (std::size_t n = 0; n < n_frames; ++n) {
+      library.add([&](std::size_t v) { return size * shapes[v * n_frames + n]; });
+    }
+    library.make(modes);
+    return modes.size();
   };
   for (const double h : {1e-12, 1.0, 1e12}) {
-    CHECK(number(1e-5 * h, {h, 0}) == 0);
-    CHECK(number(1e-2 * h, {h, 0}) == 4 * 16);
-    CHECK(number(1e-2 * h, {h, 1e-2 * h * h}) == 0);
+    CHECK(number(1e-5 * h, h, 0) == 0);
+    CHECK(number(1e-2 * h, h, 0) == 4 * 16);
+    CHECK(number(1e-2 * h, h, 1e-2 * h * h) == 0);
   }
 }
 
@@ -308,7 +248,7 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
 }
 
 TEST_CASE("all kernels form modes and multiply shapes") {
-  constexpr std::size_t slots = most_learned_shapes;
+  constexpr std::size_t slots = 32;
   const SurfaceParts parts = some_parts();
   std::vector<Index> part_of;
   std::vector<float> weights;
@@ -323,7 +263,7 @@ TEST_CASE("all kernels form modes and multiply shapes") {
   std::vector<float> factors(end_of_shapes, given.end());
   const std::vector<Index> chosen = {5, 0, 31, 17, 8};
   const ModeData entries = {parts.offsets.data(), part_of.data(), nullptr};
-  const ShapeData data = {shapes.data(), weights.data()};
+  const ShapeData data = {shapes.data(), slots, weights.data()};
   const CombinationData combination = {chosen.data(), static_cast<Index>(chosen.size()),
                                        factors.data()};
   const auto shape = [&](std::size_t v, std::size_t c, Index slot) {
@@ -347,13 +287,13 @@ TEST_CASE("all kernels form modes and multiply shapes") {
             double expected = 0;
             for (std::size_t l = 0; l < chosen.size(); ++l) {
               expected += weights[e] * shape(v, c, chosen[l]) *
-                          factors[(part * slots + l) * modes_of_part + j];
+                          factors[(part * chosen.size() + l) * modes_of_part + j];
             }
             if (!is_inside) expected = 7;
             const float found = values[(3 * e + c) * modes_of_part + j];
             REQUIRE(found == doctest::Approx(expected).epsilon(1e-5));
           }
-          for (Index l = 0; is_inside && l < most_learned_shapes; ++l) {
+          for (Index l = 0; is_inside && l < static_cast<Index>(slots); ++l) {
             products[part * slots + l] += weights[e] * shape(v, c, slot) * shape(v, c, l);
           }
         }

@@ -189,11 +189,7 @@ class Learned(Posed):
         self._begin(np.zeros((0, self.k, 3)), np.zeros(0))
         self.parts = parts_of(self.edges, first_frame)
         self.library: list[Array] = []
-        self.frame, self.offered = 0, 0
-        self.has_changed = False
-        self.made: dict[
-            int, tuple[Array, Array]
-        ] = {}  # modes by the frame after which they are complete
+        self.offered = 0
 
     def _posed(
         self, x: list[Array], r: list[Array], detail: list[Array], *frame: NDArray[Any]
@@ -213,32 +209,31 @@ class Learned(Posed):
     def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
         self.prior_weight = self.prior_share = 0.0
         completed = super().complete(points, known)
-        self.frame += 1
-        if self.frame in self.made:
-            modes, n_v, d_v, sigma2 = self.made.pop(self.frame), self.n_v, self.d_v, self.sigma2
-            is_first = len(self.modes) == 0
-            prior_weight, prior_share = self.prior_weight, self.prior_share
-            self._begin(*modes)
-            self.prior_weight, self.prior_share = prior_weight, prior_share
-            if not is_first:
-                self.n_v, self.d_v, self.sigma2 = n_v, d_v, sigma2
         if known.any():
             self._offer(np.asarray(self.memory - self.first_memory))
         return completed
 
     def _offer(self, shape: Array) -> None:
         self.offered += 1
-        if self.offered % 2 == 0:
-            self.library.append(shape.astype(np.float32).astype(float))
-            self.has_changed = True
-            if len(self.library) > 28:
-                pairs = itertools.combinations(range(len(self.library)), 2)
+        if self.offered % 4 != 0:
+            return
+        self.library.append(shape.astype(np.float32).astype(float))
+        if len(self.library) > 28:
+            pairs = itertools.combinations(range(len(self.library)), 2)
 
-                def distance(pair: tuple[int, int]) -> float:
-                    return float(np.linalg.norm(self.library[pair[0]] - self.library[pair[1]]))
+            def distance(pair: tuple[int, int]) -> float:
+                return float(np.linalg.norm(self.library[pair[0]] - self.library[pair[1]]))
 
-                older, _ = min(pairs, key=distance)
-                del self.library[older]
-        if self.offered % 4 == 0 and self.has_changed and len(self.library) > 1:
-            self.made[self.frame + 4] = modes_of(np.stack(self.library), self.parts, self.h)
-            self.has_changed = False
+            older, _ = min(pairs, key=distance)
+            del self.library[older]
+        if len(self.library) > 1:
+            self._learn(*modes_of(np.stack(self.library), self.parts, self.h))
+
+    def _learn(self, modes: Array, caution: Array) -> None:
+        kept = self.n_v, self.d_v, self.sigma2, self.explained
+        report = self.prior_weight, self.prior_share
+        is_first = len(self.modes) == 0
+        self._begin(modes, caution)
+        self.prior_weight, self.prior_share = report
+        if not is_first:
+            self.n_v, self.d_v, self.sigma2, self.explained = kept

@@ -1,6 +1,8 @@
 /// The constants of method detail that are neither settings nor follow from its equations.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <dynmesh/types.hpp>
 
 namespace dynmesh {
@@ -42,6 +44,14 @@ struct TrainingConstants {
   double largest_coefficient = 1e6;
   /// How often the known mask is averaged with the neighbours.
   int averagings = 3;
+
+  /// The number of shapes of which modes are learned at most, and the number of frames from one
+  /// that enters to the next, after which modes are made anew.
+  std::size_t most_learned = 28;
+  std::uint64_t learned_interval = 4;
+  /// The bound of the coordinates of a shape that enters in mean edge lengths, about 1 where the
+  /// surface is creased. A frame beyond it holds positions far out of the range of the subject.
+  double largest_learned = 1e6;
 };
 
 /// The constants of the error bars.

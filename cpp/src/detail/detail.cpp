@@ -25,6 +25,16 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
+/// Without frames of a training, no modes, or those that are to be learned.
+Modes modes_of(const DetailSettings& settings, const ShapeSystem& system, const Cells& cells,
+               std::span<const Vector3<double>> first, double mean_edge, const Rounding& precision,
+               Workers& workers) {
+  const TrainingConstants& constants = settings.constants.training;
+  if (settings.learns) return {divide_surface(cells, first, constants), mean_edge};
+  return training_modes(settings.training, system.k(), cells, first, mean_edge, precision,
+                        settings.constants, workers);
+}
+
 }  // namespace
 
 Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
@@ -39,9 +49,10 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       rotations_(topology.cells, workers, first_frame, mean_edge_),
       local_blend_(topology.cells, workers, constants_),
       is_trained_(!settings.training.empty()),
-      rest_fit_(ShapeFit::Of::rest, topology.cells, workers, constants_.training,
-                training_modes(settings.training, system_.k(), topology.cells, first_frame,
-                               mean_edge_, rounding_, constants_, workers)),
+      fit_(
+          settings.learns ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
+          constants_.training,
+          modes_of(settings, system_, topology.cells, first_frame, mean_edge_, rounding_, workers)),
       error_bars_(topology.cells, workers, constants_, settings.has_uncertainty,
                   noise_.has_value()),
       next_generations_(first_frame.size()),
@@ -55,10 +66,9 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       turned_(x_.size()),
       k_steps_(x_.size()) {
   if (settings.learns) {
-    const ModeScale scale = {mean_edge_, rounding_.mean_square(x_)};
-    learned_ =
-        std::make_unique<LearnedModes>(divide_surface(topology.cells, x_, constants_.training),
-                                       topology.cells, workers, constants_.training, scale);
+    library_ = std::make_unique<ShapeLibrary>(
+        divide_surface(topology.cells, x_, constants_.training), constants_.training.most_learned,
+        fit_.modes(), mean_edge_, rounding_.mean_square(x_), workers, constants_.training);
   }
   if (settings.learns || is_trained_) {
     steps_.resize(x_.size());
@@ -88,9 +98,8 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
   ResidualField directions = find_directions();
-  ShapeFit* fit = learned_ ? &learned_->fit() : &rest_fit_;
   FittedModes found = {.prior_weight = 0};
-  if (fit->exists()) found = add_modes(*fit, directions, generations);
+  if (fit_.exists()) found = add_modes(directions, generations);
   const ResidualSums sums = sum_products(directions, mean_edge_);
   Blend blend = global_blend(sums, constants_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
@@ -164,23 +173,22 @@ ResidualField Detail::find_directions() {
 }
 
 /// Adds what modes explain of the anchors to the shapes, and to the directions.
-FittedModes Detail::add_modes(ShapeFit& fit, ResidualField& directions,
-                              const Generations& generations) {
+FittedModes Detail::add_modes(ResidualField& directions, const Generations& generations) {
   const Stopwatch stopwatch(report_.solve_seconds);
   system_.keep_steps(steps_);  // the next solutions overwrite them
   directions.steps = steps_;
-  const FittedModes found = fit.find(directions, system_, rotations_, generations);
+  const FittedModes found = fit_.find(directions, system_, rotations_, generations);
   const double k = found.prior_weight;
   report_.prior_weight = k;
   report_.prior_share = found.prior_share;
   if (k == 0) return found;
   std::ranges::copy(shapes_, fitted_.begin());
-  const AddedShape& added = fit.added();
+  const AddedShape& added = fit_.added();
   for (std::size_t v = 0; v < fitted_.size(); ++v) {
-    fit.add(k * added.shape[v], fitted_[v]);
-    fit.add(k * added.wanted[v], turned_[v]);
-    fit.add(k * added.steps[v], steps_[v]);
-    fit.add(k * added.k_steps[v], k_steps_[v]);
+    fit_.add(k * added.shape[v], fitted_[v]);
+    fit_.add(k * added.wanted[v], turned_[v]);
+    fit_.add(k * added.steps[v], steps_[v]);
+    fit_.add(k * added.k_steps[v], k_steps_[v]);
   }
   return found;
 }
@@ -248,7 +256,22 @@ void Detail::remember(Frame completed) {
     const auto mean = (1 - constants_.newest) * shapes_[v].change + constants_.newest * newest;
     shapes_[v] = {detail[v], first_shape_[v] - detail[v], is_jump ? Vector3<double>{} : mean};
   });
-  if (learned_) learned_->advance(shapes_, anchors_.number > 0);
+  if (library_ && anchors_.number > 0) learn();
+}
+
+/// Adds some of the frames to the library, and makes new modes.
+void Detail::learn() {
+  const TrainingConstants& constants = constants_.training;
+  if (++n_evident_ % constants.learned_interval != 0) return;
+  const double largest = constants.largest_learned * mean_edge_;
+  const auto is_small = [&](double x) { return std::abs(x) <= largest; };
+  const bool is_possible = std::ranges::all_of(shapes_, [&](const ShapeTerms& shape) {
+    const auto& [x, y, z, unused] = shape.to_rest;
+    return is_small(x) && is_small(y) && is_small(z);
+  });
+  if (!is_possible) return;
+  library_->add([&](std::size_t v) { return -1.0 * shapes_[v].to_rest; });
+  if (library_->size() > 1) fit_.learn(*library_);
 }
 
 void Detail::write_memory(Writer& writer) const {
@@ -274,8 +297,11 @@ void Detail::read_memory(Reader& reader, Frame completed) {
     shapes_[v].last = detail[v];
     shapes_[v].to_rest = first_shape_[v] - detail[v];
   }
-  if (learned_) learned_->recall();
-  rest_fit_.recall();
+  if (library_) {
+    library_->recall();
+    if (library_->size() > 1) fit_.learn(*library_);
+  }
+  fit_.recall();
 }
 
 }  // namespace dynmesh

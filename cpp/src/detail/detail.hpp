@@ -15,12 +15,12 @@
 #include "detail/constants.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/first_order.hpp"
-#include "detail/learned_modes.hpp"
 #include "detail/memory.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/rounding.hpp"
 #include "detail/shape_fit.hpp"
+#include "detail/shape_library.hpp"
 #include "detail/shape_system.hpp"
 #include "mesh/estimator.hpp"
 #include "mesh/generations.hpp"
@@ -78,8 +78,10 @@ class Detail final : public Estimator<double> {
     for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
     visit(self.lambda_);
     FirstOrder::fields(*self.first_order_, visit);
-    if (self.is_trained_) ShapeFit::fields(self.rest_fit_, visit);
-    if (self.learned_) LearnedModes::fields(*self.learned_, visit);
+    if (self.is_trained_ || self.library_) ShapeFit::fields(self.fit_, visit);
+    if (!self.library_) return;
+    ShapeLibrary::fields(*self.library_, visit);
+    visit(self.n_evident_);
   }
 
  private:
@@ -89,11 +91,12 @@ class Detail final : public Estimator<double> {
   void move_smoothly(Frame previous);
   void fit_rotations(Field positions);
   ResidualField find_directions();
-  FittedModes add_modes(ShapeFit& fit, ResidualField& directions, const Generations& generations);
+  FittedModes add_modes(ResidualField& directions, const Generations& generations);
   void take_directions(const ResidualField& directions, const Blend& blend);
   void take_step(Field step);
   void take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
   void weigh_anchors();
+  void learn();
   Field detail_turned_back(Frame completed);
 
   const Topology& topology_;
@@ -106,8 +109,8 @@ class Detail final : public Estimator<double> {
   Rotations rotations_;
   LocalBlend local_blend_;
   bool is_trained_;  // although the training may have no modes for this frame 0
-  ShapeFit rest_fit_;
-  std::unique_ptr<LearnedModes> learned_;  // null if it does not learn
+  ShapeFit fit_;     // of the modes of the training, or of those that are learned
+  std::unique_ptr<ShapeLibrary> library_;  // null if it does not learn
   ErrorBars error_bars_;
   std::unique_ptr<FirstOrder> first_order_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
@@ -117,6 +120,7 @@ class Detail final : public Estimator<double> {
   std::vector<Vector3<double>> first_shape_;  // m_first
   std::vector<ShapeTerms> shapes_;            // m, m_first - m and u
   double lambda_;                             // in the unit of K
+  std::uint64_t n_evident_ = 0;               // the number of frames with anchors, if it learns
 
   // Of one frame, (k,) each:
   Anchors anchors_;

@@ -1,4 +1,4 @@
-/// The modes of a training sequence: how the shape of each part of the surface varied in it.
+/// Modes: how the shape of each part of the surface varies.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "detail/constants.hpp"
-#include "detail/detail_operator.hpp"
-#include "detail/rounding.hpp"
 #include "kernels/kernels.hpp"
 #include "mesh/estimator.hpp"
 #include "support/workers.hpp"
@@ -34,22 +32,6 @@ struct SurfaceParts {
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
                             const TrainingConstants& constants);
 
-/// What modes are measured by.
-struct ModeScale {
-  double mean_edge = 1;
-  double rounding = 0;  ///< the mean square of the rounding errors of the shapes
-
-  /// The least eigenvalue of a mode of `n_frames` shapes, of a part whose weights have this sum.
-  [[nodiscard]] double least_eigenvalue(std::size_t n_frames, double weight,
-                                        const TrainingConstants& constants) const {
-    const double least = constants.least_mode * mean_edge;
-    return static_cast<double>(n_frames) * weight * (least * least + rounding);
-  }
-};
-
-/// The sums of the weights of the vertices in each part.
-std::vector<double> weights_of(const SurfaceParts& parts);
-
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
 /// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
 ///
@@ -61,23 +43,20 @@ class Modes {
 
   /// No modes.
   Modes() = default;
-  /// Computes the modes of `shapes`: for each vertex, the deviations from m_0 in all frames of the
-  /// training, (k, n_frames).
-  Modes(const SurfaceParts& parts, std::span<const Vector3<double>> shapes, std::size_t n_frames,
-        const TrainingConstants& constants, const ModeScale& scale);
-
-  /// Modes of zero, to be set by `form`.
+  /// None yet, to be set by `form`.
   Modes(const SurfaceParts& parts, double mean_edge);
 
-  /// Sets the modes at vertices `first` to `last` - 1 to combinations of shapes.
-  void form(const ShapeData& shapes, const CombinationData& combinations, Index first, Index last,
-            Workers& workers);
-  void set_size(std::size_t size) { size_ = size; }
+  /// Sets `size` modes to combinations of `n_frames` shapes, which are in `unit()`.
+  void form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
+            std::size_t n_frames, Workers& workers);
+
+  /// A power of two near the mean edge length.
+  [[nodiscard]] double unit() const { return unit_; }
 
   /// The number of modes, all parts together.
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
-  /// The number of frames of the training, whose squared coefficients are at most this; 0 without.
+  /// The number of shapes, whose squared coefficients are at most this; 0 without.
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 
   /// combined = B a.
@@ -100,18 +79,10 @@ class Modes {
   std::size_t n_frames_ = 0;
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
-  double unit_ = 1;            // a power of two near the mean edge length
+  double unit_ = 1;
   std::vector<float> values_;  // in this unit, so that their squares are in the range of float
   std::vector<float> coefficients_;  // as float
   std::vector<float> partial_sums_;  // of each chunk of vertices, one or two for each coefficient
 };
-
-/// Returns the modes of the shapes z = Q^T K V - m_0 of the frames V, in the axes of frame 0, which
-/// is `first` and has the operator `k`; none without frames. Those of a moved and turned sequence
-/// are the same.
-Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const DetailOperator& k, const Cells& cells,
-                     std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, const DetailConstants& constants, Workers& workers);
 
 }  // namespace dynmesh

@@ -57,8 +57,8 @@ void ShapeFit::begin() {
   explained_ = 2 * constants_.least_share;
 }
 
-void ShapeFit::replace(Modes& modes) {
-  std::swap(modes_, modes);
+void ShapeFit::learn(ShapeLibrary& library) {
+  library.make(modes_);
   if (determined_ == 0) begin();  // there were none before
 }
 

@@ -13,6 +13,7 @@
 #include "detail/constants.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
+#include "detail/shape_library.hpp"
 #include "detail/shape_system.hpp"
 #include "mesh/generations.hpp"
 #include "support/workers.hpp"
@@ -54,9 +55,10 @@ class ShapeFit {
   ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants,
            Modes modes);
 
-  /// Continues with other modes of the same parts, which are swapped with the present ones.
-  void replace(Modes& modes);
+  /// Continues with the modes of these shapes.
+  void learn(ShapeLibrary& library);
 
+  [[nodiscard]] const Modes& modes() const { return modes_; }
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   /// Fits a to the residuals. `rotations` are those of the residuals.
   FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,

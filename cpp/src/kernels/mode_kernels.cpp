@@ -77,7 +77,7 @@ void project(const ModeData& modes, const Vector3<double>* field, float* sums, I
 
 void form(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
           float* values, Index first, Index last) {
-  constexpr std::ptrdiff_t slots = most_learned_shapes;
+  const std::ptrdiff_t slots = shapes.slots;
   for (Index i = first; i < last; ++i) {
     const float* shape = shapes.shapes + 3 * slots * i;
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
@@ -85,7 +85,7 @@ void form(const ModeData& modes, const ShapeData& shapes, const CombinationData&
       Floats y[quads] = {};
       Floats z[quads] = {};
       const auto* factors = reinterpret_cast<const Floats*>(combinations.combinations) +
-                            quads * slots * modes.parts[e];
+                            std::ptrdiff_t{quads} * combinations.n_slots * modes.parts[e];
       for (Index l = 0; l < combinations.n_slots; ++l, factors += quads) {
         const Index slot = combinations.slots[l];
         for (int q = 0; q < quads; ++q) {
@@ -108,11 +108,11 @@ void form(const ModeData& modes, const ShapeData& shapes, const CombinationData&
 /// of doubles, and the same whichever of two shapes is in `slot`.
 void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, double* sums,
                   Index first, Index last) {
-  constexpr std::ptrdiff_t slots = most_learned_shapes;
-  constexpr std::ptrdiff_t quads_of_slots = slots / 4;
+  const std::ptrdiff_t slots = shapes.slots;
+  const std::ptrdiff_t quads_of_slots = slots / 4;
   for (Index i = first; i < last; ++i) {
     const float* shape = shapes.shapes + 3 * slots * i;
-    Doubles products[quads_of_slots] = {};
+    Doubles products[most_shapes / 4] = {};
     for (int c = 0; c < 3; ++c) {
       const auto* all = reinterpret_cast<const Floats*>(shape + c * slots);
       const auto one = static_cast<double>(shape[c * slots + slot]);

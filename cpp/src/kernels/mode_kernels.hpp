@@ -18,18 +18,19 @@ struct ModeData {
   const float* values;
 };
 
-/// The most shapes of which modes are learned on the way.
-constexpr int most_learned_shapes = 32;
+/// The most shapes of which modes are made: those of the longest training.
+constexpr int most_shapes = 76;
 
-/// Shapes that are stored in slots: vertex i has 3 * most_learned_shapes numbers, the x of all
-/// slots, then the y, then the z. `weights` are those of the entries of ModeData.
+/// Shapes in slots, whose number is a multiple of four: vertex i has 3 * slots numbers, the x of
+/// all slots, then the y, then the z. `weights` are those of the entries of ModeData.
 struct ShapeData {
   const float* shapes;
+  Index slots;
   const float* weights;
 };
 
 /// Which modes to form of which slots. Mode j of part p is the sum over l of the shape in slots[l]
-/// times combinations[(p * most_learned_shapes + l) * modes_of_part + j].
+/// times combinations[(p * n_slots + l) * modes_of_part + j].
 struct CombinationData {
   const Index* slots;
   Index n_slots;
@@ -52,8 +53,8 @@ struct ModeKernels {
   /// Sets the values of the modes of vertices `first` to `last` - 1, times the weights.
   void (*form)(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
                float* values, Index first, Index last);
-  /// Adds to `sums`, which have most_learned_shapes numbers for each part, the weighted products of
-  /// the shape in `slot` with all shapes at vertices `first` to `last` - 1.
+  /// Adds to `sums`, which have a number for each slot of each part, the weighted products of the
+  /// shape in `slot` with all shapes at vertices `first` to `last` - 1.
   void (*add_products)(const ModeData& modes, const ShapeData& shapes, Index slot, double* sums,
                        Index first, Index last);
 };

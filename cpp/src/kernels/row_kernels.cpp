@@ -30,8 +30,8 @@ bool read(const Real* rows, const std::uint8_t* observed, Real limit, Index firs
     for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
   }
   Bits<Real> beyond{};
-  const auto store = [&](Index v) {
-    const Quad<Real> point = load_row(rows + 3 * static_cast<std::size_t>(v), v + 1 == last);
+  const auto store = [&](Index v, bool is_last) {
+    const Quad<Real> point = load_row(rows + 3 * static_cast<std::size_t>(v), is_last);
     if (observed == nullptr) {
       const Bits<Real> finite = within<Real>(point, largest);
       known[v] = static_cast<std::uint8_t>(finite[0] & finite[1] & finite[2] & 1);
@@ -39,8 +39,8 @@ bool read(const Real* rows, const std::uint8_t* observed, Real limit, Index firs
     quad_of(points, v) = point;
     beyond |= ~within<Real>(point, limit) & (Bits<Real>{} - Index{known[v]});
   };
-  for (Index v = first; v < last - 1; ++v) store(v);
-  store(last - 1);
+  for (Index v = first; v < last - 1; ++v) store(v, false);
+  store(last - 1, true);
   return (beyond[0] | beyond[1] | beyond[2]) == 0;
 }
 

@@ -6,7 +6,7 @@
 namespace dynmesh {
 
 /// The most rows that such a matrix may have.
-inline constexpr int largest_symmetric = 32;
+inline constexpr int largest_symmetric = 76;
 
 /// Replaces a symmetric matrix by its eigenvectors, as rows of unit length, and finds its
 /// eigenvalues, which ascend. Allocates no memory, and compiles the solver of Eigen once for all.

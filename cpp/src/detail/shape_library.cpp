@@ -1,0 +1,207 @@
+#include "detail/shape_library.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "detail/rotations.hpp"
+#include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
+#include "support/stored_numbers.hpp"
+#include "support/symmetric_eigen.hpp"
+
+namespace dynmesh {
+namespace {
+
+static_assert(most_shapes <= largest_symmetric);
+
+/// Products are sums over chunks of vertices, which do not depend on the number of threads.
+constexpr Index vertices_of_a_sum = 256;
+
+constexpr int most_fits = 100;
+constexpr double settled = 1e-9;  // of the components of a quaternion
+
+/// The rotation that best maps one frame to another as a whole.
+Quaternion whole_rotation(std::span<const Vector3<double>> from,
+                          std::span<const Vector3<double>> to) {
+  const RigidMotion motion = fit_rigid_motion<double>(from, to);
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(
+      motion.rotation.front().data());
+  const Eigen::Quaterniond q(Eigen::Matrix3d{rows});
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+double largest_change(std::span<const Quaternion> before, std::span<const Quaternion> after) {
+  double largest = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const Quaternion& a = before[v];
+    const Quaternion& b = after[v];
+    largest = std::max({largest, std::abs(a.w - b.w), std::abs(a.x - b.x), std::abs(a.y - b.y),
+                        std::abs(a.z - b.z)});
+  }
+  return largest;
+}
+
+}  // namespace
+
+ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes,
+                           double mean_edge, double rounding, Workers& workers,
+                           const TrainingConstants& constants)
+    : constants_(constants),
+      workers_(workers),
+      most_(most),
+      slots_((most + 4) / 4 * 4),
+      n_parts_(static_cast<std::size_t>(parts.n_parts)),
+      unit_(modes.unit()),
+      offsets_(parts.offsets),
+      of_parts_(n_parts_),
+      rows_(3 * slots_ * (parts.offsets.size() - 1)),
+      products_(n_parts_ * slots_ * slots_),
+      factors_(n_parts_ * slots_ * modes_of_part),
+      order_(slots_) {
+  const double least = constants.least_mode * mean_edge / unit_;
+  least_eigenvalue_ = least * least + rounding / unit_ / unit_;
+  for (const auto& [part, weight] : parts.entries) {
+    parts_.push_back(part);
+    weights_.push_back(static_cast<float>(weight));
+    of_parts_[part] += weight;
+  }
+  std::iota(order_.begin(), order_.end(), 0);
+  const std::size_t k = offsets_.size() - 1;
+  partial_products_.resize((k + vertices_of_a_sum - 1) / vertices_of_a_sum * n_parts_ * slots_);
+}
+
+/// Computes the products of the shape in this slot with all others.
+void ShapeLibrary::multiply(Index slot) {
+  std::ranges::fill(partial_products_, 0.0);
+  const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
+  const auto k = static_cast<Index>(offsets_.size() - 1);
+  workers_.for_each((k + vertices_of_a_sum - 1) / vertices_of_a_sum, [&](Index i) {
+    best_kernels().modes.add_products(
+        entries, shapes(), slot,
+        &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots_], i * vertices_of_a_sum,
+        std::min(k, (i + 1) * vertices_of_a_sum));
+  });
+  const auto s = static_cast<std::size_t>(slot);
+  for (std::size_t part = 0; part < n_parts_; ++part) {
+    for (std::size_t other = 0; other < slots_; ++other) {
+      double sum = 0;
+      for (std::size_t n = part * slots_ + other; n < partial_products_.size();
+           n += n_parts_ * slots_) {
+        sum += partial_products_[n];
+      }
+      products_[(part * slots_ + s) * slots_ + other] = sum;
+      products_[(part * slots_ + other) * slots_ + s] = sum;
+    }
+  }
+}
+
+/// The older one of the two shapes that are closest over the whole surface.
+std::size_t ShapeLibrary::least_needed() const {
+  constexpr std::size_t whole = 0;
+  const auto squared_norm_of = [&](Index slot) { return product(whole, slot, slot); };
+  std::size_t found = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n_members_; ++i) {
+    for (std::size_t j = i + 1; j < n_members_; ++j) {
+      const Index a = order_[i];
+      const Index b = order_[j];
+      const double distance = squared_norm_of(a) - 2 * product(whole, a, b) + squared_norm_of(b);
+      if (distance < least) {
+        least = distance;
+        found = i;
+      }
+    }
+  }
+  return found;
+}
+
+void ShapeLibrary::release(std::size_t member) {
+  const auto slot = order_.begin() + static_cast<std::ptrdiff_t>(member);
+  std::rotate(slot, slot + 1, order_.end());
+  --n_members_;
+}
+
+void ShapeLibrary::make(Modes& modes) {
+  std::size_t size = 0;
+  for (std::size_t part = 0; part < n_parts_; ++part) size += find_modes(part);
+  modes.form(shapes(), {order_.data(), static_cast<Index>(n_members_), factors_.data()}, size,
+             n_members_, workers_);
+}
+
+/// Finds the leading eigenvectors of the products of a part, as combinations of the shapes. Those
+/// that change the shape too little to be seen are 0. Returns the number of others.
+std::size_t ShapeLibrary::find_modes(std::size_t part) {
+  const std::size_t n = n_members_;
+  std::array<double, std::size_t{most_shapes} * most_shapes> all_vectors;
+  std::array<double, most_shapes> all_values;
+  const auto vectors = std::span(all_vectors).first(n * n);
+  const auto values = std::span(all_values).first(n);
+  for (std::size_t l = 0; l < n; ++l) {
+    for (std::size_t m = 0; m < n; ++m) {
+      vectors[n * l + m] = product(part, order_[l], order_[m]);
+    }
+  }
+  symmetric_eigen(vectors, values);
+  const double least = static_cast<double>(n) * of_parts_[part] * least_eigenvalue_;
+  const double scale = 1 / std::sqrt(static_cast<double>(n));
+  std::size_t n_modes = 0;
+  for (std::size_t j = 0; j < modes_of_part; ++j) {
+    const bool is_kept = j < n && values[n - 1 - j] > least;
+    n_modes += is_kept ? 1 : 0;
+    for (std::size_t l = 0; l < n; ++l) {
+      factors_[(part * n + l) * modes_of_part + j] =
+          is_kept ? static_cast<float>(scale * vectors[n * (n - 1 - j) + l]) : 0.0F;
+    }
+  }
+  return n_modes;
+}
+
+void ShapeLibrary::recall() {
+  std::vector<Index> all(slots_), ascending = order_;
+  std::iota(all.begin(), all.end(), 0);
+  std::ranges::sort(ascending);
+  if (ascending != all || n_members_ > most_) {
+    refuse_state("does not contain a valid library of shapes");
+  }
+  for (std::size_t i = 0; i < n_members_; ++i) multiply(order_[i]);
+}
+
+/// Q is fitted to a frame until it no longer changes, from the rotation that fits the whole frame
+/// best, since its pose may be far from `first`.
+Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
+                     const DetailOperator& k, const Cells& cells,
+                     std::span<const Vector3<double>> first, double mean_edge,
+                     const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+  if (training.empty()) return {};
+  double largest_rounding = 0;
+  for (const auto& frame : training) {
+    largest_rounding = std::max(largest_rounding, rounding.mean_square(frame));
+  }
+  const SurfaceParts parts = divide_surface(cells, first, constants.training);
+  Modes modes(parts, mean_edge);
+  ShapeLibrary library(parts, training.size(), modes, mean_edge, largest_rounding, workers,
+                       constants.training);
+  std::vector<Vector3<double>> first_shape(first.size()), kx(first.size());
+  std::vector<Quaternion> before(first.size());
+  apply_operator(k, first, 1, first_shape, workers);
+  Rotations rotations(cells, workers, first, mean_edge);
+  for (const auto& frame : training) {
+    std::ranges::fill(rotations.quaternions(), whole_rotation(first, frame));
+    for (int n = 0; n < most_fits; ++n) {
+      std::ranges::copy(rotations.quaternions(), before.begin());
+      rotations.fit(frame);
+      if (largest_change(before, rotations.quaternions()) <= settled) break;
+    }
+    apply_operator(k, frame, 1, kx, workers);
+    rotations.turn_back(kx, kx);
+    library.add([&](std::size_t v) { return kx[v] - first_shape[v]; });
+  }
+  library.make(modes);
+  return modes;
+}
+
+}  // namespace dynmesh
