@@ -85,18 +85,6 @@ inline Mesh<double> torus(int n) {
   return mesh;
 }
 
-/// Separates all triangles.
-template <class Real>
-Mesh<Real> taken_apart(const Mesh<Real>& mesh) {
-  Mesh<Real> apart;
-  for (const Index v : mesh.indices) {
-    const auto first = mesh.vertices.begin() + 3 * v;
-    apart.vertices.insert(apart.vertices.end(), first, first + 3);
-    apart.indices.push_back(static_cast<Index>(apart.indices.size()));
-  }
-  return apart;
-}
-
 /// Joins two meshes without connecting them.
 template <class Real>
 Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {

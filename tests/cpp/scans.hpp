@@ -25,10 +25,6 @@ inline Mesh<double> bumpy_torus(int n) {
   return mesh;
 }
 
-inline Mesh<float> as_floats(const Mesh<double>& mesh) {
-  return {{mesh.vertices.begin(), mesh.vertices.end()}, mesh.indices};
-}
-
 inline double mean_edge(const Mesh<double>& mesh) {
   double sum = 0;
   for (std::size_t i = 0; i < mesh.indices.size(); ++i) {

@@ -1,11 +1,13 @@
 /// What was measured, the surface that it is compared with, and steps towards it.
 #include <doctest/doctest.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "detail/anchors.hpp"
@@ -16,7 +18,9 @@
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/agreement.hpp"
+#include "tracking/cloth.hpp"
 #include "tracking/depth_images.hpp"
+#include "tracking/membrane.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_places.hpp"
 #include "tracking/surface_system.hpp"
@@ -96,35 +100,6 @@ TEST_CASE("without points nothing is said") {
   CHECK(std::isnan(found.all.disagreeing));
   CHECK(std::isnan(found.all.distance));
   CHECK(found.of_sensors.empty());
-}
-
-TEST_CASE("a tracker says which camera is elsewhere") {
-  const auto mesh = bumpy_torus(24);
-  Tracker<double> tracker(mesh.faces(), mesh.points());
-  auto images = images_of(mesh, mesh.vertices, 4, 96);
-  images[2].pose[11] += 2.5 * mean_edge(mesh);
-  std::fill(images[3].pixels.begin(), images[3].pixels.end(), 0.0F);
-  std::vector<DepthImage> views;
-  for (const auto& image : images) views.push_back(image.view());
-  std::vector<double> tracked(3 * mesh.size());
-  const auto report = tracker.push_depth(views, {tracked.data(), mesh.size()});
-  const auto sensors = tracker.agreement_of_sensors();
-  REQUIRE(sensors.size() == 4);
-  CHECK(sensors[2].far_share > 3 * sensors[0].far_share);
-  CHECK(sensors[2].far_share > 3 * sensors[1].far_share);
-  CHECK(sensors[3].points == 0);
-  CHECK(std::isnan(sensors[3].far_share));
-  std::size_t points = 0;
-  double far = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    points += sensors[i].points;
-    far += sensors[i].far_share * static_cast<double>(sensors[i].points);
-  }
-  CHECK(points == report.agreement.points);
-  CHECK(far == doctest::Approx(report.agreement.far_share * static_cast<double>(points)));
-  tracker.skip({tracked.data(), mesh.size()});
-  CHECK(tracker.agreement_of_sensors().empty());
-  CHECK(std::isnan(tracker.report().agreement.far_share));
 }
 
 TEST_CASE("a point of a scan counts for the viewpoint that its normal turns to") {
@@ -444,6 +419,104 @@ TEST_CASE("steps towards planes end where all planes and shapes balance") {
   CHECK(slope_after(400) < 1e-6);
   CHECK(slope_after(5) < 0.5);
   CHECK(slope_after(0) == doctest::Approx(1));
+}
+
+/// A flat square of n by n vertices at distances of 1, around the origin.
+Mesh<double> flat_sheet(int n) {
+  auto mesh = sheet<double>(n, -0.5 * (n - 1));
+  for (std::size_t v = 0; v < mesh.vertices.size(); v += 3) {
+    mesh.vertices[v + 1] -= 0.5 * (n - 1);
+    mesh.vertices[v + 2] = 0;
+  }
+  return mesh;
+}
+
+std::vector<std::uint8_t> cloth_of(const Mesh<double>& mesh) {
+  const auto component = build_topology(mesh.faces(), mesh.size()).component;
+  return find_cloth(triangles_of(mesh), component, rows_of(mesh.vertices), {});
+}
+
+TEST_CASE("sheets that are free to slide are cloth, components one by one") {
+  const auto sheet = flat_sheet(12);
+  auto hill = flat_sheet(16);  // its shape holds it
+  for (std::size_t v = 0; v < hill.vertices.size(); v += 3) {
+    const double x = hill.vertices[v] / 7.5;
+    const double y = hill.vertices[v + 1] / 7.5;
+    hill.vertices[v + 2] =
+        12 * std::cos(2 * x) * std::cos(1.5 * y + 0.4 * x) + 4 * std::sin(3 * x * y);
+  }
+  const auto all = join(join(sheet, bumpy_torus(16)), hill);
+  std::vector<std::uint8_t> expected(all.size(), 0);
+  std::fill_n(expected.begin(), sheet.size(), std::uint8_t{1});
+  CHECK(cloth_of(all) == expected);
+}
+
+/// The energy of the membrane with mu = 1, as its equation says.
+double membrane_energy(const Mesh<double>& mesh, const std::vector<double>& x) {
+  const auto at = [](const std::vector<double>& points, Index v) {
+    return Eigen::Vector3d(
+        Eigen::Map<const Eigen::Vector3d>(&points[3 * static_cast<std::size_t>(v)]));
+  };
+  double energy = 0;
+  for (const Triangle& face : triangles_of(mesh)) {
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    std::array<double, 3> weights{};
+    std::array<Eigen::Vector3d, 3> before, now;
+    for (std::size_t s = 0; s < 3; ++s) {
+      const Index i = face[s];
+      const Index j = face[(s + 1) % 3];
+      const Eigen::Vector3d apex = at(mesh.vertices, face[(s + 2) % 3]);
+      const Eigen::Vector3d a = at(mesh.vertices, i) - apex;
+      const Eigen::Vector3d b = at(mesh.vertices, j) - apex;
+      weights[s] = 0.5 * a.dot(b) / a.cross(b).norm();
+      before[s] = at(mesh.vertices, i) - at(mesh.vertices, j);
+      now[s] = at(x, i) - at(x, j);
+      covariance += weights[s] * now[s] * before[s].transpose();
+    }
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+    for (std::size_t s = 0; s < 3; ++s) {
+      energy += weights[s] * (now[s] - rotation * before[s]).squaredNorm();
+    }
+  }
+  return energy;
+}
+
+TEST_CASE("the membrane pulls down the slope of its energy, and not where cloth only folds") {
+  auto mesh = flat_sheet(5);
+  for (std::size_t v = 0; v < mesh.vertices.size(); v += 3) {
+    mesh.vertices[v] += 0.5 * mesh.vertices[v + 1];  // acute triangles, none of which is flipped
+  }
+  Workers workers(1);
+  Membrane membrane(triangles_of(mesh), rows_of(mesh.vertices), 1,
+                    std::vector<double>(mesh.size(), 1.0), workers);
+  const auto force_at = [&](const std::vector<double>& x) {
+    std::vector<Vector3<double>> forces(mesh.size());
+    membrane.add_forces(rows_of(x), forces);
+    return forces;
+  };
+  auto x = turned(mesh.vertices, 0.4);
+  for (const auto& force : force_at(x)) CHECK(squared_norm(force) < 1e-24);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.3 * std::sin(5.0 * static_cast<double>(i));
+  const auto forces = force_at(x);
+  constexpr double step = 1e-5;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    auto above = x;
+    auto below = x;
+    above[i] += step;
+    below[i] -= step;
+    const double slope = (membrane_energy(mesh, above) - membrane_energy(mesh, below)) / (2 * step);
+    const auto& force = forces[i / 3];
+    const double found = i % 3 == 0 ? force.x : i % 3 == 1 ? force.y : force.z;
+    CHECK(found == doctest::Approx(-0.5 * slope).epsilon(1e-4));
+  }
+  // Turned by a right angle around a row of edges.
+  auto fold = mesh.vertices;
+  for (std::size_t v = 0; v < fold.size(); v += 3) {
+    if (fold[v + 1] > 0) fold[v + 2] = std::exchange(fold[v + 1], 0.0);
+  }
+  for (const auto& force : force_at(fold)) CHECK(squared_norm(force) < 1e-24);
 }
 
 }  // namespace

@@ -14,7 +14,6 @@
 #include "detail/modes.hpp"
 #include "detail/shape_library.hpp"
 #include "meshes.hpp"
-#include "push.hpp"
 #include "support/workers.hpp"
 #include "training_data.hpp"
 
@@ -60,83 +59,6 @@ TEST_CASE("a frame that is refused changes nothing") {
   CHECK_THROWS_AS(training.add({shown[0].data(), 8}), std::invalid_argument);
   CHECK(training.n_added() == 4);
   CHECK(std::ranges::equal(training.frames(), shown));
-}
-
-TEST_CASE("a distant anchor does not affect later frames") {
-  const auto mesh = sheet<double>(9);
-  auto completer = trained(mesh);
-  SUBCASE("with training") {}
-  SUBCASE("while learning") {
-    completer = Completer<double>(mesh.faces(), mesh.points(), {.learn = true});
-  }
-  const auto known = [&](unsigned n) {
-    auto mask = random_mask(mesh.size(), 0.5, n);
-    mask[40] = 1;
-    return mask;
-  };
-  for (const double distance : {1e9, 1e30, 1e100, 1e200}) {
-    CAPTURE(distance);
-    auto outlier = mesh.vertices;
-    outlier[120] = distance;
-    CHECK(largest(push(completer, outlier, known(1))) <= 1e200);
-    CHECK(largest(push(completer, outlier, known(2))) <= 1e200);
-    completer.restore(completer.state());
-    push(completer, mesh.vertices, std::vector<std::uint8_t>(mesh.size(), 1));
-    for (unsigned n = 3; n < 8; ++n) push(completer, mesh.vertices, known(n));
-    const auto completed = push(completer, mesh.vertices, known(8));
-    CHECK(largest_difference(completed, mesh.vertices) < 1e-2);
-  }
-}
-
-TEST_CASE_TEMPLATE("a training sequence that moves as a whole is not used, and changes nothing",
-                   Real, float, double) {
-  const auto mesh = sheet<Real>(10);
-  std::vector<std::vector<Real>> shown;
-  Real shift = 0;
-  SUBCASE("in place") {}
-  SUBCASE("far away") { shift = 2000; }
-  for (int n = 0; n < 8; ++n) {
-    const Real along = static_cast<Real>(n) * shift;
-    shown.push_back(translated(turned(mesh.vertices, 0.3 * n), along, along, Real{0}));
-  }
-  const Settings detail = {.method = Method::detail};
-  Completer<Real> with(mesh.faces(), mesh.points(), detail, training_of(shown));
-  Completer<Real> without(mesh.faces(), mesh.points(), detail);
-  for (unsigned n = 1; n < 16; ++n) {
-    auto frame = n < 8 ? mesh.vertices : bent(mesh.vertices, 0.1 * (n - 7));
-    frame = translated(frame, static_cast<Real>(0.37 * n), Real{0}, Real{0});
-    const auto known = random_mask(mesh.size(), 0.3, n);
-    CHECK(push(with, frame, known) == push(without, frame, known));
-    CHECK(with.report().stages.prior_weight == 0);
-  }
-}
-
-TEST_CASE("after a rest, the pose does not depend on rounding errors") {
-  Mesh<double> mesh = sheet<double>(3);
-  for (int n = 1; n < 8; ++n) mesh = join(mesh, sheet<double>(3, 5.0 * n));
-  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    mesh.vertices[i] += 0.1 * std::sin(static_cast<double>(7 * i * i));  // no two edges are equal
-  }
-  const auto complete = [&](double shift) {
-    const auto moved = [&](const std::vector<double>& frame) {
-      return translated(turned(frame, 0.7), shift, shift, shift);
-    };
-    Mesh<double> elsewhere = mesh;
-    elsewhere.vertices = moved(mesh.vertices);
-    const std::vector<std::vector<double>> shown(3, moved(bent(mesh.vertices, 0.5)));
-    Completer<double> completer(elsewhere.faces(), elsewhere.points(), {.method = Method::detail},
-                                training_of(shown));
-    push(completer, translated(elsewhere.vertices, 0.1, 0.2, 0.3),
-         random_mask(mesh.size(), 0.05, 1));
-    const auto completed =
-        push(completer, moved(bent(mesh.vertices, 1)), random_mask(mesh.size(), 0.8, 2));
-    CHECK(completer.report().stages.prior_weight > 0);
-    return translated(completed, -shift, -shift, -shift);
-  };
-  const auto expected = complete(0);
-  for (const double shift : {0.01, 0.3, 7.3, -100.0}) {
-    CHECK(largest_difference(complete(shift), expected) < 1e-9);
-  }
 }
 
 constexpr std::size_t n_vertices = 600;  // more than two chunks

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes import EVENTS, Array, Mesh, sheet
 from numpy.typing import DTypeLike, NDArray
+from test_tracking import bumpy_torus
 
 import dynmesh
 
@@ -223,3 +224,120 @@ def test_one_complete_frame_restores_accuracy(
         completer.restore(completer.state())
         found = errors(completer, frames)
         assert (found <= 3 * np.maximum(expected, 1e-5 * h)).all(), (name, found, expected)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("step", [0.0, 0.37, 30.0])
+@pytest.mark.parametrize(
+    "settings", [{}, {"noise": 0.01}, {"learn": True}, {"training": True}, {"uncertainty": True}]
+)
+def test_nothing_is_made_of_the_rounding_errors_of_a_subject_at_rest(
+    settings: dict[str, Any], step: float, dtype: Any
+) -> None:
+    """Or of one that moves as a whole, for three frames, before it bends; here and elsewhere."""
+    mesh = sheet(10)
+    if settings.get("training"):
+        settings = {"training": [bent(mesh.vertices, 0.1 + 0.02 * n) for n in range(6)]}
+
+    def complete(x: float) -> list[Array]:
+        made = []
+        here = x * np.array([1, -0.4, 0.2])
+        completer = dynmesh.Completer(mesh.faces, (mesh.vertices + here).astype(dtype), **settings)
+        for n in range(1, 7):
+            frame = mesh.vertices.copy()
+            frame[:, 2] += 0.01 * max(0, n - 3) * frame[:, 0] ** 2
+            there = here + np.array([step * n, 0, 0])
+            known = np.random.default_rng(n).random(100) < 0.3
+            made.append(completer.push((frame + there).astype(dtype), known) - there)
+            report = completer.report
+            assert report.blend == 0 or n > (3 if "training" in settings else 4)
+            assert report.prior_share == 0 or n > 3
+            if "uncertainty" in settings and n > 3:
+                made.append(completer.standard_error)
+        return made
+
+    limit = 100 * (10 + 6 * step) * np.finfo(dtype).eps
+    for one, other in zip(complete(0), complete(7.3), strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=limit)
+
+
+def test_noise_that_is_too_small_to_matter_is_small_however_small() -> None:
+    mesh = sheet(8)
+
+    def complete(noise: float) -> Array:
+        completer = dynmesh.Completer(mesh.faces, mesh.vertices, noise=noise)
+        for n in range(1, 8):
+            known = np.random.default_rng(n).random(64) < 0.3
+            made = completer.push(meshes.turned(mesh.vertices, 0.1 * n), known)
+        return made
+
+    expected = complete(1e-20)
+    for noise in (1e-155, 1e-160, 1e-170, 5e-324):
+        np.testing.assert_array_equal(complete(noise), expected)
+    assert np.abs(complete(1) - expected).max() > 1e-3
+
+
+def taken_apart(mesh: Mesh) -> Mesh:
+    """The same triangles, which share no vertices."""
+    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+    return Mesh(np.arange(len(corners)).reshape(-1, 3), corners)
+
+
+SHEET = sheet(12)
+ROW = SHEET.vertices.copy()
+ROW[60:72, 1] = 4 + 1e-7
+TWICE = SHEET.vertices.copy()
+TWICE[41] = TWICE[40]
+SHAPES = {
+    "open": SHEET,
+    "closed": bumpy_torus(12),
+    "two coincident vertices": Mesh(SHEET.faces, TWICE),
+    "needles": Mesh(SHEET.faces, SHEET.vertices * [1, 1e-9, 1]),
+    "a row of needles": Mesh(SHEET.faces, ROW),
+    "single triangles": taken_apart(SHEET),
+    "one component disconnected": meshes.join(SHEET, sheet(4, 14)),
+}
+
+
+def turning(mesh: Mesh, method: Any, scale: float, n: int, shares: Any) -> tuple[Array, Array]:
+    """The frames of a mesh that turns in another unit, completed, and the true ones."""
+    completer = dynmesh.Completer(mesh.faces, scale * mesh.vertices, method=method)
+    rng, truth, made = np.random.default_rng(0), [], []
+    for i in range(1, n + 1):
+        truth.append(meshes.turned(mesh.vertices, 0.1 * i) + i * np.array([0.3, -0.2, 0.1]))
+        known = rng.random(len(mesh.vertices)) < shares(i)
+        known[144:] &= len(mesh.vertices) != 160  # the second component is lost
+        made.append(completer.push(scale * truth[-1], known) / scale)
+    return np.stack(made), np.stack(truth)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_rotation_is_completed_on_every_kind_of_mesh(shape: str) -> None:
+    """More accurately than by motion, in any unit."""
+
+    def off(method: str, scale: float) -> float:
+        made, truth = turning(SHAPES[shape], method, scale, 8, lambda _: 0.3)
+        return float(np.abs(made - truth).sum())
+
+    expected = off("detail", 1)
+    assert expected < 0.75 * off("motion", 1)
+    for scale in (1e-4, 1e6):
+        assert off("detail", scale) == pytest.approx(expected, rel=1e-3)
+
+
+def test_rounding_does_not_decide_the_blend_that_anchors_do_not_determine() -> None:
+    mesh = SHAPES["single triangles"]
+    made, _ = turning(mesh, "detail", 1, 60, lambda i: 0.5 if i < 4 else 0.02)
+    assert np.abs(made).max() < 60
+    for scale in (1e-4, 1e6):
+        again, _ = turning(mesh, "detail", scale, 60, lambda i: 0.5 if i < 4 else 0.02)
+        np.testing.assert_allclose(again[-1], made[-1], rtol=0, atol=1e-6)
+
+
+def test_a_vertex_with_too_many_neighbours_is_refused_by_detail_and_accepted_by_motion() -> None:
+    angle, rim = np.arange(9001) * 6.28 / 9000, np.arange(1, 9000)
+    fan = np.stack([0 * rim, rim, rim + 1], axis=1)
+    vertices = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    with pytest.raises(ValueError, match="faces: vertex 0 has 9000 neighbours, too many for meth"):
+        dynmesh.Completer(fan, vertices)
+    dynmesh.Completer(fan, vertices, method="motion")

@@ -201,3 +201,66 @@ def test_what_recurs_is_completed_more_accurately(rng: np.random.Generator) -> N
     masks &= ~(hidden[:, None] & (sheet.vertices[:, 0] > 6))
     learned, plain = (completed(sheet, frames, masks, learn=on)[30:] for on in (True, False))
     assert error(frames[31:], np.stack(learned)) < 0.9 * error(frames[31:], np.stack(plain))
+
+
+@pytest.mark.parametrize("learns", [False, True])
+def test_a_distant_anchor_does_not_affect_later_frames(learns: bool) -> None:
+    mesh = meshes.sheet(9)
+    training = poses(mesh.vertices, 6, np.random.default_rng(0))
+    settings: Any = {"learn": True} if learns else {"training": training}
+    completer = dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
+
+    def push(points: Array, seed: int) -> Array:
+        known = np.random.default_rng(seed).random(81) < 0.5
+        known[40] = True
+        return completer.push(points, known)
+
+    for distance in (1e9, 1e30, 1e100, 1e200):
+        outlier = mesh.vertices.copy()
+        outlier[40, 0] = distance
+        for seed in (1, 2):
+            assert np.abs(push(outlier, seed)).max() <= 1e200
+        completer.restore(completer.state())
+        completer.push(mesh.vertices)
+        made = [push(mesh.vertices, seed) for seed in range(3, 9)]
+        assert np.abs(made[-1] - mesh.vertices).max() < 1e-2
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("shift", [0, 2000])
+def test_a_training_that_moves_as_a_whole_is_not_used_and_changes_nothing(
+    shift: float, dtype: Any
+) -> None:
+    mesh = meshes.sheet(10)
+    first = mesh.vertices.astype(dtype)
+    away = shift * np.array([1, 1, 0])
+    training = [(meshes.turned(mesh.vertices, 0.3 * n) + n * away).astype(dtype) for n in range(8)]
+    plain = dynmesh.Completer(mesh.faces, first)
+    trained = dynmesh.Completer(mesh.faces, first, training=training)
+    bending = poses(mesh.vertices, 8, np.random.default_rng(0))
+    for n in range(1, 16):
+        frame = (mesh.vertices if n < 8 else bending[n - 8]) + 0.37 * n * np.array([1, 0, 0])
+        known = np.random.default_rng(n).random(100) < 0.3
+        expected = plain.push(frame.astype(dtype), known)
+        np.testing.assert_array_equal(trained.push(frame.astype(dtype), known), expected)
+        assert trained.report.prior_weight == 0
+
+
+def test_after_a_rest_the_pose_does_not_depend_on_rounding_errors() -> None:
+    mesh = meshes.join(*(meshes.sheet(3, 5.0 * n) for n in range(8)))
+    mesh.vertices[:] += 0.1 * np.sin(7.0 * np.arange(mesh.vertices.size) ** 2).reshape(-1, 3)
+    (one,) = poses(mesh.vertices, 1, np.random.default_rng(3))
+    other = mesh.vertices + 1.7 * (one - mesh.vertices)
+
+    def complete(shift: float) -> Array:
+        first, shown, last = (meshes.turned(f, 0.7) + shift for f in (mesh.vertices, one, other))
+        completer = dynmesh.Completer(mesh.faces, first, training=[shown] * 3)
+        rng = np.random.default_rng(1)
+        completer.push(first + np.array([0.1, 0.2, 0.3]), rng.random(len(first)) < 0.05)
+        made = completer.push(last, rng.random(len(first)) < 0.8)
+        assert completer.report.prior_weight > 0
+        return made - shift
+
+    expected = complete(0)
+    for shift in (0.01, 0.3, 7.3, -100.0):
+        np.testing.assert_allclose(complete(shift), expected, rtol=0, atol=1e-9)
