@@ -202,8 +202,19 @@ dynmesh_status guarded(const Call& call) noexcept {
   }
 }
 
-/// Calls `call` with the object in `handle`, of float or of double. For properties that never
-/// change.
+/// Calls `call` with the object in `handle`, of float or of double, which is refused while another
+/// thread is using the object.
+template <class Handle, class Call>
+void enter(Handle* handle, const Call& call) {
+  check_pointer(Handle::name, handle);
+  handle->turns.enter([&] { std::visit(call, handle->any); });
+}
+template <class Handle, class Call>
+dynmesh_status with(Handle* handle, const Call& call) noexcept {
+  return guarded([&] { enter(handle, call); });
+}
+
+/// The same for properties that never change, which any thread may read.
 template <class Handle, class Call>
 dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
@@ -212,24 +223,17 @@ dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   });
 }
 
-/// The same for all other functions, which are refused while another thread is using the object.
-template <class Handle, class Call>
-dynmesh_status with(Handle* handle, const Call& call) noexcept {
-  return with_constant(handle, [&](auto& object) { handle->turns.enter([&] { call(object); }); });
-}
-
 /// Calls `call` with positions and a training sequence of their type, or with null for none.
 template <class Call>
-dynmesh_status with_training(const char* argument, const dynmesh_points* positions,
-                             dynmesh_training* training, const Call& call) noexcept {
+void with_training(const char* argument, const dynmesh_points* positions,
+                   dynmesh_training* training, const Call& call) {
   if (training == nullptr) {
-    return guarded([&] {
-      with_type_of(argument, positions, [&]<class Real>(Points<const Real> given) {
-        call(given, static_cast<const Training<Real>*>(nullptr));
-      });
+    with_type_of(argument, positions, [&]<class Real>(Points<const Real> given) {
+      call(given, static_cast<const Training<Real>*>(nullptr));
     });
+    return;
   }
-  return with(training, [&]<class Real>(const Training<Real>& frames) {
+  enter(training, [&]<class Real>(const Training<Real>& frames) {
     call(points_of<const Real>(argument, positions, "the training sequence"), &frames);
   });
 }

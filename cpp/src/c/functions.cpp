@@ -162,20 +162,19 @@ dynmesh_status dynmesh_whole_frame(const dynmesh_whole_frame_request* request,
 dynmesh_status dynmesh_register(const dynmesh_registration_request* request,
                                 const dynmesh_output* vertices, uint8_t* observed,
                                 double* standard_error, dynmesh_registration_report* report) {
-  const dynmesh_status status = guarded([&] {
+  return guarded([&] {
     check_pointer("request", request);
     check_pointer("vertices", vertices);
+    with_training(
+        "template", request->positions, request->training,
+        [&]<class Real>(Points<const Real> positions, const Training<Real>* training) {
+          const auto out = points_of<Real>("vertices", vertices, "the template");
+          check_rows("vertices", out, positions.count);
+          const auto found = registered(*request, positions, standard_error != nullptr, training);
+          give(found.vertices, out, found.observed, observed, found.standard_error, standard_error);
+          if (report != nullptr) *report = to_c<dynmesh_registration_report>(found);
+        });
   });
-  if (status != DYNMESH_OK) return status;
-  return with_training(
-      "template", request->positions, request->training,
-      [&]<class Real>(Points<const Real> positions, const Training<Real>* training) {
-        const auto out = points_of<Real>("vertices", vertices, "the template");
-        check_rows("vertices", out, positions.count);
-        const auto found = registered(*request, positions, standard_error != nullptr, training);
-        give(found.vertices, out, found.observed, observed, found.standard_error, standard_error);
-        if (report != nullptr) *report = to_c<dynmesh_registration_report>(found);
-      });
 }
 
 dynmesh_status dynmesh_read_template(const char* path, const dynmesh_template** mesh) {

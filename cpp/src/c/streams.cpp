@@ -69,18 +69,17 @@ template <template <class> class Object, class Handle, class Choose>
 dynmesh_status create(const std::int32_t* faces, std::int64_t n_faces,
                       const dynmesh_points* first_frame, const Choose& settings,
                       dynmesh_training* training, Handle** handle) {
-  const dynmesh_status status = guarded([&] {
+  return guarded([&] {
     check_pointer(Handle::name, handle);
     *handle = nullptr;
+    with_training("first_frame", first_frame, training,
+                  [&]<class Real>(Points<const Real> frame, const Training<Real>* frames) {
+                    const Faces mesh = faces_of(faces, n_faces);
+                    *handle = new Handle{frames == nullptr
+                                             ? Object<Real>(mesh, frame, settings())
+                                             : Object<Real>(mesh, frame, settings(), *frames)};
+                  });
   });
-  if (status != DYNMESH_OK) return status;
-  return with_training("first_frame", first_frame, training,
-                       [&]<class Real>(Points<const Real> frame, const Training<Real>* frames) {
-                         const Faces mesh = faces_of(faces, n_faces);
-                         *handle = new Handle{frames == nullptr
-                                                  ? Object<Real>(mesh, frame, settings())
-                                                  : Object<Real>(mesh, frame, settings(), *frames)};
-                       });
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {

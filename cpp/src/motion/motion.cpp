@@ -1,121 +1,135 @@
-#include "motion/motion.hpp"
+#include "motion/fast_motion.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+template <class Real>
+bool FastMotion<Real>::supports(std::size_t n_vertices) {
+  return n_vertices <= std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
+}
 
 template <class Real>
-Motion<Real>::Motion(const Cells& cells, Frame first_frame, bool revisit, Index extra_iterations)
-    : cells_(cells),
-      revisit_(revisit),
+FastMotion<Real>::FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations,
+                             Workers& workers, const Sweeps<Real>& sweeps)
+    : workers_(workers),
+      sweeps_(sweeps),
       extra_iterations_(extra_iterations),
-      mean_edge_(mean_edge_length(cells, first_frame)),
-      anchor_sums_(cells.size()),
-      row_ends_(cells.size() + 1),
-      neighbours_(cells.neighbours.size()),
-      estimates_(cells.size()),
-      next_(cells.size()),
-      row_of_(cells.size()) {}
-
-/// s_ij = 1 / |v_i - v_j|^2, in units of the mean edge length. Eq. (4) depends only on ratios, and
-/// in these units the squares of very small and very large coordinates stay within the range of
-/// Real.
-template <class Real>
-Real Motion<Real>::inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const {
-  constexpr auto floor = static_cast<Real>(squared_length_floor);
-  constexpr auto ceiling = static_cast<Real>(squared_length_ceiling);
-  const Vector3<Real> edge = a - b;
-  const Vector3<Real> scaled = {edge.x / mean_edge_, edge.y / mean_edge_, edge.z / mean_edge_};
-  return Real{1} / std::clamp(squared_norm(scaled), floor, ceiling);
-}
-
-/// Splits the sums of eq. (4) into two parts: the sum over the anchors of a cell, which is the same
-/// in all iterations, and the sum over its satellites, which is not.
-template <class Real>
-void Motion<Real>::gather(Frame previous, std::span<const Vector3<Real>> points,
-                          const Generations& generations) {
-  const auto satellites = generations.satellites();
-  const auto generation = generations.of_vertices();
-  for (std::size_t row = 0; row < satellites.size(); ++row) {
-    row_of_[satellites[row]] = static_cast<std::uint32_t>(row);
-  }
-
-  std::size_t end = 0;
-  for (std::size_t row = 0; row < satellites.size(); ++row) {
-    const Vector3<Real>& v_j = previous[satellites[row]];
-    Weighted anchor_sum{};
-    for (const Index i : cells_[satellites[row]]) {
-      const Real s = inverse_squared_distance(previous[i], v_j);
-      if (generation[i] == Generations::anchor) {
-        anchor_sum.add(s, {points[i] - previous[i], Real{1}});
-      } else {
-        neighbours_[end++] = {row_of_[i], s};
-      }
+      neighbours_(slots * cells.size()),
+      valence_(cells.size()),
+      weights_(2 * cells.size()),
+      before_(cells.size()),
+      after_(cells.size()),
+      visits_(cells.size()),
+      rows_(cells.size()) {
+  for (std::size_t j = 0; j < cells.size(); ++j) {
+    const auto cell = cells[j];
+    valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
+    // Empty slots refer to the vertex itself and have weight 0.
+    const auto neighbour = [&](std::size_t slot) {
+      const std::size_t i = slot < cell.size() ? static_cast<std::size_t>(cell[slot]) : j;
+      return static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
+    };
+    std::uint32_t* of_vertex = &neighbours_[slots * j];
+    if (cell.size() <= slots) {
+      for (std::size_t slot = 0; slot < slots; ++slot) of_vertex[slot] = neighbour(slot);
+      continue;
     }
-    anchor_sums_[row] = anchor_sum;
-    row_ends_[row + 1] = static_cast<Index>(end);
-  }
-}
-
-/// Numerator and denominator of eq. (4). The weight w_i of an anchor is the number of the
-/// iteration. The weight of a satellite is part of its estimate, and is zero until the satellite is
-/// reached.
-template <class Real>
-typename Motion<Real>::Weighted Motion<Real>::weighted_sum(std::size_t row, Index iteration) const {
-  Weighted sum{};
-  sum.add(static_cast<Real>(iteration), anchor_sums_[row]);
-  for (auto i = row_ends_[row]; i < row_ends_[row + 1]; ++i) {
-    const Neighbour& neighbour = neighbours_[i];
-    sum.add(neighbour.s, estimates_[neighbour.row]);
-  }
-  return sum;
-}
-
-template <class Real>
-Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
-                             std::span<const std::uint8_t> known, Generations& generations) {
-  generations.classify(cells_, known);
-  gather(previous, points, generations);
-
-  const auto satellites = generations.satellites();
-  const auto generation = generations.of_vertices();
-  std::fill_n(estimates_.begin(), satellites.size(), Weighted{});
-  std::fill_n(next_.begin(), satellites.size(), Weighted{});
-
-  const Index iterations = generations.last() + extra_iterations_;
-  for (Index t = 1; t <= iterations; ++t) {
-    const std::size_t first = revisit_ ? 0 : generations.reached_by(t - 1);
-    const std::size_t last = generations.reached_by(t);
-    for (std::size_t row = first; row < last; ++row) {
-      const auto j = static_cast<std::size_t>(satellites[row]);
-      const Weighted sum = weighted_sum(row, t);
-      const Vector3<Real> d_j = (Real{1} / sum.weight) * sum.motion;  // eq. (4)
-      const auto w_j =
-          static_cast<Real>(t + 1 - generation[j]);  // 1 at first, then one more in each iteration
-      next_[row] = {w_j * d_j, w_j};
+    wide_.push_back(static_cast<Index>(j));
+    of_vertex[0] = static_cast<std::uint32_t>(wide_neighbours_.size());
+    of_vertex[2] = static_cast<std::uint32_t>(wide_neighbours_.size() + cell.size());
+    for (std::size_t slot = 0; slot < (cell.size() + 3) / 4 * 4; ++slot) {
+      wide_neighbours_.push_back(neighbour(slot));
     }
-    // Every estimate is computed from those of the previous iteration.
-    if (revisit_) {
-      std::swap(estimates_, next_);
-    } else {
-      std::copy(next_.begin() + static_cast<std::ptrdiff_t>(first),
-                next_.begin() + static_cast<std::ptrdiff_t>(last),
-                estimates_.begin() + static_cast<std::ptrdiff_t>(first));
+    of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
+  }
+  wide_weights_.resize(wide_neighbours_.size() / 4);
+  data_.inverse_mean_edge =
+      std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
+  const auto k = static_cast<Index>(cells.size());
+  Index wide = 0;
+  const Index chunk = workers.task_sharing().chunk;
+  for (Index first = 0; first < k; first += chunk) {
+    Rows rows{};
+    rows.first = first;
+    rows.last = std::min(first + chunk, k);
+    rows.first_wide = wide;
+    while (wide < static_cast<Index>(wide_.size()) && wide_[wide] < rows.last) {
+      ++wide;
     }
+    rows.last_wide = wide;
+    chunks_.push_back(rows);
   }
-
-  for (std::size_t row = 0; row < satellites.size(); ++row) {
-    const auto j = static_cast<std::size_t>(satellites[row]);
-    const Weighted& estimate = estimates_[row];
-    points[j] = previous[j] + (Real{1} / estimate.weight) * estimate.motion;  // eq. (3)
-  }
-  return iterations;
 }
 
-template class Motion<float>;
-template class Motion<double>;
+template <class Real>
+template <class Work>
+void FastMotion<Real>::for_each_chunk(Work&& work) {
+  workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index i) { work(chunks_[i]); });
+}
+
+/// Executes one iteration and returns the number of satellites reached so far.
+template <class Real>
+Index FastMotion<Real>::sweep(Index t) {
+  for_each_chunk([&](Rows& rows) {
+    rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
+  });
+  Index reached = 0;
+  for (const Rows& rows : chunks_) reached += rows.reached;
+  return reached;
+}
+
+template <class Real>
+Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                                 std::span<const std::uint8_t> known, Generations& generations) {
+  data_.neighbours = neighbours_.data();
+  data_.valence = valence_.data();
+  data_.wide = wide_.data();
+  data_.wide_neighbours = wide_neighbours_.data();
+  data_.known = known.data();
+  data_.previous = &previous[0].x;
+  data_.points = &points[0].x;
+  data_.generation = generations.to_fill().data();
+  data_.weights = &weights_[0].x;
+  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
+  data_.before = &before_[0].x;
+  data_.after = &after_[0].x;
+  data_.visits = visits_.data();
+  data_.rows = rows_.data();
+
+  for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
+  Index unknown = 0;
+  for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
+
+  Index reached = 0;
+  Index last = 0;  // T
+  Index t = 0;
+  while (reached < unknown) {
+    const Index now = sweep(++t);
+    if (now == reached)
+      break;  // the other vertices are disconnected, and this iteration does not count
+    reached = now;
+    last = t;
+    std::swap(data_.before, data_.after);
+  }
+  Index sweeps_made = t;
+  for (t = last + 1; t <= last + extra_iterations_; ++t) {
+    if (t > sweeps_made) {
+      sweep(t);
+      sweeps_made = t;
+    }
+    std::swap(data_.before, data_.after);
+  }
+  for_each_chunk([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
+  generations.set_counts(previous.size() - static_cast<std::size_t>(unknown),
+                         static_cast<std::size_t>(reached));
+  return last + extra_iterations_;
+}
+
+template class FastMotion<float>;
+template class FastMotion<double>;
 
 }  // namespace dynmesh

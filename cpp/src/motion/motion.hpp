@@ -1,70 +1,55 @@
-/// The estimate of the paper: a satellite moves like the known vertices of its cell (section 3,
-/// "Geometry Completion Based on Topological Characteristics").
+/// Method motion with `revisit`, implemented by the loops of sweeps.hpp.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <dynmesh/topology.hpp>
-#include <dynmesh/types.hpp>
-#include <span>
 #include <vector>
 
+#include "kernels/kernels.hpp"
 #include "mesh/estimator.hpp"
-#include "mesh/generations.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
-/// Allocates memory only in the constructor. The time of an iteration is linear in the number of
-/// edges of the satellites that it estimates.
+/// Computes the same result as Motion, except for rounding. Allocates memory only in the
+/// constructor.
 template <class Real>
-class Motion final : public Estimator<Real> {
+class FastMotion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// `cells` must outlive this object. `first_frame` is frame 0. With `revisit`, every iteration
-  /// estimates all satellites reached so far; otherwise each is estimated once, when it is reached.
-  /// `extra_iterations` >= 0 is the number of iterations after the one that reaches the last
-  /// satellite; without `revisit` they have no effect.
-  Motion(const Cells& cells, Frame first_frame, bool revisit, Index extra_iterations);
+  /// Whether the 32-bit byte offsets of the loops suffice for a mesh of this size.
+  static bool supports(std::size_t n_vertices);
+
+  /// `workers` must outlive this object. `first_frame` is frame 0. The result does not depend on
+  /// the number of threads.
+  FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations, Workers& workers,
+             const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
 
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
   void remember(Frame /*completed*/) override {}
 
  private:
-  /// w d and w: a motion vector times its weight, and the weight.
-  struct alignas(4 * sizeof(Real)) Weighted {
-    Vector3<Real> motion;
-    Real weight{};
+  Index sweep(Index t);
+  template <class Work>
+  void for_each_chunk(Work&& work);
 
-    void add(Real factor, const Weighted& other) {
-      motion = motion + factor * other.motion;
-      weight += factor * other.weight;
-    }
-  };
-  /// A satellite neighbour i of satellite j.
-  struct Neighbour {
-    std::uint32_t row;  ///< of vertex i, in the order of Generations::satellites
-    Real s;             ///< s_ij
-  };
-
-  [[nodiscard]] Real inverse_squared_distance(const Vector3<Real>& a, const Vector3<Real>& b) const;
-  void gather(Frame previous, std::span<const Vector3<Real>> points,
-              const Generations& generations);
-  [[nodiscard]] Weighted weighted_sum(std::size_t row, Index iteration) const;
-
-  const Cells& cells_;
-  bool revisit_;
+  Workers& workers_;
+  const Sweeps<Real>& sweeps_;
   Index extra_iterations_;
-  Real mean_edge_;  // h of frame 0
+  SweepData<Real> data_{};
 
-  // Row j of each belongs to the j-th satellite of the frame.
-  std::vector<Weighted> anchor_sums_;  // sum of s_ij d_i and of s_ij over the anchors i
-  std::vector<Index> row_ends_;        // row j of neighbours_ ends at row_ends_[j + 1]
-  std::vector<Neighbour> neighbours_;  // satellites i in the cell of j
-  std::vector<Weighted> estimates_;    // w_j d_j before the iteration
-  std::vector<Weighted> next_;         // w_j d_j after the iteration
-  std::vector<std::uint32_t> row_of_;  // (k,) the row of each satellite
+  std::vector<std::uint32_t> neighbours_;
+  std::vector<std::uint8_t> valence_;
+  std::vector<Index> wide_;
+  std::vector<std::uint32_t> wide_neighbours_;
+  std::vector<Vector3<Real>> wide_weights_;  // one for each four slots
+  std::vector<Vector3<Real>> weights_;       // two quads per vertex
+  std::vector<Vector3<Real>> before_;
+  std::vector<Vector3<Real>> after_;
+  std::vector<Real> visits_;
+  std::vector<Index> rows_;
+  std::vector<Rows> chunks_;
 };
 
 }  // namespace dynmesh
