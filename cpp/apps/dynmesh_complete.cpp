@@ -13,7 +13,6 @@
 #include <optional>
 #include <regex>
 #include <span>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -37,7 +36,7 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little,
               "frames are read and written in the byte order of memory");
 
-constexpr const char* help_before_settings =
+constexpr const char* help =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
 
 Completes the missing vertices of every frame of a dynamic mesh, from that frame and
@@ -53,10 +52,30 @@ no suffix; "-" is standard input or output). Or it is a mesh file for each frame
 or %04d in the place of its number. Positions are read from .obj or .ply until there is no
 file of the next number; .ply are written, with the triangles of MESH.
 
-)";
-
-constexpr const char* help_after_settings =
-    R"(  --report           print one JSON line per frame to standard error
+  --method METHOD    'detail' preserves the shape of frame 0 and of the last frame,
+                     rotated with the motion. 'motion' averages motion vectors as in
+                     the paper, and is fast.
+  --no-revisit       (method motion) Estimate each vertex only once, when it is
+                     reached: another reading of the paper, in which errors accumulate
+                     from frame to frame.
+  --extra-iterations N
+                     (method motion) Iterations after the one that reaches the last
+                     unknown vertex.
+  --disconnected RULE
+                     Parts that no chain of edges connects to a known vertex 'follow'
+                     the nearest surface, or 'hold' their position.
+  --noise SIGMA      (method detail) The standard deviation of the noise of the known
+                     positions, in the unit of the positions; they are smoothed.
+                     Without it, they are exact.
+  --reject-outliers  (method detail) Treat known vertices as unknown if they do not
+                     move like those around them.
+  --learn            (method detail) Learn from the completed frames how the shape of
+                     the subject varies: more accurate if motions recur, and about
+                     twice as slow.
+  --uncertainty      (method detail) Compute the standard error of each vertex, in the
+                     unit of the positions.
+  --threads N        The number of threads that may work on a frame of a large mesh.
+  --report           print one JSON line per frame to standard error
   --overwrite        replace existing output files
   --help, --version  print this text, or the version
 
@@ -258,41 +277,6 @@ std::string option_of(const Setting& setting, Value Settings::*member) {
   return "--" + name;
 }
 
-/// Returns `text` as lines of at most `width` columns, of which the first begins with `head` and
-/// the others with `indent` spaces. A head shorter than the indentation is filled up to it.
-std::string wrapped_text(std::string head, const std::string& text, std::size_t indent,
-                         std::size_t width) {
-  std::string lines;
-  std::string line = std::move(head);
-  const auto end_line = [&] {
-    lines += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
-    line.assign(indent, ' ');
-  };
-  if (!line.empty() && line.back() != ' ') line += ' ';
-  if (line.size() < indent) line.resize(indent, ' ');
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    if (line.size() + word.size() > width) end_line();
-    line += word + ' ';
-  }
-  end_line();
-  return lines;
-}
-
-void print_help() {
-  std::string text = help_before_settings;
-  for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
-    const std::string option = option_of(setting, member);
-    std::string sentence = option.starts_with("--no-") ? setting.without : setting.help;
-    if (setting.method) {
-      const auto method = static_cast<std::size_t>(*setting.method);
-      sentence = "(method " + std::string(names_of<Method>.at(method)) + ") " + sentence;
-    }
-    text += wrapped_text("  " + option + ' ' + setting.value, sentence, 21, 86);
-  });
-  std::fputs((text + help_after_settings).c_str(), stdout);
-}
-
 /// Sets the setting of `option`, from what `argument` returns. Returns false if there is none.
 template <class Argument>
 bool set(Settings& settings, const std::string& option, const Argument& argument) {
@@ -330,7 +314,7 @@ std::optional<Options> parse_options(std::span<const std::string> words) {
       if (++i == words.size()) refuse(option, "needs a value");
       return words[i];
     };
-    if (option == "--help") return print_help(), std::nullopt;
+    if (option == "--help") return std::fputs(help, stdout), std::nullopt;
     if (option == "--version") return std::puts("dynmesh-complete " DYNMESH_VERSION), std::nullopt;
     if (options.files.contains(option)) {
       options.files[option] = argument();
