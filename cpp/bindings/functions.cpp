@@ -140,10 +140,6 @@ void bind_functions(py::module_& module) {
   });
   module.def("nmsve", &py_nmsve, Release());
   module.def("vertex_error", &py_vertex_error, Release());
-  module.def("summary", [](const Positions& errors) {
-    const ErrorSummary found = summary({errors.data(), static_cast<std::size_t>(errors.size())});
-    return std::tuple(found.mean, found.rms, found.p99, found.maximum);
-  });
   module.def("find_alignment",
              [](const Exact<Index>& faces, const Positions& first_frame, const Positions& scan) {
                const Alignment found = [&] {

@@ -74,7 +74,15 @@ def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary:
     Args:
         errors: an array of any shape, float32 or float64, not empty and without NaN.
     """
-    return ErrorSummary(*_core.summary(packed(floats("errors", errors), np.float64)))
+    values = floats("errors", errors).astype(np.float64).ravel()
+    if len(values) == 0:
+        raise InputError("is empty", argument="errors")
+    if np.isnan(values).any():
+        place = int(np.isnan(values).argmax())
+        raise InputError(f"position {place} is not a number", argument="errors")
+    rms = np.sqrt(np.mean(values**2))
+    p99 = np.percentile(values, 99)
+    return ErrorSummary(float(values.mean()), float(rms), float(p99), float(values.max()))
 
 
 def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:

@@ -28,15 +28,4 @@ template <class Real>
 DYNMESH_EXPORT void vertex_error(Points<const Real> reference, Points<const Real> completed,
                                  std::span<double> error);
 
-/// Statistics of errors, in their unit.
-struct ErrorSummary {
-  double mean = 0;
-  double rms = 0;  ///< root mean square
-  double p99 = 0;  ///< 99th percentile, interpolated linearly
-  double maximum = 0;
-};
-
-/// Throws std::invalid_argument if `errors` is empty or contains NaN.
-DYNMESH_EXPORT ErrorSummary summary(std::span<const double> errors);
-
 }  // namespace dynmesh

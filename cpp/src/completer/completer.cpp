@@ -12,8 +12,8 @@
 #include "completer/outliers.hpp"
 #include "detail/detail.hpp"
 #include "mesh/estimator.hpp"
-#include "motion/fast_motion.hpp"
 #include "motion/motion.hpp"
+#include "motion/motion_once.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
@@ -112,11 +112,10 @@ std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& 
     }
   }
   const Cells& cells = mesh.topology.cells;
-  if (settings.revisit && FastMotion<Real>::supports(k)) {
-    return std::make_unique<FastMotion<Real>>(cells, first, settings.extra_iterations,
-                                              mesh.workers);
+  if (!settings.revisit) {
+    return std::make_unique<MotionOnce<Real>>(cells, first, settings.extra_iterations);
   }
-  return std::make_unique<Motion<Real>>(cells, first, settings.revisit, settings.extra_iterations);
+  return std::make_unique<Motion<Real>>(cells, first, settings.extra_iterations, mesh.workers);
 }
 
 template <class Real>

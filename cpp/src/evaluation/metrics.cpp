@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/metrics.hpp>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -53,30 +52,6 @@ void vertex_error(Points<const Real> reference, Points<const Real> completed,
   const auto v = finite_frame("reference", reference, error.size());
   const auto w = finite_frame("completed", completed, error.size());
   for (std::size_t i = 0; i < error.size(); ++i) error[i] = std::sqrt(squared_norm(v[i] - w[i]));
-}
-
-ErrorSummary summary(std::span<const double> errors) {
-  if (errors.empty()) throw std::invalid_argument("errors: is empty");
-  std::vector<double> sorted(errors.begin(), errors.end());
-  const auto nan = std::ranges::find_if(sorted, [](double e) { return std::isnan(e); });
-  if (nan != sorted.end()) {
-    throw std::invalid_argument("errors: position " + std::to_string(nan - sorted.begin()) +
-                                " is not a number");
-  }
-  std::ranges::sort(sorted);
-  const auto count = static_cast<double>(sorted.size());
-  const double rank = 0.99 * (count - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  const double fraction = rank - static_cast<double>(below);
-
-  ErrorSummary summary;
-  summary.mean = std::accumulate(sorted.begin(), sorted.end(), 0.0) / count;
-  summary.rms =
-      std::sqrt(std::inner_product(sorted.begin(), sorted.end(), sorted.begin(), 0.0) / count);
-  summary.p99 = sorted[below] + fraction * (sorted[above] - sorted[below]);
-  summary.maximum = sorted.back();
-  return summary;
 }
 
 template double nmsve(const Cells&, Points<const float>, Points<const float>);

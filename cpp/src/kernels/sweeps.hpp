@@ -1,8 +1,8 @@
 /// The inner loops of method motion, optimised for each kind of processor, and those that copy
 /// frames between the rows of a caller and the internal arrays.
 ///
-/// motion.cpp computes the same in a more readable way, and the tests compare the two. The
-/// differences are:
+/// They compute the estimates of eq. (4) with these differences, and the tests compare them with a
+/// literal version:
 /// - Eq. (4) is divided by the number of the iteration, t. An anchor then has weight 1 in all
 ///   iterations and a satellite (t - g) / t, so a single sum over the cell suffices.
 /// - The estimate of a vertex is stored as w d and w in four adjacent numbers, so that one load and

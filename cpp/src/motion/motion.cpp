@@ -1,20 +1,17 @@
-#include "motion/fast_motion.hpp"
+#include "motion/motion.hpp"
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 template <class Real>
-bool FastMotion<Real>::supports(std::size_t n_vertices) {
-  return n_vertices <= std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
-}
-
-template <class Real>
-FastMotion<Real>::FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations,
-                             Workers& workers, const Sweeps<Real>& sweeps)
+Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iterations,
+                     Workers& workers, const Sweeps<Real>& sweeps)
     : workers_(workers),
       sweeps_(sweeps),
       extra_iterations_(extra_iterations),
@@ -25,6 +22,12 @@ FastMotion<Real>::FastMotion(const Cells& cells, Frame first_frame, Index extra_
       after_(cells.size()),
       visits_(cells.size()),
       rows_(cells.size()) {
+  constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
+  if (cells.size() > most) {
+    throw std::invalid_argument("first_frame: has " + std::to_string(cells.size()) +
+                                " vertices, but method motion supports at most " +
+                                std::to_string(most));
+  }
   for (std::size_t j = 0; j < cells.size(); ++j) {
     const auto cell = cells[j];
     valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
@@ -67,13 +70,13 @@ FastMotion<Real>::FastMotion(const Cells& cells, Frame first_frame, Index extra_
 
 template <class Real>
 template <class Work>
-void FastMotion<Real>::for_each_chunk(Work&& work) {
+void Motion<Real>::for_each_chunk(Work&& work) {
   workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index i) { work(chunks_[i]); });
 }
 
 /// Executes one iteration and returns the number of satellites reached so far.
 template <class Real>
-Index FastMotion<Real>::sweep(Index t) {
+Index Motion<Real>::sweep(Index t) {
   for_each_chunk([&](Rows& rows) {
     rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
   });
@@ -83,8 +86,8 @@ Index FastMotion<Real>::sweep(Index t) {
 }
 
 template <class Real>
-Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
-                                 std::span<const std::uint8_t> known, Generations& generations) {
+Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                             std::span<const std::uint8_t> known, Generations& generations) {
   data_.neighbours = neighbours_.data();
   data_.valence = valence_.data();
   data_.wide = wide_.data();
@@ -129,7 +132,7 @@ Index FastMotion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points
   return last + extra_iterations_;
 }
 
-template class FastMotion<float>;
-template class FastMotion<double>;
+template class Motion<float>;
+template class Motion<double>;
 
 }  // namespace dynmesh

@@ -1,4 +1,6 @@
-/// Method motion with `revisit`, implemented by the loops of sweeps.hpp.
+/// The estimate of the paper, by the loops of sweeps.hpp: a satellite moves like the known vertices
+/// of its cell (section 3, "Geometry Completion Based on Topological Characteristics"), and is
+/// estimated again in every iteration.
 #pragma once
 
 #include <dynmesh/topology.hpp>
@@ -10,20 +12,18 @@
 
 namespace dynmesh {
 
-/// Computes the same result as Motion, except for rounding. Allocates memory only in the
-/// constructor.
+/// Allocates memory only in the constructor.
 template <class Real>
-class FastMotion final : public Estimator<Real> {
+class Motion final : public Estimator<Real> {
  public:
   using typename Estimator<Real>::Frame;
 
-  /// Whether the 32-bit byte offsets of the loops suffice for a mesh of this size.
-  static bool supports(std::size_t n_vertices);
-
-  /// `workers` must outlive this object. `first_frame` is frame 0. The result does not depend on
-  /// the number of threads.
-  FastMotion(const Cells& cells, Frame first_frame, Index extra_iterations, Workers& workers,
-             const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
+  /// `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations` >= 0 is the
+  /// number of iterations after the one that reaches the last satellite. The result does not depend
+  /// on the number of threads. Refuses meshes for which the 32-bit offsets of the loops do not
+  /// suffice: more than 268 million vertices in float, or 134 million in double.
+  Motion(const Cells& cells, Frame first_frame, Index extra_iterations, Workers& workers,
+         const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
 
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
