@@ -115,10 +115,12 @@ struct Image {
   }
 };
 
-/// Square depth images from cameras around z, which look at the origin from a height.
+/// Square depth images of points of the mesh, from cameras around z, which look at the origin from
+/// a height.
 inline std::vector<Image> images_of(const Mesh<double>& mesh, const std::vector<double>& vertices,
                                     int n_cameras, int side) {
   using Vector = std::array<double, 3>;
+  const auto points = scan_of(mesh, vertices).points;
   std::vector<Image> images;
   for (int n = 0; n < n_cameras; ++n) {
     const double angle = 0.4 + 6.283185307 * n / n_cameras;
@@ -141,35 +143,18 @@ inline std::vector<Image> images_of(const Mesh<double>& mesh, const std::vector<
       image.pose[4 * d + 3] = 15 * back[d];
     }
     image.pose[15] = 1;
-    std::vector<Vector> local(vertices.size() / 3);  // column, row, depth
-    for (std::size_t v = 0; v < local.size(); ++v) {
+    for (std::size_t p = 0; p < points.size(); p += 3) {
       Vector arm{};
-      for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t d = 0; d < 3; ++d) {
-          arm[c] += image.pose[4 * d + c] * (vertices[3 * v + d] - image.pose[4 * d + 3]);
-        }
+      for (std::size_t i = 0; i < 9; ++i) {
+        arm[i % 3] +=
+            image.pose[4 * (i / 3) + i % 3] * (points[p + i / 3] - image.pose[4 * (i / 3) + 3]);
       }
-      local[v] = {focal * arm[0] / arm[2] + centre, focal * arm[1] / arm[2] + centre, arm[2]};
-    }
-    for (std::size_t f = 0; f < mesh.indices.size(); f += 3) {
-      const Vector& a = local[static_cast<std::size_t>(mesh.indices[f])];
-      const Vector& b = local[static_cast<std::size_t>(mesh.indices[f + 1])];
-      const Vector& c = local[static_cast<std::size_t>(mesh.indices[f + 2])];
-      const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-      if (area == 0) continue;
-      const auto least = [&](std::size_t d) { return std::floor(std::min({a[d], b[d], c[d]})); };
-      const auto most = [&](std::size_t d) { return std::ceil(std::max({a[d], b[d], c[d]})); };
-      for (double row = std::max(0.0, least(1)); row <= std::min(side - 1.0, most(1)); ++row) {
-        for (double column = std::max(0.0, least(0)); column <= std::min(side - 1.0, most(0));
-             ++column) {
-          const double u = ((b[0] - column) * (c[1] - row) - (b[1] - row) * (c[0] - column)) / area;
-          const double v = ((c[0] - column) * (a[1] - row) - (c[1] - row) * (a[0] - column)) / area;
-          if (u < 0 || v < 0 || u + v > 1) continue;
-          const double depth = 1 / (u / a[2] + v / b[2] + (1 - u - v) / c[2]);
-          float& pixel = image.pixels[static_cast<std::size_t>(row * side + column)];
-          if (pixel == 0 || depth < static_cast<double>(pixel)) pixel = static_cast<float>(depth);
-        }
-      }
+      const double column = std::round(focal * arm[0] / arm[2] + centre);
+      const double row = std::round(focal * arm[1] / arm[2] + centre);
+      if (std::min(column, row) < 0 || std::max(column, row) >= side) continue;
+      float& pixel = image.pixels[static_cast<std::size_t>(row * side + column)];
+      const auto depth = static_cast<float>(arm[2]);
+      if (pixel == 0 || depth < pixel) pixel = depth;
     }
     images.push_back(image);
   }

@@ -53,22 +53,6 @@ def test_the_main_job_equals_the_library(job: Path) -> None:
     assert completed.fps == partial.fps == truth.fps == 30
 
 
-@pytest.mark.parametrize(
-    ("line", "settings"),
-    [
-        ("--method=motion", {"method": "motion"}),
-        (
-            "--noise 0.01 --reject-outliers --learn --threads 2",
-            {"noise": 0.01, "reject_outliers": True, "learn": True},
-        ),
-    ],
-)
-def test_settings_reach_the_completer(job: Path, tmp_path: Path, line: str, settings: Any) -> None:
-    run("complete", job / "partial.npz", tmp_path / "out.npz", *line.split())
-    expected = list(dynmesh.complete(TRUTH.faces, TRUTH.vertices, KNOWN, **settings))
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "out.npz").vertices, expected)
-
-
 FRAMES, FACES, DEGRADE = TRUTH.vertices, TRUTH.faces, dynmesh.degrade
 LOSSES: dict[str, tuple[Any, Any]] = {
     "--camera 2": (

@@ -17,7 +17,6 @@ from commands import dynmesh_command, run_here
 from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from memory import own_memory
 from meshes import sheet
 
 import dynmesh
@@ -411,6 +410,12 @@ def test_a_full_disk_leaves_nothing_half_done(
     assert "out" in result.stderr
     assert "File too large" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
+
+
+def own_memory() -> int:
+    """The resident memory in kB, without mapped files, which the system can reclaim."""
+    status = Path("/proc/self/status").read_text()
+    return int(status.partition("RssAnon:")[2].split()[0])
 
 
 @pytest.mark.parametrize("format", sorted({*FORMATS} - NUMBERED))

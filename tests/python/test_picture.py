@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from meshes import Array, Mesh, sheet
 from test_cli import hide
+from test_view import MOVING, TRUTH
 
 import dynmesh
 from dynmesh import Sequence, metrics, write
@@ -28,23 +29,8 @@ images = pytest.importorskip("PIL.Image")
 BLUE = (0, 114, 178)
 
 
-MESH = sheet(12)
-MOVED = (np.arange(5) > 0)[:, None] & (MESH.vertices[:, 0] > 5.5)
-SEQUENCE = Sequence(
-    np.stack([MESH.vertices] * 4),
-    MESH.faces,
-    generation=MOVED[:4].astype(np.int32),
-    age=MOVED[:4].astype(np.int32),
-)
-"""Four frames; after frame 0 the vertices right of x = 5.5 are filled in."""
-MOVING = dynmesh.Sequence(
-    MESH.vertices + np.arange(5)[:, None, None] * np.array([1, 0, 0]),
-    MESH.faces,
-    fps=10.0,
-    generation=2 * MOVED.astype(np.int32),
-    age=2 * MOVED.astype(np.int32),
-)
-"""A sheet that moves along x; of later frames, the vertices beyond x = 5.5 were filled in."""
+SEQUENCE = replace(MOVING[:4], vertices=TRUTH.vertices[:4])
+"""Four frames of a sheet; after frame 0 the vertices right of x = 5.5 are filled in."""
 
 
 def pixels(path: Path) -> Array:
@@ -136,11 +122,6 @@ def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None
 def html_of(shown: Any) -> str:
     """What a notebook shows of an object."""
     return str(shown._repr_html_())
-
-
-def in_colour(picture: Array) -> Array:
-    """Which pixels are not white."""
-    return np.asarray((picture < 240).any(axis=2))
 
 
 def size_of(html: str) -> int:

@@ -88,15 +88,6 @@ def test_numbers_of_vertices_points_and_landmarks_mean_nothing(rng: np.random.Ge
     assert np.abs(again.vertices[new] - found.vertices).max() < 0.01 * edge(TORUS)
 
 
-def test_depth_images() -> None:
-    truth = Rotation.from_euler("y", 0.4).apply(TORUS.vertices)
-    (scan,) = dynmesh.degrade.depth_images([truth], TORUS.faces, 6, width=160, height=120)
-    found = dynmesh.register_depth(
-        TORUS.faces, TORUS.vertices, scan.depth, scan.intrinsics, scan.poses
-    )
-    assert error(TORUS, truth, found.vertices) < 0.5
-
-
 @pytest.mark.parametrize("ratio", [0.5, 25.4])
 def test_any_scale_is_found(ratio: float, rng: np.random.Generator) -> None:
     mesh, truth = person()

@@ -14,7 +14,7 @@ from commands import dynmesh_command as run
 from commands import run_here
 from meshes import Mesh, turned
 from scan_files import error, moving_body, room_around, scanned_in_a_room
-from test_degrade_cameras import potato
+from test_scans import potato
 
 import dynmesh
 from dynmesh import degrade, track_file

@@ -1,12 +1,14 @@
-"""Simulated scans: what cameras see of a surface, as points and as depth images."""
+"""What cameras see: masks of vertices, and simulated scans."""
 
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from meshes import Mesh
-from test_degrade_cameras import NEAR_X, hidden_by_rays, potato, square
 
 from dynmesh import degrade
 from dynmesh.degrade import Camera
@@ -15,6 +17,166 @@ from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.scans import DepthScan, PointScan
 
 Array = meshes.Array
+
+NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
+"""A camera that looks along -x at the origin, with z up and y to the right."""
+
+
+def seen(mesh: Mesh, *cameras: Camera) -> Array:
+    """Returns the mask of frame 1, since frame 0 is always complete."""
+    frames = [mesh.vertices, mesh.vertices]
+    return list(degrade.camera_known(frames, mesh.faces, cameras))[1]
+
+
+def in_image(vertices: Array, camera: Camera) -> Array:
+    """Decides visibility by angles, unlike the implementation."""
+    ray = vertices - camera.position
+    ahead = np.subtract(camera.target, camera.position)
+    right = np.cross(ahead, camera.up)
+    up = np.cross(right, ahead)
+    depth = ray @ (ahead / np.linalg.norm(ahead))
+    half = np.radians(camera.field_of_view / 2)
+    across = [np.arctan2(ray @ (axis / np.linalg.norm(axis)), depth) for axis in (right, up)]
+    return np.asarray((depth > 0) & (np.abs(across) <= half).all(axis=0))
+
+
+def hidden_by_rays(mesh: Mesh, camera: Camera, which: Array) -> Array:
+    """Tests segments from camera to vertex against every triangle (Moeller and Trumbore 1997)."""
+    a, b, c = mesh.vertices[mesh.faces.T].astype(np.float64)
+    start = np.array(camera.position)
+    s = start - a
+    q = np.cross(s, b - a)
+    hidden = []
+    for vertex in which:
+        ray = mesh.vertices[vertex] - start
+        p = np.cross(ray, c - a)
+        with np.errstate(divide="ignore", invalid="ignore"):  # degenerate triangles hide nothing
+            determinant = ((b - a) * p).sum(axis=1)
+            u = (s * p).sum(axis=1) / determinant
+            v = (q @ ray) / determinant
+            t = ((c - a) * q).sum(axis=1) / determinant
+            inside = (u >= 0) & (v >= 0) & (u + v <= 1)
+        hit = inside & (t > 0) & (t < 1 - 1e-7)
+        hidden.append((hit & ~(mesh.faces == vertex).any(axis=1)).any())
+    return np.array(hidden, bool)
+
+
+def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
+    visible = in_image(mesh.vertices, camera)
+    which = np.flatnonzero(visible)
+    visible[which] = ~hidden_by_rays(mesh, camera, which)
+    return visible
+
+
+def potato(rng: np.random.Generator) -> Mesh:
+    """A closed surface with dents: a sphere with random radii."""
+    sphere: Any = trimesh.creation.icosphere(subdivisions=1)
+    radii = rng.uniform(0.5, 1.3, (len(sphere.vertices), 1))
+    return Mesh(np.array(sphere.faces), np.array(sphere.vertices) * radii)
+
+
+def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:
+    """A flat grid perpendicular to x."""
+    faces = meshes.sheet(n).faces
+    z, y = (a.ravel() for a in np.indices((n, n)) / (n - 1) - 0.5)
+    return Mesh(faces, np.stack([np.full(n * n, x), size * y, size * z], axis=1))
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_closed_meshes_hide_what_exact_rays_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    apart = rng.normal(size=3)
+    first, second = potato(rng), potato(rng)
+    mesh = meshes.join(first, Mesh(second.faces, second.vertices + apart))
+    position = 4 * (direction := rng.normal(size=3)) / np.linalg.norm(direction)
+    camera = Camera(tuple(position), (0, 0, 0), tuple(rng.normal(size=3)), 35.0)
+    expected = seen_by_rays(mesh, camera)
+    assert expected.mean() < 0.9
+    np.testing.assert_array_equal(seen(mesh, camera), expected)
+
+
+@given(meshes.meshes(), st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_triangles_through_the_plane_of_the_camera_hide_what_exact_rays_say(
+    mesh: Mesh, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    position, target, up = (tuple(vector) for vector in rng.normal(size=(3, 3)))
+    camera = Camera(position, target, up, 120.0)
+    np.testing.assert_array_equal(seen(mesh, camera), seen_by_rays(mesh, camera))
+
+
+def test_work_in_small_portions_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = potato(np.random.default_rng(4))
+    expected = seen(mesh, NEAR_X)
+    monkeypatch.setattr("dynmesh.degrade.rays._PAIRS_AT_ONCE", 10)
+    np.testing.assert_array_equal(seen(mesh, NEAR_X), expected)
+
+
+def test_a_triangle_seen_edge_on_does_not_hide_its_own_vertices() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(300):
+        a, b = rng.uniform(-0.5, 0.5, (2, 3))
+        c = a + rng.uniform(0.2, 0.8) * (np.array(NEAR_X.position) - a)
+        assert seen(Mesh(np.array([[0, 1, 2]]), np.stack([a, b, c])), NEAR_X).all()
+
+
+def test_vertices_in_one_place_do_not_hide_each_other() -> None:
+    sheet = square(0.0)
+    known = seen(meshes.join(sheet, sheet), NEAR_X)
+    assert known.all()
+
+
+def test_what_is_not_finite_is_not_seen_and_hides_nothing() -> None:
+    for value in (np.nan, np.inf, -np.inf):
+        front, back = square(1.0), square(-1.0)
+        front.vertices[::2, 1] = value
+        known = seen(meshes.join(front, back), NEAR_X)
+        assert not known[:144:2].any()
+        assert known[1:144:2].all()
+        assert known[144:].all()
+
+
+def test_several_cameras_see_what_any_of_them_sees() -> None:
+    mesh = potato(np.random.default_rng(6))
+    opposite = Camera((-4, 0, 0), (0, 0, 0), (0, 0, 1), 60.0)
+    one, other = seen(mesh, NEAR_X), seen(mesh, opposite)
+    assert (one != other).any()
+    np.testing.assert_array_equal(seen(mesh, NEAR_X, opposite), one | other)
+
+
+def test_moving_cameras_are_asked_for_every_frame_after_the_first() -> None:
+    mesh = potato(np.random.default_rng(7))
+    cameras = degrade.orbit(mesh.vertices, 2, degrees_per_frame=30.0)
+    asked = []
+
+    def logged(frame: int) -> list[Camera]:
+        asked.append(frame)
+        return cameras(frame)
+
+    masks = list(degrade.camera_known([mesh.vertices] * 4, mesh.faces, logged))
+    assert masks[0].all()
+    assert asked == [1, 2, 3]
+    for frame in (1, 2, 3):
+        np.testing.assert_array_equal(masks[frame], seen(mesh, *cameras(frame)))
+    assert (masks[1] != masks[2]).any()
+
+
+def test_cameras_orbit_the_middle_of_the_mesh() -> None:
+    box = np.array([[1.0, 2, 3], [3, 5, 9]], np.float32)  # a diagonal of 7 around (2, 3.5, 6)
+    cameras = degrade.orbit(box, 4, degrees_per_frame=10.0, elevation=30.0, distance=3.0)
+    level, height = 21 * np.cos(np.pi / 6), 21 * 0.5
+    offsets = np.array([np.subtract(camera.position, camera.target) for camera in cameras(0)])
+    expected = [[level, 0, height], [0, level, height], [-level, 0, height], [0, -level, height]]
+    np.testing.assert_allclose(offsets, expected, atol=1e-9)
+    for camera in cameras(0):
+        assert camera.target == (2.0, 3.5, 6.0)
+        assert camera.field_of_view == 40.0
+    np.testing.assert_allclose(cameras(9)[0].position, cameras(0)[1].position, atol=1e-9)
+    (ahead,) = degrade.orbit(box, up=(5, 0, 0), elevation=0.0)(0)
+    np.testing.assert_allclose(ahead.position, [2, 3.5 + 14, 6], atol=1e-9)
+    assert ahead.up == (1.0, 0.0, 0.0)
 
 
 def scan(mesh: Mesh, *cameras: Camera, **options: Any) -> PointScan:

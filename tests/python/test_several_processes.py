@@ -4,16 +4,13 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from commands import dynmesh_command, run_here
 from conftest import REPOSITORY
-from jobs import COMMANDS, command, make_sources
-from meshes import sheet, turned
+from kills import COMMANDS, command, make_sources
 from sequences import sea
 
 import dynmesh
@@ -139,29 +136,6 @@ def test_a_short_soak() -> None:
 
 def test_ended_commands_lose_nothing() -> None:
     assert run("kills.py", "--moments", "17").endswith(" ended, 0 corruptions\n")
-
-
-MESH = sheet(60)
-FRAME = turned(MESH.vertices, 0.1)
-KNOWN = np.random.default_rng(0).random(len(FRAME)) < 0.2
-
-
-def test_a_call_from_a_thread_succeeds_or_is_refused() -> None:
-    completer, alone = (dynmesh.Completer(MESH.faces, MESH.vertices) for _ in range(2))
-
-    def push(_: int) -> bool:
-        try:
-            completer.push(FRAME, KNOWN)
-        except RuntimeError as error:
-            assert "this completer is in use by another thread" in str(error)  # noqa: PT017
-            return False
-        return True
-
-    with ThreadPoolExecutor(4) as pool:
-        pushed = sum(pool.map(push, range(200)))
-    for _ in range(pushed):
-        alone.push(FRAME, KNOWN)
-    assert completer.state() == alone.state()
 
 
 FORKS = """

@@ -95,23 +95,13 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     assert np.mean(errors[-4:]) < 1.3 * np.mean(errors[1:4])
 
 
-def test_the_winding_of_faces_means_nothing(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(24)
-    outwards, inwards = (
-        Tracker(mesh.faces, mesh.vertices),
-        Tracker(mesh.faces[:, ::-1], mesh.vertices),
-    )
-    for n in range(1, 4):
-        scan = scan_of(mesh, bent(mesh.vertices, 0.2 * n), 3000, rng)
-        tracked = outwards.push(*scan)
-        assert np.abs(inwards.push(*scan) - tracked).max() < 1e-3 * edge(mesh)
-
-
-def test_axes_unit_and_order_of_points_mean_nothing(rng: np.random.Generator) -> None:
+def test_axes_unit_winding_and_order_mean_nothing(
+    rng: np.random.Generator,
+) -> None:
     mesh = bumpy_torus(24)
     turn = np.array([[0.0, -1, 0], [0.6, 0, -0.8], [0.8, 0, 0.6]])
     here = Tracker(mesh.faces, mesh.vertices)
-    there = Tracker(mesh.faces, 1000 * (mesh.vertices @ turn.T + 3))
+    there = Tracker(mesh.faces[:, ::-1], 1000 * (mesh.vertices @ turn.T + 3))
     for n in range(1, 4):
         points, normals = scan_of(mesh, bent(mesh.vertices, 0.2 * n), 500, rng)
         order = rng.permutation(len(points))

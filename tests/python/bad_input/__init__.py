@@ -4,10 +4,10 @@
 each.
 """
 
-from . import commands, completer, files, functions, losses, scans, scenes, tracking, training
+from . import commands, completer, files, functions, losses, scans, tracking, training
 from .case import Case
 
-MODULES = (completer, tracking, functions, losses, files, scenes, training, scans)
+MODULES = (completer, tracking, functions, losses, files, training, scans)
 CASES: list[Case] = [*(case for module in MODULES for case in module.cases), *commands.shell]
-PREPARING = (files, scenes, commands, training, scans)
+PREPARING = (files, commands, training, scans)
 """Those that write files, which later ones and all cases read."""

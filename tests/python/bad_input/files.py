@@ -58,6 +58,10 @@ def prepare(world: World) -> None:
     np.save(folder / "known.npy", np.ones((3, 49), bool))
     np.save(folder / "bare.npy", sequence.vertices)
     dynmesh.write(folder / "walk" / "frame_%04d.ply", sequence)
+    dynmesh.write(folder / "scene.usda", sequence)
+    dynmesh.write(folder / "scene.abc", sequence)
+    twice = "".join(f'def "{name}" (references = @scene.usda@) {{}}\n' for name in ("one", "two"))
+    (folder / "two.usda").write_text(f"#usda 1.0\n{twice}")
 
 
 def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
@@ -211,4 +215,18 @@ completing = [
     _convert("`output_format='fbx'`", lambda _: dynmesh.convert_file("body.npz", "new.npz", output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
 ]  # fmt: skip
 
-cases = [*sequences, *frames, *reading, *writing, *completing]
+_file = of("convert_file")
+
+
+def _over(path: str = "scene.usda", output: str = "new.usda", **options: Any) -> Any:
+    return dynmesh.complete_file(path, output, **options)
+
+
+scenes = [
+
+    _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
+    _complete("a layer over itself", lambda _: _over(output="scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
+    _file("a scene, to a format for a single mesh", lambda _: dynmesh.convert_file("two.usda", "new.npz"), ValueError, "two.usda:", "choose one", "/one, /two"),
+]  # fmt: skip
+
+cases = [*sequences, *frames, *reading, *writing, *completing, *scenes]
