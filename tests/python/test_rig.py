@@ -53,6 +53,12 @@ def scaled(depths: float, positions: float, rig: Rig) -> Rig:
     return replace(rig, cameras=tuple(cameras))
 
 
+def resized(rig: Rig) -> Rig:
+    factors = np.diag([2.0, 2, 1])
+    cameras = (replace(c, intrinsics=factors @ np.asarray(c.intrinsics)) for c in rig.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
 AXES = np.diag([1.0, -1, -1, 1])
 
 MISREAD: dict[str, tuple[Any, str]] = {
@@ -68,6 +74,7 @@ MISREAD: dict[str, tuple[Any, str]] = {
     "depths": (partial(scaled, 1000, 1), "depth_scale is 1000 times too large"),
     "small depths": (partial(scaled, 0.001, 1), "depth_scale is 1000 times too small"),
     "ten": (partial(scaled, 10, 1), "depth_scale is 10 times too large"),
+    "size": (resized, "the intrinsics are those of images twice as large"),
     "positions": (partial(scaled, 1, 1000), "the positions of the cameras are in millimetres"),
     "both units": (partial(scaled, 1000, 1000), "positions and depths of the cameras are in mill"),
 }
@@ -93,6 +100,7 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
         meant = found[camera.name]
         np.testing.assert_allclose(meant.camera_to_world, camera.camera_to_world, atol=1e-12)
         assert meant.depth_scale == pytest.approx(camera.depth_scale)
+        np.testing.assert_allclose(np.asarray(meant.intrinsics), np.asarray(camera.intrinsics))
         assert (meant.size, meant.distortion) == (camera.size, camera.distortion)
     run(*words, "--cameras", made)  # and ends with 0
 

@@ -30,7 +30,8 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     """Reads an image.
 
     Returns:
-        (h, w) distances in the unit of the rig, 0 where nothing was measured.
+        (h, w) distances in the unit of the rig, 0 where nothing was measured: where the count is 0
+        or, as of some sensors, the largest.
 
     Raises:
         ImportError: Pillow is not installed.
@@ -45,6 +46,7 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
             # once Pillow has looked at them, it must open the image again to decode it.
             image.verify()
             counts = np.asarray(_image(opened))
+            counts = np.where(counts < MOST_COUNTS, counts, 0)
         except (OSError, SyntaxError) as error:
             raise ValueError(f"is a PNG image that is cut or damaged: {error}") from error
     return (counts * (camera.depth_scale or 1.0)).astype(np.float32)
@@ -79,10 +81,10 @@ def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None
 
 
 def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera) -> None:
-    """Writes an image; depths beyond 65535 counts become 0, as nothing can be measured there."""
+    """Writes an image; depths of 65535 counts and beyond become 0, as nothing can be measured."""
     scale = 1.0 if camera.depth_scale is None else camera.depth_scale
     counts = np.rint(depth / scale)
-    held = np.where(counts <= MOST_COUNTS, counts, 0).astype(np.uint16)
+    held = np.where(counts < MOST_COUNTS, counts, 0).astype(np.uint16)
     require_png().fromarray(held).save(file, format="PNG")
 
 

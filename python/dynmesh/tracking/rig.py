@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ..degrade.shared import mean_edge_of
 from ..diagnosis.planes import planes_of_room
 from ..files import PathLike
 from ..normals import vertex_normals
-from ..scans import DepthScan, Rig, open_scans
+from ..scans import DepthScan, Rig, ScanCamera, open_scans
 from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import find_alignment
@@ -75,61 +75,53 @@ def _transposed(pose: _Floats) -> _Floats:
     return np.block([[pose[:3, :3].T, pose[:3, 3:]], [pose[3:]]])
 
 
-def _posed(change: Callable[[_Floats], _Floats], rig: Rig) -> Rig:
-    cameras = (replace(c, camera_to_world=change(c.camera_to_world)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def _posed(change: Callable[[_Floats], _Floats], camera: ScanCamera) -> ScanCamera:
+    return replace(camera, camera_to_world=change(camera.camera_to_world))
 
 
-def _scaled(positions: float, depths: float, rig: Rig) -> Rig:
-    """Multiplies the positions of the cameras and the depths of a count."""
-    factors = np.vstack([np.tile([1, 1, 1, positions], (3, 1)), np.ones((1, 4))])
-    moved = _posed(lambda pose: pose * factors, rig)
-    cameras = (replace(c, depth_scale=depths * (c.depth_scale or 1.0)) for c in moved.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def _scaled(positions: float, depths: float, camera: ScanCamera) -> ScanCamera:
+    """Multiplies the position of the camera and the depth of a count."""
+    pose = camera.camera_to_world * np.array([[1, 1, 1, positions]] * 3 + [[1] * 4])
+    return replace(camera, camera_to_world=pose, depth_scale=depths * (camera.depth_scale or 1.0))
 
 
-def _exchanged(one: str, other: str, rig: Rig) -> Rig:
-    names = {one: other, other: one}
-    renamed = (replace(c, name=names.get(c.name, c.name)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(renamed))
+def _resized(factor: float, camera: ScanCamera) -> ScanCamera:
+    return replace(camera, intrinsics=np.diag([factor, factor, 1]) @ np.asarray(camera.intrinsics))
 
 
-class Reading(NamedTuple):
-    """What may be wrong with a camera file.
-
-    Attributes:
-        wrong: in a sentence.
-        right: makes the cameras that are meant.
-    """
-
-    wrong: str
-    right: Callable[[Rig], Rig]
+def _exchanged(one: str, other: str, camera: ScanCamera) -> ScanCamera:
+    return replace(camera, name={one: other, other: one}.get(camera.name, camera.name))
 
 
-_READINGS = (
-    Reading(
+Reading: TypeAlias = tuple[str, Callable[[ScanCamera], ScanCamera]]
+"""What may be wrong with a camera file, in a sentence, and what makes a camera that is meant."""
+
+_READINGS: tuple[Reading, ...] = (
+    (
         "the poses are inverted: they lead from the world to the cameras, as extrinsics do",
         partial(_posed, _inverted),
     ),
-    Reading(
+    (
         "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV",
         partial(_posed, _flipped),
     ),
-    Reading(
+    (
         "the poses are inverted, from the world to the cameras, which have the axes of OpenGL",
         partial(_posed, lambda pose: _flipped(_inverted(pose))),
     ),
-    Reading("the rotations of the poses are transposed", partial(_posed, _transposed)),
+    ("the rotations of the poses are transposed", partial(_posed, _transposed)),
     *(
-        Reading(f"depth_scale is {factor} times too {which}", partial(_scaled, 1, factor**power))
+        (f"depth_scale is {factor} times too {which}", partial(_scaled, 1, factor**power))
         for factor in (5, 10, 100, 1000)
         for which, power in (("large", -1.0), ("small", 1.0))
     ),
-    Reading(
+    ("the intrinsics are those of images twice as large", partial(_resized, 0.5)),
+    ("the intrinsics are those of images half as large", partial(_resized, 2)),
+    (
         "the positions of the cameras are in millimetres and everything else in metres",
         partial(_scaled, 1e-3, 1),
     ),
-    Reading(
+    (
         "positions and depths of the cameras are in millimetres and the template in metres",
         partial(_scaled, 1e-3, 1e-3),
     ),
@@ -140,7 +132,7 @@ def readings_of(rig: Rig) -> Iterator[Reading]:
     """Yields what may be wrong with the cameras of a rig."""
     yield from _READINGS
     for one, other in combinations([camera.name for camera in rig.cameras], 2):
-        yield Reading(
+        yield (
             f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
             partial(_exchanged, one, other),
         )
@@ -324,19 +316,19 @@ def judge_rig(
         return judged
     judged = replace(judged, quality="doubtful", rig=None)
     tried = []
-    for reading in readings_of(rig):
-        meant = reading.right(rig)
+    for wrong, change in readings_of(rig):
+        meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
         with contextlib.suppress(InputError):
             (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
             if isinstance(other, DepthScan):
                 # Any wrong pose of a single camera becomes right by a rigid motion.
                 fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
-                tried.append((fit, reading, meant))
-    best, reading, meant = min(tried, key=lambda one: one[0].far)
+                tried.append((fit, wrong, meant))
+    best, wrong, meant = min(tried, key=lambda one: one[0].far)
     if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
         return judged
-    return replace(judged, rig=meant, wrong=reading.wrong, meant=best)
+    return replace(judged, rig=meant, wrong=wrong, meant=best)
 
 
 def _first(reader: DepthReader) -> tuple[int, DepthScan]:
