@@ -230,6 +230,14 @@ def test_frames_in_a_folder_keep_the_names_of_the_input(
     assert made == ["dance.0007.obj", "dance.0008.obj", "dance.0009.obj"]
 
 
+def test_a_folder_with_files_beside_a_sequence_is_refused(tmp_path: Path) -> None:
+    dynmesh.write(tmp_path / "in" / "dance.%04d.obj", dynmesh.synth.ocean(3, grid=6))
+    dynmesh.write(tmp_path / "in" / "rest.obj", dynmesh.synth.ocean(1, grid=6))
+    told = r"'dance\.\*\.obj' \(3\) and 'rest\.obj' \(1\); name one"
+    assert_refused(tmp_path / "in", told)
+    assert len(dynmesh.read(tmp_path / "in" / "dance.*.obj")) == 3
+
+
 LOST = (3, 4, 8)
 
 

@@ -126,7 +126,7 @@ def _turn(one: int, other: int) -> NDArray[np.float64]:
 
 
 def _unknown(what: str, remedy: str, argument: str) -> InputError:
-    return InputError(f"the file states no {what}; give it by {remedy}", argument=argument)
+    return InputError(f"the file states no {what}; give it by `{remedy}`", argument=argument)
 
 
 def _stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:

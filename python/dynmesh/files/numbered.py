@@ -3,6 +3,7 @@
 import errno
 import glob
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -135,6 +136,10 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
     if path.is_dir():
         if not (found := files_in(path, suffix)):
             raise ValueError(f"holds no {suffix} file")
+        kinds = Counter(_last_number.sub("*", file.stem) + file.suffix for file in found)
+        if len(kinds) > 1 < max(kinds.values()):
+            told = " and ".join(f"'{kind}' ({n})" for kind, n in kinds.most_common(3))
+            raise ValueError(f"holds several sequences, {told}; name one by a pattern")
         return _evenly_spaced(found, gaps)
     if path.exists():
         return Found([path])
