@@ -42,19 +42,9 @@ _EXIT_CODES = {"good": 0, "failed": 1}
 
 @dataclass(frozen=True, kw_only=True)
 class Drawn(Report):
-    """A picture, which Python gets itself.
-
-    Attributes:
-        output: the file that was written.
-        pixels: its width and its height.
-    """
+    """A picture that was written; Python gets the picture itself."""
 
     output: Path
-    pixels: tuple[int, int]
-
-    def lines(self) -> list[str]:
-        """Says how large it is."""
-        return ["{} x {} pixels".format(*self.pixels)]
 
 
 app = App(
@@ -138,7 +128,8 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     made = command(*given.args, **given.kwargs)
     if made is None or isinstance(made, Report):
         return made
-    return Drawn(output=given.arguments["out"], pixels=made.size)
+    pixels = "{} x {} pixels".format(*made.size)
+    return Drawn(output=given.arguments["out"], remarks=(pixels,))
 
 
 def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:

@@ -19,8 +19,9 @@ _RUINED = 0.1
 """A frame is probably ruined if more of its edges are `_TIMES` as long or as short as they were. Of
 people, animals, faces and cloth, completed from what one camera sees, less than 0.03 are; if a
 tenth of the vertices lies at the origin, 0.17."""
-_UNIT = 0.95
-"""With so many changed edges, all may be in another unit, which explains their ratio up to 1.3."""
+_UNIT = 1.3
+"""Another unit explains changes whose quartiles differ, and from whose median it differs, by less
+than this factor."""
 
 
 class Lengths:
@@ -31,7 +32,7 @@ class Lengths:
         self._ends = faces[:: 1 + len(faces) // _EDGES, :2]
         self._usual = self._of(whole)
         self._ruined: list[int] = []
-        self._most, self._ratio = _RUINED, 1.0
+        self._most, self._ratios = _RUINED, np.ones(3)
 
     def _of(self, points: Positions) -> NDArray[np.float64]:
         a, b = points[self._ends].astype(np.float64).transpose(1, 0, 2)
@@ -48,7 +49,8 @@ class Lengths:
         if share > _RUINED:
             self._ruined.append(number)
         if share > self._most:
-            self._most, self._ratio = share, float(lengths.mean() / self._usual.mean())
+            ratios = lengths[self._usual > 0] / self._usual[self._usual > 0]
+            self._most, self._ratios = share, np.quantile(ratios, (0.25, 0.5, 0.75))
 
     def told(self, header: Header, start: str) -> str:
         """Says which frames are probably ruined; empty if none are. `start` is the whole frame."""
@@ -61,6 +63,8 @@ class Lengths:
                 f"in {frames_listed(self._ruined, header)}, up to {percent(self._most)} of the "
                 f"edges are more than {_TIMES:g} times as long or as short as in {start}"
             )
-        if self._most > _UNIT and (pairs := explaining(self._ratio, 1.3)):
+        low, ratio, high = self._ratios.tolist()
+        pairs = explaining(ratio, _UNIT) if 0 < high < _UNIT * low else []
+        if told and pairs:
             told[-1] += ", as if that were in {} and they in {}".format(*pairs[0])
         return f"probably ruined: {'; '.join(told)}; dynmesh info looks for causes" if told else ""
