@@ -110,7 +110,7 @@ class Completer(Stream):
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
             frames are the same with and without. Requires "detail".
         threads: the number of threads that may work on a frame of a large mesh, from 1 to 256. They
-            are used for meshes of 23 553 vertices or more, and with "detail" of 5 889 or more;
+            are used for meshes of 23 553 vertices or more;
             smaller meshes are completed by the calling thread alone. Results are identical for any
             number of threads. Whether more threads are faster depends on the machine and the mesh.
         training: complete frames of the same mesh, of this subject or one like it: an array (n, k,

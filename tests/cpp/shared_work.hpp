@@ -16,7 +16,6 @@ constexpr TaskSharing in_small_pieces(Index vertices = 16) {
           .fewest_pieces = 2,
           .patience = 100'000'000,
           .backwards = false,
-          .factor_size_from = 0,
           .factor_from = 0,
           .solve_from = 0};
 }

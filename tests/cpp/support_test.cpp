@@ -226,14 +226,13 @@ std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& setting
 }
 
 TEST_CASE("threads are woken from 24 pieces on") {
-  // The sizes that the settings state: 23 553 vertices with motion, 5 889 with
-  // detail.
+  // The size that the settings state.
   Workers workers(2, {.patience = 100'000'000});
   const auto nothing = [](Index, Index) {};
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'888, nothing); }) == 0);
-  CHECK(shared_pieces([&] { workers.for_each_short_chunk(5'889, nothing); }) > 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(23'552, nothing); }) == 0);
+  CHECK(shared_pieces([&] { workers.for_each_short_chunk(23'553, nothing); }) > 0);
 }
 
 TEST_CASE_TEMPLATE("completers in separate threads are independent", Real, float, double) {

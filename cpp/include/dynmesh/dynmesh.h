@@ -139,10 +139,9 @@ typedef struct dynmesh_settings {
 
   /// Default: 1. The number of threads that may work on a frame, including the calling thread, up
   /// to 256. The other threads sleep between frames. They are used for meshes of 23 553 vertices or
-  /// more, and with DYNMESH_METHOD_DETAIL of 5 889 or more; smaller meshes are completed by the
-  /// calling thread alone. If `revisit` is 0, threads are only used to read and write positions.
-  /// Results are identical for any number of threads. Whether more threads are faster depends on
-  /// the machine and the mesh; script/bench measures it.
+  /// more; smaller meshes are completed by the calling thread alone. If `revisit` is 0, threads are
+  /// only used to read and write positions. Results are identical for any number of threads.
+  /// Whether more threads are faster depends on the machine and the mesh; script/bench measures it.
   int32_t threads;
 
   /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape

@@ -64,8 +64,8 @@ struct Settings {
   bool uncertainty = false;
 
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
-  /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more, and
-  /// with method detail of 5 889 or more; smaller meshes are completed by the calling thread alone.
+  /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more;
+  /// smaller meshes are completed by the calling thread alone.
   /// If `revisit` is false, threads are only used to read and write positions. Results are
   /// identical for any number of threads. Whether more threads are faster depends on the machine
   /// and the mesh; script/bench measures it.

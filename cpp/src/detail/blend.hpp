@@ -11,7 +11,6 @@
 #include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
-#include "detail/memory.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 

@@ -7,7 +7,6 @@
 
 #include "detail/rotations.hpp"
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 
 namespace dynmesh {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {

@@ -126,7 +126,7 @@ Modes::Modes(const SurfaceParts& parts, double mean_edge)
 void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
                  std::size_t n_frames, Workers& workers) {
   const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
+  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
     best_kernels().modes.form(data(), shapes, combinations, values_.data(), i * chunk,
                               std::min(k, (i + 1) * chunk));
   });
@@ -139,7 +139,7 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   std::ranges::transform(coefficients, coefficients_.begin(),
                          [](double a) { return static_cast<float>(a); });
   const auto k = static_cast<Index>(combined.size());
-  workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
+  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
     const Index first = i * chunk;
     const Index last = std::min(k, first + chunk);
     best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), first, last);
@@ -154,7 +154,7 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
 template <class Kernel>
 void Modes::add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel) {
   const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers.for_each((k + chunk - 1) / chunk, [&](Index i) {
+  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
     float* sums = &partial_sums_[static_cast<std::size_t>(i) * n_sums];
     std::fill_n(sums, n_sums, 0.0F);
     kernel(sums, i * chunk, std::min(k, (i + 1) * chunk));

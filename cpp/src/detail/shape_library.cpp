@@ -79,12 +79,13 @@ void ShapeLibrary::multiply(Index slot) {
   std::ranges::fill(partial_products_, 0.0);
   const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
   const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers_.for_each((k + vertices_of_a_sum - 1) / vertices_of_a_sum, [&](Index i) {
-    best_kernels().modes.add_products(
-        entries, shapes(), slot,
-        &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots_], i * vertices_of_a_sum,
-        std::min(k, (i + 1) * vertices_of_a_sum));
-  });
+  workers_.share((k + vertices_of_a_sum - 1) / vertices_of_a_sum, workers_.are_worth_it(k),
+                 [&](Index i) {
+                   best_kernels().modes.add_products(
+                       entries, shapes(), slot,
+                       &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots_],
+                       i * vertices_of_a_sum, std::min(k, (i + 1) * vertices_of_a_sum));
+                 });
   const auto s = static_cast<std::size_t>(slot);
   for (std::size_t part = 0; part < n_parts_; ++part) {
     for (std::size_t other = 0; other < slots_; ++other) {

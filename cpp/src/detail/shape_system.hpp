@@ -8,7 +8,6 @@
 
 #include "detail/anchors.hpp"
 #include "detail/detail_operator.hpp"
-#include "detail/memory.hpp"
 #include "factor/masked_factor.hpp"
 #include "kernels/kernels.hpp"
 #include "support/geometry.hpp"

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "kernels/kernels.hpp"
-#include "support/indices.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -212,8 +212,7 @@ Elimination plan_elimination(const SparseMatrix& matrix) {
   return plan;
 }
 
-Subtrees::Subtrees(const Elimination& plan)
-    : parents_(plan.parents), firsts_(plan.parents.size()), groups_(1, 0) {
+Subtrees::Subtrees(const Elimination& plan) : parents_(plan.parents), firsts_(plan.parents.size()) {
   std::vector<Index> sizes(parents_.size(), 1);
   std::iota(firsts_.begin(), firsts_.end(), Index{0});
   for (Index s = 0; s < static_cast<Index>(parents_.size()); ++s) {
@@ -226,13 +225,9 @@ Subtrees::Subtrees(const Elimination& plan)
     if (sizes[s] != s - firsts_[s] + 1) firsts_[s] = none;
   }
   subtrees_.reserve(parents_.size());
-  groups_.reserve(parents_.size() + 1);
 }
 
-void Subtrees::clear() {
-  subtrees_.clear();
-  groups_.resize(1);
-}
+void Subtrees::clear() { subtrees_.clear(); }
 
 void Subtrees::divide(std::span<double> work) {
   clear();
@@ -241,7 +236,6 @@ void Subtrees::divide(std::span<double> work) {
   for (Index s = 0; s < n; ++s) {
     if (parents_[s] != none) work[parents_[s]] += work[s];
   }
-  double in_group = 0;
   const auto is_small = [&](Index s) { return firsts_[s] != none && work[s] <= largest; };
   for (Index s = n; s-- > 0;) {
     if (!is_small(s)) continue;
@@ -249,15 +243,6 @@ void Subtrees::divide(std::span<double> work) {
     s = firsts_[s];
   }
   std::ranges::reverse(subtrees_);
-  for (Index i = 0; i < static_cast<Index>(subtrees_.size()); ++i) {
-    const double mine = work[subtrees_[i].root];
-    if (i > 0 && in_group + mine > largest) {
-      groups_.push_back(i);
-      in_group = 0;
-    }
-    in_group += mine;
-  }
-  if (!subtrees_.empty()) groups_.push_back(static_cast<Index>(subtrees_.size()));
 }
 
 }  // namespace dynmesh

@@ -62,16 +62,10 @@ class Subtrees {
   /// In ascending order.
   [[nodiscard]] std::span<const Subtree> all() const { return subtrees_; }
 
-  /// The subtrees are divided into groups of about equal work: group i is from groups()[i] to
-  /// groups()[i + 1] - 1.
-  [[nodiscard]] Index n_groups() const { return static_cast<Index>(groups_.size()) - 1; }
-  [[nodiscard]] std::span<const Index> groups() const { return groups_; }
-
  private:
   std::span<const Index> parents_;
   std::vector<Index> firsts_;  // the first supernode below each one, or -1 if they are not adjacent
   std::vector<Subtree> subtrees_;
-  std::vector<Index> groups_;
 };
 
 }  // namespace dynmesh

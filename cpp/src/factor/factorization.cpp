@@ -2,7 +2,7 @@
 #include <array>
 
 #include "factor/masked_factor.hpp"
-#include "support/indices.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {

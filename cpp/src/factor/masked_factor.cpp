@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "support/indices.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -141,7 +141,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
 void MaskedFactor::divide() {
   cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
   const TaskSharing& sharing = workers_.task_sharing();
-  if (order_.capacity() >= sharing.factor_size_from &&
+  if (workers_.are_worth_it(static_cast<Index>(row_of_.size())) &&
       cost_.multiplications >= sharing.factor_from) {
     subtrees_.divide(multiplications_);
   } else {

@@ -12,7 +12,7 @@
 
 #include "factor/elimination.hpp"
 #include "kernels/kernels.hpp"
-#include "support/indices.hpp"
+#include "support/geometry.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -168,15 +168,11 @@ class MaskedFactor {
     });
   }
 
-  /// Calls `work(border)` for each subtree, sharing groups of them if it is worth it.
+  /// Calls `work(border)` for each subtree, sharing them if it is worth it.
   template <class Work>
   void for_each_subtree(bool is_worth_it, const Work& work) {
-    workers_.share(subtrees_.n_groups(), is_worth_it, [&](Index group) {
-      const auto g = static_cast<std::size_t>(group);
-      for (Index i = subtrees_.groups()[g]; i < subtrees_.groups()[g + 1]; ++i) {
-        work(borders_[i]);
-      }
-    });
+    workers_.share(static_cast<Index>(borders_.size()), is_worth_it,
+                   [&](Index i) { work(borders_[i]); });
   }
 
   SparseMatrix matrix_;  // rows and columns by positions

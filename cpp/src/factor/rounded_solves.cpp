@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "factor/masked_factor.hpp"
-#include "support/indices.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {

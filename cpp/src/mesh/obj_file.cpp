@@ -21,26 +21,24 @@ class Statements {
   /// Moves to the next statement. Returns false if there is none.
   bool next() {
     while (lines_.next()) {
-      whole_ = lines_.line();
-      std::string_view part = without_comment(whole_);
+      begin_ = lines_.line();
+      std::string_view part = without_comment(begin_);
       if (!part.ends_with('\\')) {
         words_ = part;
       } else {
         joined_.clear();
         for (; part.ends_with('\\'); part = without_comment(lines_.line())) {
           joined_.append(part.substr(0, part.size() - 1)).append(" ");
-          if (!lines_.next()) refuse_line(text_, whole_, "continues after the end of the file");
+          if (!lines_.next()) refuse_line(text_, begin_, "continues after the end of the file");
         }
         words_ = joined_.append(part);
-        const char* const end = lines_.line().data() + lines_.line().size();
-        whole_ = {whole_.data(), static_cast<std::size_t>(end - whole_.data())};
       }
       if (!words_.empty()) return true;
     }
     return false;
   }
-  /// Returns the statement as in the text.
-  [[nodiscard]] std::string_view whole() const { return whole_; }
+  /// Where the statement begins in the text.
+  [[nodiscard]] std::string_view begin() const { return begin_; }
   [[nodiscard]] Words words() const { return Words(words_); }
 
  private:
@@ -52,7 +50,7 @@ class Statements {
 
   std::string_view text_;
   Lines lines_;
-  std::string_view whole_;
+  std::string_view begin_;
   std::string_view words_;
   std::string joined_;
 };
@@ -81,7 +79,6 @@ class ObjParser {
         add_vertex(words);
       } else if (words.word() == "f") {
         add_face(words);
-        file_.faces.push_back(statements_.whole());
       }
     }
     if (largest_ >= n_vertices()) {
@@ -98,7 +95,7 @@ class ObjParser {
   }
 
   [[noreturn]] void refuse(const std::string& why) const {
-    refuse_line(text_, statements_.whole(), why);
+    refuse_line(text_, statements_.begin(), why);
   }
 
   /// A position, optionally followed by a weight of 1 or a colour of 3 or 4 numbers.
@@ -124,7 +121,7 @@ class ObjParser {
       file_.mesh.corners.push_back(vertex);
       if (vertex <= largest_) continue;
       largest_ = vertex;
-      statement_of_largest_ = statements_.whole();
+      statement_of_largest_ = statements_.begin();
     }
     if (size < 3) refuse("a face has " + std::to_string(size) + " corners, but needs 3");
     file_.mesh.sizes.push_back(size);

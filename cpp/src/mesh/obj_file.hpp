@@ -13,10 +13,9 @@ struct PolygonMesh {
   std::vector<std::int64_t> corners;  ///< the vertices of all corners, counted from 0
 };
 
-/// The content of an OBJ file, as far as it is used. Texts are parts of that of the file.
+/// The content of an OBJ file, as far as it is used.
 struct ObjFile {
   PolygonMesh mesh;
-  std::vector<std::string_view> faces;     ///< the statement of each face
   std::vector<std::string_view> comments;  ///< at the beginning of the file, without the "#"
 };
 

@@ -31,22 +31,6 @@ std::filesystem::path checked_path(const std::string& path) {
   }
 }
 
-/// Returns the mesh of an OBJ file. Refuses faces that repeat a vertex.
-PolygonMesh mesh_of_obj(const std::string& text) {
-  ObjFile file = parse_obj(text);
-  std::vector<std::int64_t> face;
-  auto corner = file.mesh.corners.begin();
-  for (std::size_t f = 0; f < file.mesh.sizes.size(); corner += file.mesh.sizes[f++]) {
-    face.assign(corner, corner + file.mesh.sizes[f]);
-    std::ranges::sort(face);
-    const auto repeated = std::ranges::adjacent_find(face);
-    if (repeated == face.end()) continue;
-    refuse_line(text, file.faces[f],
-                "a face has vertex " + std::to_string(*repeated + 1) + " twice; remove the face");
-  }
-  return std::move(file.mesh);
-}
-
 /// Returns the positions and faces of a PLY file.
 PolygonMesh mesh_of_ply(const std::string& data) {
   const PlyFile file = parse_ply(data);
@@ -136,7 +120,7 @@ auto read_mesh(const std::string& path, const Convert& convert) {
   if (!file || std::filesystem::is_directory(system_path)) refuse_file(path, "cannot be opened");
   const std::string data(std::istreambuf_iterator<char>(file), {});
   try {
-    return convert(suffix == ".obj"   ? mesh_of_obj(data)
+    return convert(suffix == ".obj"   ? parse_obj(data).mesh
                    : suffix == ".ply" ? mesh_of_ply(data)
                                       : parse_off(data));
   } catch (const MalformedFile& error) {

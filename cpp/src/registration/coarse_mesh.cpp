@@ -9,7 +9,6 @@
 
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "detail/memory.hpp"
+#include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "kernels/kernels.hpp"
 #include "registration/constants.hpp"

@@ -10,7 +10,6 @@
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/cloth.hpp"
 #include "tracking/robust_size.hpp"

@@ -8,7 +8,6 @@
 #include <queue>
 
 #include "support/geometry.hpp"
-#include "support/indices.hpp"
 
 namespace dynmesh {
 namespace {

@@ -14,6 +14,12 @@
 
 namespace dynmesh {
 
+/// Where an index is missing.
+constexpr Index none = -1;
+
+/// An index, which is signed and has 32 bits, beside subscripts, which are not.
+constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
 template <class Real>
 bool is_finite(const Vector3<Real>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);

@@ -18,10 +18,10 @@ namespace dynmesh {
 struct TaskSharing {
   /// The number of vertices in a chunk. Its part of every array fits into the first-level cache.
   Index chunk = 1024;
-  /// The same if the work per vertex is larger, so that meshes of ten thousand vertices are shared.
+  /// The same if the work per vertex is larger.
   Index short_chunk = 256;
-  /// If there are fewer pieces, the calling thread executes them all, since it would be done before
-  /// another thread wakes up.
+  /// If there are fewer pieces, of chunks that are not short, the calling thread executes them all,
+  /// since it would be done about as soon as another thread has woken up.
   Index fewest_pieces = 24;
   /// For tests, in which every call must be shared: the calling thread yields up to this many times
   /// until another thread has taken a piece, and every thread yields after each piece.
@@ -29,9 +29,8 @@ struct TaskSharing {
   /// For tests: a thread that is alone executes the pieces from the last to the first, which must
   /// not change any result.
   bool backwards = false;
-  /// The factorisation of method detail is divided into parts, which threads share, if the mesh has
-  /// so many vertices that short chunks are shared and it takes at least this many multiplications.
-  std::size_t factor_size_from = 5889;
+  /// The factorisation of method detail is divided into parts, which threads share, if they take
+  /// part at all and it takes at least this many multiplications.
   double factor_from = 4e6;
   /// Solving with a factor that is divided is shared if it takes this many multiplications.
   double solve_from = 2e5;
@@ -63,6 +62,11 @@ class Workers {
 
   /// The number of threads, the calling one included.
   [[nodiscard]] Index threads() const { return static_cast<Index>(threads_.size()) + 1; }
+
+  /// Whether other threads take part in work on so many vertices, or on what takes as long.
+  [[nodiscard]] bool are_worth_it(Index vertices) const {
+    return (vertices + sharing_.chunk - 1) / sharing_.chunk >= sharing_.fewest_pieces;
+  }
 
   /// Calls `work(i)` for i = 0 ... count - 1 in any order, on any of the threads, and returns when
   /// all calls are done. `count` is at most a million. `work` must not throw. Allocates no memory.
@@ -98,7 +102,7 @@ class Workers {
     const Index length = (std::max(sharing_.short_chunk / weight, Index{1}) + 3) / 4 * 4;
     const Index chunks = (count + length - 1) / length;
     const Index together = length * std::max(chunks / (pieces_of_thread * threads()), Index{1});
-    share((count + together - 1) / together, chunks >= sharing_.fewest_pieces,
+    share((count + together - 1) / together, are_worth_it(count * weight),
           [&](Index i) { work(i * together, std::min(count, (i + 1) * together)); });
   }
   /// Calls `work(i)` for i = 0 ... count - 1, in short chunks.
