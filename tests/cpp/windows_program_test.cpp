@@ -1,5 +1,5 @@
-/// dynmesh-complete on Windows: what differs from other systems. The rest is tested by
-/// tests/python/test_program.py.
+/// dynmesh-complete on Windows: what differs from other systems. Its pipes are used by
+/// script/try-platforms; the rest is tested by tests/python/test_program.py.
 #include <doctest/doctest.h>
 #include <share.h>
 
@@ -89,13 +89,6 @@ struct Job {
   fs::path errors = folder / "errors";
   std::string partial, completed;
 };
-
-TEST_CASE("pipes pass all bytes unchanged") {
-  const Job job;
-  CHECK(job.run(L"--input - --output - <" + Job::quoted(job.input) + L" >" +
-                Job::quoted(job.output)) == 0);
-  CHECK(read(job.output) == job.completed);
-}
 
 TEST_CASE("the names of files are not restricted to a code page") {
   const Job job;

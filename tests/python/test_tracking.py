@@ -561,3 +561,13 @@ def test_two_sheets_that_come_close_to_each_other_stay_apart() -> None:
         normals[points[:, 2] < 0.3] *= -1  # the lower sheet is seen from below
         tracked = tracker.push(points, normals, viewpoints=np.stack([ABOVE, BELOW]))
         assert np.abs(tracked - truth).max() < 0.5
+
+
+def test_a_state_holds_what_the_next_frame_of_cloth_needs() -> None:
+    mesh = flat(12)
+    tracker, restored = (Tracker(mesh.faces, mesh.vertices) for _ in range(2))
+    for n in range(1, 5):
+        scan = torus_scan(mesh, turned(mesh.vertices, 0.03 * n))
+        restored.restore(tracker.state())
+        expected = tracker.push(*scan, viewpoints=ABOVE[None])
+        np.testing.assert_array_equal(restored.push(*scan, viewpoints=ABOVE[None]), expected)
