@@ -27,8 +27,8 @@ struct TrackingConstants {
   int fewest_iterations = 1;
   int cloth_iterations = 8;
   int most_iterations = 12;
-  double iterations_per_edge = 4;
-  double far_share = 0.95;
+  double iterations_per_edge = 3;
+  double far_share = 0.98;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread.
   int final_iterations = 2;
