@@ -58,6 +58,12 @@ struct RegistrationConstants {
   std::size_t most_coarse_vertices = 4000;
   std::size_t coarse_points = 3000;
   int coarse_iterations = 6;
+  /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
+  /// rigid starts have found the pose. Right poses have up to 0.08 then, others begin at 0.12.
+  double near_misfit = 0.1;
+  /// Of poses found from rigid starts and from tips, the worse one may still be right if its misfit
+  /// is at most so many times as large.
+  double alike = 1.5;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
   double held_spacings = 4;
@@ -72,7 +78,7 @@ struct RegistrationConstants {
   /// this on average, in mean edges; so often towards its own shape, and then towards that of the
   /// last time. Each time ends with this weight of a point, larger than that of tracking, since no
   /// noise of earlier frames accumulates, and takes so many iterations at least.
-  std::size_t most_rounds = 6;
+  std::size_t most_rounds = 12;
   double settled = 0.02;
   std::size_t rounds_to_template = 2;
   double last_weight = 6;

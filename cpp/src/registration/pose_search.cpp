@@ -1,6 +1,7 @@
 #include "registration/pose_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -75,36 +76,36 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
   if (!settings_.align) {
-    consider({{Eigen::Isometry3d::Identity(), targets}});
-    finish(scan);
+    finish(scan, best_trial({{Eigen::Isometry3d::Identity(), targets}}));
     return std::move(*pose_);
   }
-  consider_all(scan, targets);
   // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
-  if (!finish(scan) && !targets.vertices.empty()) {
-    best_ = {};
-    consider_all(scan, held_);
-    finish(scan);
-  }
+  if (!search(scan, targets) && !targets.vertices.empty()) search(scan, held_);
   return std::move(*pose_);
 }
 
-/// Tries where the template may be, near its own pose or far from it.
-void PoseSearch::consider_all(const PointScan& scan, const Targets& targets) {
+/// Tries where the template may be, near its own pose and then far from it, keeps the best pose,
+/// and tells whether that is good.
+bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   auto candidates = by_points(scan, targets);
   if (targets.determine_a_rotation()) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
-  consider(candidates);
+  std::array<Trial, 2> trials = {best_trial(candidates), {}};
+  if (trials[0].misfit < constants_.near_misfit && finish(scan, trials[0])) return true;
   candidates = candidates_by_tips(template_.faces, template_.frame, scan, constants_.tips);
   for (Candidate& candidate : candidates) candidate.landmarks = targets;
-  consider(candidates);
+  trials[1] = best_trial(candidates);
+  std::ranges::stable_sort(trials, {}, &Trial::misfit);
+  const double worst = constants_.alike * trials[0].misfit;
+  return std::ranges::any_of(
+      trials, [&](const Trial& trial) { return trial.misfit <= worst && finish(scan, trial); });
 }
 
-/// Draws the template into the scan from the best trial, keeps the better pose, and tells whether
+/// Draws the template into the scan from a trial, keeps the better pose, and tells whether
 /// that is good.
-bool PoseSearch::finish(const PointScan& scan) {
-  Pose pose = finished(scan, best_);
+bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
+  Pose pose = finished(scan, trial);
   if (!pose_ || rank_of(pose) < rank_of(*pose_)) pose_ = std::move(pose);
   return pose_->is_good();
 }
@@ -126,7 +127,6 @@ double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
 void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
   sample_.emplace();
   sample_scan(scan, constants_.coarse_points, *sample_);
-  best_ = {};
   pose_.reset();
   held_ = {};
   checked_ = {};
@@ -154,13 +154,6 @@ std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Target
   return found;
 }
 
-/// Keeps the best trial of these if it is better.
-void PoseSearch::consider(const std::vector<Candidate>& candidates) {
-  if (candidates.empty()) return;
-  Trial trial = best_trial(candidates);
-  if (trial.misfit < best_.misfit) best_ = std::move(trial);
-}
-
 /// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best;
 /// the best of these as long as that helps.
 PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidates) {
@@ -173,6 +166,7 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
     Trial trial = drawn(std::move(trials[i]));
     if (trial.misfit < best.misfit) best = std::move(trial);
   }
+  if (n == 0) return best;
   for (Trial again = drawn(best); again.misfit < best.misfit; again = drawn(best)) {
     best = std::move(again);
   }

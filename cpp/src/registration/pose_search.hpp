@@ -52,9 +52,8 @@ class PoseSearch {
   };
 
   void begin(const PointScan& scan, const Targets& targets);
-  void consider_all(const PointScan& scan, const Targets& targets);
-  void consider(const std::vector<Candidate>& candidates);
-  bool finish(const PointScan& scan);
+  bool search(const PointScan& scan, const Targets& targets);
+  bool finish(const PointScan& scan, const Trial& trial);
   [[nodiscard]] std::vector<Candidate> by_points(const PointScan& scan,
                                                  const Targets& targets) const;
   Trial best_trial(const std::vector<Candidate>& candidates);
@@ -82,7 +81,6 @@ class PoseSearch {
   std::optional<PointScan> sample_;
   Targets held_;     // landmarks of parts that have no points
   Targets checked_;  // all others
-  Trial best_;
   std::optional<Pose> pose_;
 };
 
