@@ -309,5 +309,5 @@ def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Pat
     other = replace(dynmesh.read(walking / "body.npz"), up_axis=None)
     stretched = replace(other, vertices=other.vertices * np.array([1, 1, 0.2]))
     dynmesh.write(tmp_path / "other.npz", stretched)
-    with pytest.raises(ValueError, match=r"does not lie in .* rigid motion: the scan shows"):
+    with pytest.raises(ValueError, match=r"does not lie in .* rigid motion"):
         track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "other.npz")

@@ -305,6 +305,22 @@ def test_standard_errors_describe_the_distance_from_the_surface(
     assert np.mean(hidden) > 1.1
 
 
+def test_unseen_vertices_of_a_lost_surface_may_be_as_far_from_it_as_points_are(
+    rng: np.random.Generator,
+) -> None:
+    walker = dynmesh.synth.walker(1)
+    mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(np.float64))
+    tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
+    tracker.push(*scan_of(mesh, mesh.vertices, 6000, rng, noise=0.01))
+    cosine, sine = np.cos(0.8), np.sin(0.8)
+    fallen = mesh.vertices @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+    tracked = tracker.push(*scan_of(mesh, fallen, 6000, rng, noise=0.01))
+    assert tracker.report.far > 0.05
+    off = np.abs(((tracked - fallen) * vertex_normals(mesh.faces, fallen)).sum(axis=1))
+    within = off <= 1.645 * tracker.standard_error
+    assert within[~tracker.observed].mean() > 0.65
+
+
 def test_where_no_point_is_connected_the_error_is_infinite(rng: np.random.Generator) -> None:
     seen, disconnected = bumpy_torus(14), bumpy_torus(10)
     k = len(seen.vertices)

@@ -219,6 +219,14 @@ void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
                          [](Index g) { return g == Generations::anchor ? 0 : infinite; });
 }
 
+void ErrorBars::widen(const Generations& generations, double size) {
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < standard_errors_.size(); ++v) {
+    if (generation[v] == Generations::anchor) continue;
+    standard_errors_[v] = std::hypot(standard_errors_[v], size);
+  }
+}
+
 void ErrorBars::write_memory(Writer& writer) const {
   write_fields(writer, *this);
   writer.write(of_vertices());

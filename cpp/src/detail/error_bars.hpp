@@ -100,6 +100,10 @@ class ErrorBars {
   /// The same for a frame of which nothing was solved for: everything is known or disconnected.
   void pass(const Generations& generations, const Clusters& clusters);
 
+  /// Adds an independent error of this size to those of the vertices that are no anchors, in this
+  /// frame alone.
+  void widen(const Generations& generations, double size);
+
   /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
   /// infinity for disconnected vertices. Empty if there are none.
   [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }

@@ -243,7 +243,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     if (settings_.uncertainty) {
       Generations generations(pose.x.size());
       generations.classify(topology_.cells, pose.observed);
-      fine_.measure_errors(generations);
+      fine_.measure_errors(generations, pose.agreement.far_share > fine_.constants().lost_far);
     }
     fine_.place(pose.x, pose.rounds >= constants_.rounds_to_template);
   }

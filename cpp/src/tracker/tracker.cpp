@@ -143,7 +143,8 @@ TrackingReport Tracker<Real>::Parts::track(const PointScan& measurement, Points<
     stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
   }
   stream.write(tracked);
-  surface.measure_errors(stream.generations);
+  surface.measure_errors(stream.generations,
+                         found.agreements.all.far_share > surface.constants().lost_far);
   std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
   surface.remember(completed, stream.generations.anchors() > 0);
   stream.advance();

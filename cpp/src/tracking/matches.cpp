@@ -257,6 +257,19 @@ void Matches::follow(Field x) {
   }
 }
 
+double Matches::distance_of_far() const {
+  const double squared_far = std::pow(constants_.far_distance * mean_edge_, 2);
+  const double squared_widest = std::pow(constants_.wide_radius * mean_edge_, 2);
+  double sum = 0;
+  double n = 0;
+  for (const Place& place : found_) {
+    if (place.squared <= squared_far) continue;
+    sum += std::min(place.squared, squared_widest);
+    n += 1;
+  }
+  return n > 0 ? std::sqrt(sum / n) : 0;
+}
+
 Agreements Matches::agreements() const {
   std::vector<Place> places(found_.size());
   for (std::size_t i = 0; i < found_.size(); ++i) places[order_[i]] = found_[i];

@@ -69,6 +69,9 @@ class Matches {
   }
   /// (k,) of the surface, outwards and of unit length.
   [[nodiscard]] Field normals() const { return normals_; }
+  /// The root mean square distance of the far points; one without a place is as far as any search
+  /// goes. 0 if none is far.
+  [[nodiscard]] double distance_of_far() const;
   /// How well X explains the points.
   [[nodiscard]] Agreements agreements() const;
 

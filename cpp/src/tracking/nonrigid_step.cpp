@@ -167,7 +167,7 @@ void NonrigidStep::keep_rows(const SurfaceRows& rows, Field x) {
   if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
-void NonrigidStep::measure_errors(const Generations& generations, Field x) {
+void NonrigidStep::measure_errors(const Generations& generations, Field x, double unseen) {
   if (!error_bars_.exist()) return;
   if (!anchors_.any_solved()) {
     error_bars_.pass(generations, rotations_.clusters());
@@ -177,6 +177,7 @@ void NonrigidStep::measure_errors(const Generations& generations, Field x) {
   anchors_.normals = planes_;
   error_bars_.update({x, kx_, turned_, rounding_.mean_square(x)}, anchors_, generations, system_,
                      rotations_.clusters());
+  error_bars_.widen(generations, unseen);
   anchors_.normals = {};
 }
 

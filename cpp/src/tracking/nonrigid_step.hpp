@@ -58,8 +58,9 @@ class NonrigidStep {
 
   /// Keeps the rows to which the last step drew X, for the standard errors of the frame.
   void keep_rows(const SurfaceRows& rows, Field x);
-  /// Finds the standard errors of X, and does not throw. `generations` are those of its vertices.
-  void measure_errors(const Generations& generations, Field x);
+  /// Finds the standard errors of X, and does not throw. `generations` are those of its vertices;
+  /// those without a point may be off by `unseen` beside that.
+  void measure_errors(const Generations& generations, Field x, double unseen);
 
   /// Remembers the shape of the completed frame.
   void remember(Field completed);

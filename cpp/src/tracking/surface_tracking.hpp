@@ -46,9 +46,11 @@ class SurfaceTracking {
   Found compare_last(const PointScan& measurement);
 
   /// Finds the standard errors of the frame that `track` has just found, and does not throw.
-  /// `generations` are those of
-  /// its vertices.
-  void measure_errors(const Generations& generations) { shape_.measure_errors(generations, x_); }
+  /// `generations` are those of its vertices. Where the surface was lost, the far points tell how
+  /// far from it unseen vertices may be.
+  void measure_errors(const Generations& generations, bool is_lost) {
+    shape_.measure_errors(generations, x_, is_lost ? matches_.distance_of_far() : 0);
+  }
 
   /// Makes this the last frame. Velocities are 0 if nothing was found in it.
   void remember(Field completed, bool moves);
