@@ -311,7 +311,7 @@ def test_a_template_that_lies_in_the_scan_stays() -> None:
     assert not found.other_unit
 
 
-@pytest.mark.parametrize("unit", [2.0**650, 2.0**-900, 1e4])  # squares of two are out of range
+@pytest.mark.parametrize("unit", [2.0**200, 2.0**-200, 1e4])
 def test_the_unit_of_length_does_not_matter(unit: float) -> None:
     scan = TURNS[0].apply(SCAN) + AWAY
     expected = found_in(scan)

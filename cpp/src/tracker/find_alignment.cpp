@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/alignment.hpp>
-#include <initializer_list>
 #include <limits>
 #include <span>
 #include <stdexcept>
@@ -25,23 +24,6 @@ namespace {
 
 using Cloud = std::vector<Vector3<double>>;
 using Motion = Eigen::Isometry3d;
-
-/// The power of two that is about as large as the largest coordinate. Divided by it, coordinates
-/// have squares that are in range, and no digit changes.
-double scale_of(std::initializer_list<std::span<const Vector3<double>>> clouds) {
-  double largest = 0;
-  for (const auto& points : clouds) {
-    for (const auto& p : points) {
-      largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    }
-  }
-  constexpr int most = 1000;  // the inverse of a smaller or larger one is out of range
-  return largest > 0 ? std::ldexp(1, std::clamp(std::ilogb(largest), -most, most)) : 1;
-}
-
-void multiply(Cloud& points, double factor) {
-  for (auto& point : points) point = factor * point;
-}
 
 /// The share of the points that, after a motion, have one of the others within a distance is
 /// `share`; returns that distance.
@@ -70,7 +52,7 @@ void store(const Motion& motion, Alignment& found) {
   Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
 }
 
-/// For coordinates of at most about 1. The scan has normals.
+/// The scan has normals.
 Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
                 double mean_edge, const PointScan& scan) {
   const AlignmentConstants constants;
@@ -107,7 +89,7 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
 
 template <class Real>
 Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<const Real> scan) {
-  Cloud frame = widened(first_frame_of(first_frame));
+  const Cloud frame = widened(first_frame_of(first_frame));
   const Topology topology = topology_of(faces, frame.size());
   check_scan("scan", scan);
   if (scan.count == 0) throw std::invalid_argument("scan: has no points");
@@ -115,21 +97,15 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   copy(scan, points);
   const auto triangles = triangles_of(faces);
 
-  const double scale = scale_of({frame, points});
-  multiply(frame, 1 / scale);
   PointScan measured;
   const std::size_t step = 1 + points.size() / AlignmentConstants().most_points;
   for (std::size_t i = 0; i < points.size(); i += step) {
-    measured.points.push_back((1 / scale) * points[i]);
+    measured.points.push_back(points[i]);
   }
   measured.index();
   Workers alone(1);
   measured.estimate_normals(alone);
-  const double mean_edge = mean_edge_length<double>(topology.cells, frame);
-  Alignment found = align(triangles, frame, mean_edge, measured);
-  found.mean_edge *= scale;
-  for (double& coordinate : found.shift) coordinate *= scale;
-  return found;
+  return align(triangles, frame, mean_edge_length<double>(topology.cells, frame), measured);
 }
 
 template Alignment find_alignment(Faces, Points<const float>, Points<const float>);

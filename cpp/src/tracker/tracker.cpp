@@ -38,22 +38,12 @@ void write(Writer& writer, const Agreement& agreement) {
   writer.write(agreement.distance);
 }
 
-/// Refuses one that no tracker can report: shares are missing without points, and the distance also
-/// if all are far.
 Agreement read_agreement(Reader& reader) {
   Agreement found;
   found.points = static_cast<std::size_t>(reader.read<std::uint64_t>());
   found.far_share = reader.read<double>();
   found.disagreeing = reader.read<double>();
   found.distance = reader.read<double>();
-  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
-  const bool is_possible = found.points == 0
-                               ? std::isnan(found.far_share) && std::isnan(found.disagreeing)
-                               : is_share(found.far_share) && is_share(found.disagreeing);
-  const bool has_near = found.points > 0 && found.far_share < 1;
-  const bool is_distance =
-      has_near ? found.distance >= 0 && std::isfinite(found.distance) : std::isnan(found.distance);
-  if (!is_possible || !is_distance) refuse_state("reports what no tracker can report");
   return found;
 }
 
@@ -197,9 +187,7 @@ void Tracker<Real>::Parts::read(Reader& reader) {
   read_fields(reader, stream);
   stream.recall();
   report.agreement = read_agreement(reader);
-  const auto recovered = reader.read<std::uint8_t>();
-  report.recovered = recovered != 0;
-  if (recovered > (settings.recover ? 1 : 0)) refuse_state("reports what no tracker can report");
+  report.recovered = reader.read<std::uint8_t>() != 0;
   surface.read_memory(reader, widened(stream.previous));
   recovery.read_memory(reader);
   stream.keep(surface.shape().error_bars().of_vertices());
