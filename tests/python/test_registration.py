@@ -542,15 +542,26 @@ def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -
     assert (f"as if the template were {pair}" in told) == bool(pair)
 
 
-def test_a_wrong_scan_ends_with_code_3(rng: np.random.Generator, tmp_path: Path) -> None:
-    written(tmp_path, TORUS, rng)
-    wrong = rng.normal(size=(1000, 3))
-    write_ply(tmp_path / "wrong.ply", PointScan(2 * wrong, None, None))
-    words = (tmp_path / "body.obj", tmp_path / "wrong.ply", tmp_path / "made.obj")
-    said = run("register", *words, code=3).stderr
-    assert "made.obj: ruined: " in said
-    assert "landmarks say where" in said
-    assert (tmp_path / "made.obj").exists()
+def test_a_wrong_scan_ends_with_code_3_and_its_cause(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    points, normals = scan(TORUS, written(tmp_path, TORUS, rng), rng, 1000)
+    size = np.ptp(TORUS.vertices, axis=0).max()
+    floor = rng.uniform(-3, 3, (1000, 3)) * size * [1, 1, 0] + points.min(axis=0) * [0, 0, 1]
+    room = np.concatenate([points, floor])
+    wrong = {
+        "landmarks say where": PointScan(2 * rng.normal(size=(1000, 3)), None, None),
+        ": the normals of the scan point inwards": PointScan(points, -normals, None),
+        "such as a floor; --remove-planes": PointScan(room, None, None),
+    }
+    made = tmp_path / "made.obj"
+    for cause, one in wrong.items():
+        write_ply(tmp_path / "wrong.ply", one)
+        words = (tmp_path / "body.obj", tmp_path / "wrong.ply", made)
+        said = run("register", *words, "--overwrite", code=3).stderr
+        assert re.search("made.obj: (doubtful|ruined): ", said)
+        assert cause in said
+        assert made.exists()
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,9 @@ from ..sequence import Mask, Positions
 
 _Floats = NDArray[np.float64]
 
+_INSIDE_OUT = -0.2
+"""The cosine between normals and the directions from the middle: about 0 for flat parts."""
+
 
 class PointScan(NamedTuple):
     """The points of a frame, in no order.
@@ -37,6 +40,15 @@ class PointScan(NamedTuple):
     def has_points(self) -> bool:
         """Whether there is a point."""
         return len(self.points) > 0
+
+    @property
+    def is_inside_out(self) -> bool:
+        """Whether the normals point to the middle of the points, as those of no body do."""
+        if self.normals is None or not self.has_points:
+            return False
+        arms = self.points - self.points.mean(axis=0)
+        outwards = float((self.normals * arms).sum())
+        return outwards < _INSIDE_OUT * float(np.linalg.norm(arms, axis=1).sum())
 
     def scaled(self, factor: float) -> "PointScan":
         """Returns the scan in another unit of length."""
@@ -74,6 +86,11 @@ class DepthScan(NamedTuple):
         return any(bool(depth.any()) for depth in self.depth)
 
     @property
+    def is_inside_out(self) -> bool:
+        """Never: normals follow from the neighbouring pixels, and point to the camera."""
+        return False
+
+    @property
     def clouds(self) -> list[_Floats]:
         """(n, 3) each: the points of each image."""
         clouds = []
@@ -104,6 +121,8 @@ class DepthScan(NamedTuple):
 
 
 Scan = PointScan | DepthScan
+
+INSIDE_OUT = "the normals of the scan point inwards; turn them, or leave them out"
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:

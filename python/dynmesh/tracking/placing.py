@@ -1,6 +1,6 @@
 """Where a template is in a first scan: there already, after a rigid motion, or in another pose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from ..completion.start import template_of
 from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scans import PointScan, Scan, ScanReader
+from ..scans.scan import INSIDE_OUT
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
@@ -28,6 +29,7 @@ class Placed:
             registered.
         registration: of the template with the scan, if it had another pose there.
         sizes: that the scan is larger or smaller than the template; empty if it is as large.
+        advice: what to look at if the template is lost.
     """
 
     points: Positions
@@ -35,6 +37,7 @@ class Placed:
     alignment: Alignment | None = None
     registration: Registration | None = None
     sizes: str = ""
+    advice: str = ""
 
     @property
     def doubt(self) -> str:
@@ -86,10 +89,11 @@ def placed_in(
         left = room.left_of(scan)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
+    advice = "; ".join(filter(None, [INSIDE_OUT if left.is_inside_out else "", advice]))
     with locating(file=mesh.path):
         found = _placed(mesh.faces, template, left, landmarks, units, advice)
     room.follow(found.points)
-    return found
+    return replace(found, advice=advice)
 
 
 def _placed(

@@ -18,7 +18,8 @@ from ..files import PathLike, Reader
 from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
-from ..sequence import Positions, Sequence
+from ..scans.scan import INSIDE_OUT, Scan
+from ..sequence import Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of
@@ -140,7 +141,7 @@ def register_file(
             room = Room(box, remove_planes)
             room.look(measured, mesh.faces, first)
             left = room.left_of(measured)
-            sizes = units.told(ratio_of(measured, first), size_of(own))
+            sizes = units.told(ratio_of(left, first), size_of(own))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
                 found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
@@ -171,7 +172,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_reason(found, first, marks),
+        reason=_reason(found, Sequence(first[None], mesh.faces), left, marks),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -188,17 +189,28 @@ def _opened(template: PathLike) -> Reader:
         raise InputError(told, file=Path(template)) from error
 
 
-def _reason(found: Registration, template: Positions, landmarks: Landmarks | None) -> str:
+def _reason(found: Registration, mesh: Sequence, scan: Scan, landmarks: Landmarks | None) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    wrong = ""
+    wrong = INSIDE_OUT if scan.is_inside_out else _plane_in(scan, mesh)
     if landmarks is not None:
-        wrong = exchanged(template, landmarks) or _misplaced(found, landmarks)
+        wrong = wrong or exchanged(mesh[0], landmarks) or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if landmarks is None and found.cause in ("pose", "place"):
         told += "; landmarks say where head, hands and feet, for example, belong"
     return told
+
+
+def _plane_in(scan: Scan, mesh: Sequence) -> str:
+    """Says that the scan shows a floor or a wall; empty if it does not."""
+    room = Room(None, remove_planes=True)
+    room.look(scan, mesh.faces, mesh[0])
+    told = (
+        "the scan shows a plane larger than the template, such as a floor; `remove_planes` "
+        "leaves it out"
+    )
+    return told if room.planes else ""
 
 
 def _misplaced(found: Registration, landmarks: Landmarks) -> str:

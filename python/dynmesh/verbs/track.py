@@ -239,7 +239,7 @@ def track_file(
                 )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice="; ".join(filter(None, [look, "" if room.takes else _OTHERS])),
+                advice="; ".join(filter(None, [at.advice, "" if room.takes else _OTHERS])),
                 registered=at.doubt,
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
