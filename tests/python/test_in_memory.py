@@ -301,6 +301,11 @@ def test_an_inverted_mask_is_asked_about(
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
     said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
     assert ("11%" in said) == inverted
+    if inverted:
+        holes = np.where(known[..., None], shot.vertices, np.nan)
+        np.savez(tmp_path / "in.npz", vertices=holes, faces=shot.faces)
+        said = run(*words, tmp_path / "mask.npy", "--overwrite", code=1).stderr
+        assert "just the vertices that are not finite are known" in said
 
 
 def test_zeros_are_missing_in_the_first_frame_as_well(
