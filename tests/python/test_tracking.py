@@ -467,6 +467,24 @@ def test_what_is_found_in_depth_images_depends_on_the_surface_alone(change: str 
         assert np.abs(again - tracked[order]).max() <= limit
 
 
+def test_the_agreement_counts_what_is_far_or_disagrees_but_no_strays(
+    rng: np.random.Generator,
+) -> None:
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    points, normals = scan_of(mesh, mesh.vertices, 8000, rng)
+    side = np.argsort(np.linalg.norm(points, axis=1))[:800]  # where faces are small
+    over, strays = points[side] + 2 * edge(mesh) * normals[side], 30 * rng.normal(size=(100, 3))
+    clouds = np.concatenate([points, over, points[:400], strays])
+    towards = np.concatenate([normals, normals[side], -normals[:400], normals[:100]])
+    tracker.push(clouds, towards)
+    report = tracker.report
+    assert report.points == pytest.approx(9200, rel=0.005)
+    assert report.far == pytest.approx(800 / 9200, rel=0.02)
+    assert report.disagreeing == pytest.approx(400 / 9200, rel=0.02)
+    assert report.distance < 0.01 * edge(mesh)
+
+
 def test_the_camera_that_stands_elsewhere_is_told() -> None:
     mesh = bumpy_torus(24)
     tracker = Tracker(mesh.faces, mesh.vertices)

@@ -10,37 +10,16 @@
 namespace dynmesh {
 namespace {
 
-/// Adds points, and then their mean.
-class Sum {
- public:
-  void add(double squared, bool is_near, bool agrees) {
-    ++points_;
-    if (!is_near) {
-      ++far_;
-      return;
-    }
-    if (!agrees) ++disagreeing_;
-    squares_ += squared;
-  }
+/// An agreement that has numbers of points in the place of shares, and a sum of squares in that of
+/// the distance.
+Agreement no_points() { return {0, 0, 0, 0}; }
 
-  [[nodiscard]] Agreement result(double mean_edge) const {
-    const auto n = static_cast<double>(points_);
-    Agreement found;
-    found.points = points_;
-    if (points_ > 0) found.far_share = static_cast<double>(far_) / n;
-    if (points_ > 0) found.disagreeing = static_cast<double>(disagreeing_) / n;
-    if (points_ > far_) {
-      found.distance = mean_edge * std::sqrt(squares_ / static_cast<double>(points_ - far_));
-    }
-    return found;
-  }
-
- private:
-  std::size_t points_ = 0;
-  std::size_t far_ = 0;
-  std::size_t disagreeing_ = 0;
-  double squares_ = 0;
-};
+void average(Agreement& sums, double mean_edge) {
+  const auto n = static_cast<double>(sums.points);
+  sums.distance = mean_edge * std::sqrt(sums.distance / (n - sums.far_share));
+  sums.far_share /= n;
+  sums.disagreeing /= n;
+}
 
 /// (n,) which of the points of a scan are of no surface, such as outliers: they are not near the
 /// mesh, and have fewer points around them than most.
@@ -83,20 +62,23 @@ Agreements compare(const PointScan& scan, std::span<const Place> places,
                : cosine >= constants.least_cosine;
   };
   const auto strays = find_strays(scan, is_near, constants);
-  Sum all;
-  std::vector<Sum> of_sensors(scan.viewpoints().size());
+  Agreements found{no_points(), std::vector<Agreement>(scan.viewpoints().size(), no_points())};
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (strays[i] != 0) continue;
-    const bool agreeing = is_near[i] != 0 && agrees(i);
-    const double squared = places[i].squared / (mean_edge * mean_edge);
-    all.add(squared, is_near[i] != 0, agreeing);
-    if (!of_sensors.empty()) {
-      of_sensors[scan.sensor_of(i)].add(squared, is_near[i] != 0, agreeing);
-    }
+    const auto add_to = [&](Agreement& sums) {
+      ++sums.points;
+      if (is_near[i] == 0) {
+        ++sums.far_share;
+        return;
+      }
+      sums.disagreeing += agrees(i) ? 0 : 1;
+      sums.distance += places[i].squared / (mean_edge * mean_edge);
+    };
+    add_to(found.all);
+    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(i)]);
   }
-  Agreements found;
-  found.all = all.result(mean_edge);
-  for (const Sum& sum : of_sensors) found.of_sensors.push_back(sum.result(mean_edge));
+  average(found.all, mean_edge);
+  for (Agreement& sums : found.of_sensors) average(sums, mean_edge);
   return found;
 }
 

@@ -31,25 +31,29 @@ std::string in_words(double value) {
   return text.data();
 }
 
+/// Checks a matrix whose entries must be finite, and 0 or 1 where `expected` says so.
+template <std::size_t n>
+void check_entries(const char* argument, std::size_t number, const std::array<double, n>& matrix,
+                   std::size_t columns, const std::array<char, n + 1>& expected, const char* form) {
+  for (std::size_t e = 0; e < n; ++e) {
+    const bool is_fixed = expected[e] != 'x';
+    if (is_fixed ? matrix[e] == expected[e] - '0'
+                 : std::abs(matrix[e]) <= largest_coordinate<double>) {
+      continue;
+    }
+    refuse_image(argument, number,
+                 "must be " + std::string(form) + " with finite numbers below 1e200, but row " +
+                     std::to_string(e / columns) + ", column " + std::to_string(e % columns) +
+                     " is " + in_words(matrix[e]));
+  }
+}
+
 void check_intrinsics(std::size_t number, const std::array<double, 9>& k) {
-  for (std::size_t e = 0; e < k.size(); ++e) {
-    if (std::isfinite(k[e])) continue;
-    refuse_image("intrinsics", number,
-                 "row " + std::to_string(e / 3) + ", column " + std::to_string(e % 3) + " is " +
-                     in_words(k[e]) + ", but all must be finite");
-  }
-  if (!(k[0] > 0 && k[4] > 0)) {
-    refuse_image("intrinsics", number,
-                 "are singular: the focal lengths are " + in_words(k[0]) + " and " +
-                     in_words(k[4]) + " pixels, but must be positive");
-  }
-  if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    refuse_image("intrinsics", number,
-                 "must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]], but below the diagonal and in the "
-                 "corner are " +
-                     in_words(k[3]) + ", " + in_words(k[6]) + ", " + in_words(k[7]) + " and " +
-                     in_words(k[8]));
-  }
+  check_entries("intrinsics", number, k, 3, {"xxx0xx001"}, "[[fx, s, cx], [0, fy, cy], [0, 0, 1]]");
+  if (k[0] > 0 && k[4] > 0) return;
+  refuse_image("intrinsics", number,
+               "are singular: the focal lengths are " + in_words(k[0]) + " and " + in_words(k[4]) +
+                   " pixels, but must be positive");
 }
 
 Vector3<double> axis(const std::array<double, 16>& pose, std::size_t column) {
@@ -57,17 +61,7 @@ Vector3<double> axis(const std::array<double, 16>& pose, std::size_t column) {
 }
 
 void check_pose(std::size_t number, const std::array<double, 16>& pose) {
-  for (std::size_t e = 0; e < pose.size(); ++e) {
-    if (std::abs(pose[e]) <= largest_coordinate<double>) continue;
-    refuse_image("pose", number,
-                 "row " + std::to_string(e / 4) + ", column " + std::to_string(e % 4) + " is " +
-                     in_words(pose[e]) + ", but all must be finite and below 1e200");
-  }
-  if (pose[12] != 0 || pose[13] != 0 || pose[14] != 0 || pose[15] != 1) {
-    refuse_image("pose", number,
-                 "must end in the row 0, 0, 0, 1, not " + in_words(pose[12]) + ", " +
-                     in_words(pose[13]) + ", " + in_words(pose[14]) + ", " + in_words(pose[15]));
-  }
+  check_entries("pose", number, pose, 4, {"xxxxxxxxxxxx0001"}, "[[R, t], [0, 0, 0, 1]]");
   const auto x = axis(pose, 0);
   const auto y = axis(pose, 1);
   const auto z = axis(pose, 2);

@@ -175,6 +175,6 @@ cases = [
     _depth("intrinsics", "shape (4, 4)", _POSE, "(4, 4)"),
     _depth("pose", "twice as large", _POSE * [2, 2, 2, 1], "of image 0 is not rigid", "4"),
     _depth("pose", "mirrored", _POSE * [1, -1, 1, 1], "of image 0 is not rigid", "-1"),
-    _depth("pose", "transposed", _changed(_POSE, 3, 0, 5), "of image 0 must end in the row"),
+    _depth("pose", "transposed", _changed(_POSE, 3, 0, 5), "of image 0 must be [[R, t"),
     _depth("pose", "infinite", _changed(_POSE, 0, 3, np.inf), "row 0, column 3", "inf"),
 ]
