@@ -94,20 +94,18 @@ class Tracked(reference.Detail):
         x = self.previous + 0.6 * (self.previous - self.before)
         part = self._spread()
         for _ in range(6):
-            rows = self._match(x, 8, part, scale=4)
+            rows = self._match(x, part, scale=4)
             moved = self._moved_rigidly(x, rows)
             way = np.linalg.norm(moved - x, axis=1).max() / self.h
             x = moved
             if way < 0.3:
                 break
         distances = np.abs(((rows.points - rows.of(x)) * rows.normals).sum(axis=1)) / self.h
-        n = int(np.clip(np.ceil(1 + 4 * np.quantile(distances, 0.95)), 1, 12))
+        n = int(np.clip(np.ceil(1 + 3 * np.quantile(distances, 0.98)), 1, 12))
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(
-                x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None), left < 2
-            )
+            rows = self._match(x, part if left >= 2 else slice(None), left < 2)
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
             x = self._bent(x, rows, weight if left == 1 else None)
@@ -143,7 +141,6 @@ class Tracked(reference.Detail):
     def _match(
         self,
         x: Array,
-        radius: float,
         part: Integers | slice,
         has_arrived: bool = False,
         scale: float | None = None,
@@ -163,7 +160,7 @@ class Tracked(reference.Detail):
         agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
         is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & (not has_arrived)
         face = np.where(is_else, agreeing, nearest)
-        kept = agrees[every, face] & (distance[every, face] < radius)
+        kept = agrees[every, face] & (distance[every, face] < 8)
         every, face = every[kept], face[kept]
         mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
         if not self.sided:

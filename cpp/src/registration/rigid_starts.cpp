@@ -121,8 +121,6 @@ class Pairing {
     return to_eigen(fit_rigid_motion<double>(ours, theirs));
   }
   [[nodiscard]] Motion drawn_to_planes(const Motion& motion, const std::vector<Pair>& pairs) const {
-    // What the planes do not determine, as of a sphere, stays.
-    constexpr double caution = 1e-6;
     std::vector<Vector3<double>> ours;
     std::vector<SurfaceRow> rows;
     for (const Pair& pair : pairs) {
@@ -131,9 +129,7 @@ class Pairing {
       ours.push_back(from_eigen(motion * to_eigen(surface_.points[pair.place])));
       rows.push_back({{i, i, i}, {1, 0, 0}, from_eigen(normal), scan_.points[pair.point], 1});
     }
-    const SmallMotion small = fit_to_planes(rows, ours, caution);
-    return Eigen::Translation3d(to_eigen(small.centre + small.shift)) * rotation_of(small) *
-           Eigen::Translation3d(-to_eigen(small.centre)) * motion;
+    return fit_to_planes(rows, ours) * motion;
   }
 
   SurfaceSample surface_;

@@ -45,7 +45,7 @@ Vector3<double> ClothBoundary::conormal(std::uint32_t vertex, Field x, Field nor
   }
   sum = sum - dot(sum, normals[vertex]) * normals[vertex];
   const double length = std::sqrt(squared_norm(sum));
-  return length > constants_.least_outward ? (1 / length) * sum : Vector3<double>{};
+  return length > 0 ? (1 / length) * sum : Vector3<double>{};
 }
 
 void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
@@ -89,7 +89,7 @@ void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) 
   }
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     const double end = outermost[v];
-    if (!(end > -constants_.farthest_overshoot && end < -constants_.least_overshoot)) continue;
+    if (!(end > -constants_.farthest_end && end < -constants_.least_overshoot)) continue;
     SurfaceRow row;
     row.corners = {v, v, v};
     row.normal = conormals[v];

@@ -5,58 +5,52 @@
 #include <cmath>
 
 #include "support/eigen_points.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 
-SmallMotion fit_to_planes(std::span<const SurfaceRow> rows, std::span<const Vector3<double>> x,
-                          double caution) {
-  SmallMotion motion;
+Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
+                                std::span<const Vector3<double>> x) {
+  const auto nothing = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double total = 0;
   for (const SurfaceRow& row : rows) {
-    motion.centre = motion.centre + row.weight * row.on(x);
+    centre += row.weight * to_eigen(row.on(x));
     total += row.weight;
   }
-  if (!(total > 0)) return motion;
-  motion.centre = (1 / total) * motion.centre;
+  if (!(total > 0)) return nothing;
+  centre /= total;
   double square = 0;
   for (const SurfaceRow& row : rows) {
-    square += row.weight * squared_norm(row.on(x) - motion.centre);
+    square += row.weight * (to_eigen(row.on(x)) - centre).squaredNorm();
   }
   const double reach = std::sqrt(square / total);
-  if (!(reach > 0) || !std::isfinite(reach)) return motion;
+  if (!(reach > 0) || !std::isfinite(reach)) return nothing;
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   for (const SurfaceRow& row : rows) {
-    const auto place = row.on(x);
+    const Eigen::Vector3d arm = to_eigen(row.on(x)) - centre;
     const Eigen::Vector3d n = to_eigen(row.normal);
     Eigen::Matrix<double, 6, 1> moved;
-    moved << to_eigen((1 / reach) * (place - motion.centre)).cross(n), n;
+    moved << (arm / reach).cross(n), n;
     normal += row.weight * moved * moved.transpose();
-    right += row.weight * dot(row.normal, row.point - place) * moved;
+    right += row.weight * n.dot(to_eigen(row.point) - centre - arm) * moved;
   }
+  constexpr double caution = 1e-3;  // the share of the mean diagonal that is added
   normal.diagonal().array() += caution * normal.trace() / 6;
   const Eigen::Matrix<double, 6, 1> solution = normal.ldlt().solve(right);
-  if (!solution.allFinite()) return motion;
-  motion.turn = from_eigen(solution.head<3>() / reach);
-  motion.shift = from_eigen(solution.tail<3>());
-  return motion;
+  if (!solution.allFinite()) return nothing;
+  const Eigen::Vector3d turn = solution.head<3>() / reach;
+  const Eigen::AngleAxisd rotation(turn.norm(), turn.normalized());
+  return Eigen::Translation3d(centre + solution.tail<3>()) * rotation *
+         Eigen::Translation3d(-centre);
 }
 
-Eigen::AngleAxisd rotation_of(const SmallMotion& motion) {
-  const Eigen::Vector3d turn = to_eigen(motion.turn);
-  const double angle = turn.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) : Eigen::AngleAxisd::Identity();
-}
-
-double move_by(const SmallMotion& motion, std::span<Vector3<double>> frame) {
-  const Eigen::Matrix3d rotation = rotation_of(motion).toRotationMatrix();
+double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame) {
   double largest = 0;
   for (auto& x : frame) {
-    const auto moved =
-        from_eigen(rotation * to_eigen(x - motion.centre)) + motion.centre + motion.shift;
-    largest = std::max(largest, squared_norm(moved - x));
-    x = moved;
+    const Eigen::Vector3d moved = motion * to_eigen(x);
+    largest = std::max(largest, (moved - to_eigen(x)).squaredNorm());
+    x = from_eigen(moved);
   }
   return std::sqrt(largest);
 }

@@ -9,23 +9,13 @@
 
 namespace dynmesh {
 
-/// The rotation vector and the translation of x -> x + turn x (x - centre) + shift, to first order.
-struct SmallMotion {
-  Vector3<double> centre;
-  Vector3<double> turn;
-  Vector3<double> shift;
-};
-
 /// Returns the motion that brings the places of rows on a surface X closest to the planes of their
-/// points: point-to-plane ICP (Chen and Medioni 1992), linearised. Motions that the planes hardly
-/// determine stay small: `caution` is added to the diagonal, as a share of its mean.
-SmallMotion fit_to_planes(std::span<const SurfaceRow> rows, std::span<const Vector3<double>> x,
-                          double caution);
+/// points: point-to-plane ICP (Chen and Medioni 1992), linearised, but with a proper rotation. What
+/// the planes hardly determine, as of a sphere, stays small.
+Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
+                                std::span<const Vector3<double>> x);
 
-/// The proper rotation that its turn stands for.
-Eigen::AngleAxisd rotation_of(const SmallMotion& motion);
-
-/// Applies it as a proper rotation, and returns the largest distance that a vertex moved.
-double move_by(const SmallMotion& motion, std::span<Vector3<double>> frame);
+/// Moves a frame, and returns the largest distance that a vertex moved.
+double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame);
 
 }  // namespace dynmesh
