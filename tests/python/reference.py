@@ -492,7 +492,7 @@ class Shares:
         n = self.part.max() + 1
         self.frame = 0
         self.sums, self.squares = np.zeros((2, n, 11))
-        self.size, self.count, self.share = np.zeros((3, n))
+        self.count, self.share = np.zeros((2, n))
 
     def _groups(self) -> list[NDArray[np.int64]]:
         few = np.flatnonzero(self.count < 30)
@@ -527,13 +527,11 @@ class Shares:
         kept = np.where(count > 0, 0.8, 1.0)
         self.sums = kept[:, None] * self.sums + sums
         self.squares = kept[:, None] ** 2 * self.squares + squares
-        self.size = kept * self.size + np.bincount(part, size[held], n)
         self.count = kept * self.count + count
         for group in self._groups():
             if count[group].sum() == 0:
                 continue
             found = self.sums[group].sum(axis=0) - 0.5 * np.sqrt(self.squares[group].sum(axis=0))
-            found[1:] -= 0.005 * self.size[group].sum()
             newest = sums[group].sum(axis=0) + np.sqrt(squares[group].sum(axis=0))
             found[newest < 0] = -np.inf
             found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small

@@ -97,9 +97,8 @@ struct FirstOrderConstants {
   double kept = 0.8;
   /// Smaller shares gain too little for the time that the step takes.
   double least_share = 0.3;
-  /// A gain is reduced by this many standard deviations, and by this share of the error of detail.
+  /// A gain is reduced by this many standard deviations.
   double deviations = 0.5;
-  double handicap = 0.005;
 
   /// The number of frames from test to test, which doubles from 1 to this in the first frames.
   Index gap = 8;

@@ -15,7 +15,6 @@ void FirstOrder::Gains::add(const Gains& other, double kept) {
     sums[q] = kept * sums[q] + other.sums[q];
     squares[q] = kept * kept * squares[q] + other.squares[q];
   }
-  size = kept * size + other.size;
   count = kept * count + other.count;
 }
 
@@ -149,7 +148,6 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
     const Vector3<double> of_first_order = first_order[v] - observed[v];
     Gains& gains = newest_[topology_.component[v]];
     const double size = length(of_detail);
-    gains.size += size;
     ++gains.count;
     for (std::size_t q = 0; q < n_shares; ++q) {
       const double share = static_cast<double>(q + 1) / n_shares;
@@ -180,8 +178,8 @@ std::size_t FirstOrder::group_of(std::size_t component) const {
   return components_[component].gains.count >= constants_.least_count ? component + 1 : 0;
 }
 
-/// The share with the largest sum of gains, reduced by what may be chance and by a handicap. One
-/// that was clearly worse in the newest test is not taken.
+/// The share with the largest sum of gains, reduced by what may be chance. One that was clearly
+/// worse in the newest test is not taken.
 double FirstOrder::best_share(const Gains& gains, const Gains& newest) const {
   double best = 0;
   double share = 0;
@@ -189,8 +187,7 @@ double FirstOrder::best_share(const Gains& gains, const Gains& newest) const {
     const double candidate = static_cast<double>(q + 1) / n_shares;
     const bool is_worse = newest.sums[q] + std::sqrt(newest.squares[q]) < 0;
     if (is_worse || candidate < constants_.least_share) continue;
-    const double found = gains.sums[q] - constants_.deviations * std::sqrt(gains.squares[q]) -
-                         constants_.handicap * gains.size;
+    const double found = gains.sums[q] - constants_.deviations * std::sqrt(gains.squares[q]);
     if (found <= best) continue;
     best = found;
     share = candidate;

@@ -57,7 +57,6 @@ class FirstOrder {
     for (auto& [gains, share] : self.components_) {
       visit(gains.sums);
       visit(gains.squares);
-      visit(gains.size);
       visit(gains.count);
       visit(share);
     }
@@ -71,7 +70,6 @@ class FirstOrder {
   struct Gains {
     std::array<double, n_shares> sums{};
     std::array<double, n_shares> squares{};
-    double size = 0;   // the sum of the errors of detail
     double count = 0;  // the number of errors
 
     void add(const Gains& other, double kept = 1);
