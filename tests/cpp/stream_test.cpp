@@ -104,21 +104,6 @@ TEST_CASE("a state of another format is refused with the numbers of both") {
       std::invalid_argument);
 }
 
-TEST_CASE("a completer can be moved") {
-  const auto mesh = sheet<double>(5);
-  const auto known = random_mask(mesh.size(), 0.4, 1);
-  const auto push = [&](Completer<double>& completer) {
-    auto frame = turned(mesh.vertices, 0.2);
-    const Points<double> points(frame.data(), mesh.size());
-    completer.push(points, {known.data(), known.size()}, points);
-    return frame;
-  };
-  std::vector<Completer<double>> completers;
-  for (int i = 0; i < 5; ++i) completers.emplace_back(mesh.faces(), mesh.points());
-  Completer<double> last = std::move(completers[0]);
-  CHECK(push(last) == push(completers[1]));
-}
-
 /// The addresses of all bytes of an extent.
 std::multiset<std::intptr_t> bytes_of(const Extent& e) {
   std::multiset<std::intptr_t> bytes;

@@ -133,13 +133,6 @@ TEST_CASE("every piece is executed once, and all before the call returns") {
   }
 }
 
-TEST_CASE("threads end with their owner, whether or not they were used") {
-  for (int i = 0; i < 50; ++i) {
-    Workers workers(3, in_small_pieces());
-    if (i % 2 == 0) workers.for_each(7, [](Index) {});
-  }
-}
-
 template <class Work>
 void in_threads(int count, const Work& work) {
   std::vector<std::thread> threads;

@@ -1,23 +1,22 @@
 """Ends commands that write outputs at any moment, and checks that no output is lost or damaged.
 
-    script/kill-test [KILLS]
+    script/kill-test [N]
 
 An older output must be whole until the new one is, nothing else may be left but a hidden folder,
-and the next run must remove it. The commands are forks of this process. With `--moments`, each is
-ended before every N-th change that it makes to a file system, counted from the last: by a kill, by
-Ctrl+C, and as by a full disk. The exit code is 1 if any check fails.
+and the next run must remove it. The commands are forks of this process. Each is ended before every
+N-th change that it makes to a file system, counted from the last: by a kill, by Ctrl+C, and as by a
+full disk. The exit code is 1 if any check fails.
 """
 
 import argparse
 import errno
 import os
-import random
 import shutil
 import signal
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any, Literal, NoReturn, get_args
 
@@ -63,7 +62,6 @@ class Job:
         older: what the folder holds before.
         whole: what it holds after an undisturbed run.
         changes: the number of changes to the file system of such a run.
-        seconds: the time that it takes.
     """
 
     def __init__(self, kind: str, sources: Path, older: Path, folder: Path) -> None:
@@ -83,9 +81,8 @@ class Job:
         self.older = visible(self._work)
         self._work.rename(folder / "older")
         self.begin()
-        counted, began = folder / "changes", time.monotonic()
+        counted = folder / "changes"
         self._must_run(sources, lambda: end_at_change(-1, "killed", counted))
-        self.seconds = time.monotonic() - began
         self.whole, self.changes = visible(self._work), int(counted.read_text())
         if self.whole == self.older:
             raise ValueError(f"{kind}: there is no new output")
@@ -95,10 +92,9 @@ class Job:
         shutil.rmtree(self._work, ignore_errors=True)
         shutil.copytree(self._folder / "older", self._work)
 
-    def end(self, how: How, at: int | None = None, after: float | None = None) -> bool:
-        """Runs the command, which ends at a change or after seconds; returns whether it did."""
-        ending = None if at is None else lambda: end_at_change(at, how)
-        return run_in_fork(lambda: self._run(self._sources, ending), after) != 0
+    def end(self, how: How, at: int) -> bool:
+        """Runs the command, which ends at a change; returns whether it did."""
+        return run_in_fork(lambda: self._run(self._sources, lambda: end_at_change(at, how))) != 0
 
     def check(self, how: How | None = None) -> str:
         """Says what is there: the "older" output, "nothing", "a part", or the "whole" new one.
@@ -193,14 +189,11 @@ def visible(folder: Path) -> Files:
     }
 
 
-def run_in_fork(job: Callable[[], None], kill_after: float | None = None) -> int:
+def run_in_fork(job: Callable[[], None]) -> int:
     """Runs a job in a child process; returns its exit code, or the signal that killed it."""
     child = os.fork()
     if child == 0:
         _run_and_exit(job)
-    if kill_after is not None:
-        time.sleep(kill_after)
-        os.kill(child, signal.SIGKILL)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
@@ -247,36 +240,24 @@ def end_at_change(n: int, how: How, counted: Path | None = None) -> None:
 def main() -> None:
     """Ends commands and prints what was wrong."""
     parser = argparse.ArgumentParser(prog="script/kill-test", description=__doc__.split("\n")[0])
-    parser.add_argument("kills", nargs="?", type=int, default=100, help="number of kills")
-    parser.add_argument("--moments", type=int, metavar="N", help="end at every N-th change")
-    parser.add_argument("--seed", type=int, default=0, help="seed of the moments")
-    arguments = parser.parse_args()
-    ended, wrong, generator = 0, 0, random.Random(arguments.seed)
-
-    def moments(jobs: list[Job]) -> Iterator[tuple[Job, How, int | None, float | None]]:
-        for number in range(0 if arguments.moments else arguments.kills):
-            job = jobs[number % len(jobs)]
-            yield job, "killed", None, generator.uniform(0, 1.05 * job.seconds)
-        for job in jobs if arguments.moments else ():
-            for at in range(job.changes, 0, -arguments.moments):
-                for how in get_args(How):
-                    yield job, how, at, None
-
+    parser.add_argument("every", nargs="?", type=int, default=4, metavar="N", help="which changes")
+    every, ended, wrong = parser.parse_args().every, 0, 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         sources = make_sources(folder / "sources", frames=5)
         older = make_sources(folder / "older", frames=7)
         jobs = [Job(kind, sources, older, folder / f"{n}") for n, kind in enumerate(COMMANDS)]
-        for job, how, at, after in moments(jobs):
+        moments = ((job, at) for job in jobs for at in range(job.changes, 0, -every))
+        for (job, at), how in product(moments, get_args(How)):
             try:
                 job.begin()
-                if job.end(how, at, after):
+                if job.end(how, at):
                     job.check(how)
                     ended += 1
                 job.finish()
             except ValueError as error:
                 wrong += 1
-                print(f"{how} at change {at} or after {after} s: {error}", file=sys.stderr)
+                print(f"{how} at change {at}: {error}", file=sys.stderr)
     print(f"{ended} ended, {wrong} corruptions")
     sys.exit(1 if wrong else 0)
 

@@ -1,5 +1,6 @@
 /// Completers with arbitrary meshes, settings and calls, valid and invalid, compared with a second
 /// completer that gets only the valid calls, by way of the C interface and in one thread.
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <dynmesh/completer.hpp>
@@ -162,27 +163,19 @@ class Trial {
   }
 
   void step() {
-    switch (input_.below(12)) {
-      case 0:
-      case 1:
-      case 2:
-        return push_with_mask();
-      case 3:
-      case 4:
-        return push_finite_rows();
-      case 5:
-        return push_sparse();
-      case 6:
-        return skip();
-      case 7:
-        return reset();
-      case 8:
-        return move();
-      case 9:
-        return restore_anything();
-      default:
-        return;  // so that the inputs that are kept make the same calls
-    }
+    constexpr std::array calls = {&Trial::push_with_mask,
+                                  &Trial::push_with_mask,
+                                  &Trial::push_with_mask,
+                                  &Trial::push_finite_rows,
+                                  &Trial::push_finite_rows,
+                                  &Trial::push_sparse,
+                                  &Trial::skip,
+                                  &Trial::reset,
+                                  &Trial::move,
+                                  &Trial::restore_anything};
+    // Nothing is called for larger numbers, so that the inputs that are kept make the same calls.
+    const std::size_t call = input_.below(12);
+    if (call < calls.size()) (this->*calls[call])();
   }
 
   /// Calls `call`, which must either succeed, or throw and change nothing.

@@ -420,8 +420,6 @@ def test_a_walk_at_random_is_covered_as_promised(rng: np.random.Generator) -> No
 
 
 N_FRAMES = 6
-
-
 MESH = meshes.join(meshes.sheet(12), meshes.sheet(3, 40.0))
 TIME = 0.5 * np.arange(N_FRAMES)[:, None]
 X, Y, _ = MESH.vertices.T

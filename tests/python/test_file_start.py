@@ -24,8 +24,6 @@ from dynmesh.completion import ways
 from dynmesh.completion.ways import combined
 
 WHOLE = 7
-
-
 TRUTH = sea(15, 12)
 PARTIAL = sea(15, 12, share=0.3, whole=[WHOLE], fps=25.0)
 """Of which only frame 7 is whole."""
@@ -334,8 +332,6 @@ def test_a_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
 
 
 N = 12
-
-
 SEA = sea(N)
 
 

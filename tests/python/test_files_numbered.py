@@ -239,11 +239,7 @@ def test_a_folder_with_files_beside_a_sequence_is_refused(tmp_path: Path) -> Non
 
 
 LOST = (3, 4, 8)
-
-
 PARTIAL = sea(10, 8, share=0.5, whole=[0], start=1001, fps=None)
-
-
 KNOWN: Any = PARTIAL.known
 
 
@@ -322,8 +318,6 @@ def test_times_in_names_are_no_gaps(tmp_path: Path) -> None:
 
 N = 8
 FIRST = 1001
-
-
 TRUTH = sea(N, start=FIRST)
 SHOT = sea(N, share=0.6, whole=[3], start=FIRST)
 """A shot that starts at 1001, of which only frame 1004 is whole."""

@@ -534,8 +534,6 @@ def sample(points: Any, *corners: int) -> Any:
 
 
 FACEVARYING = Geometry.GeometryScope.kFacevaryingScope
-
-
 UNSUITABLE: list[tuple[Callable[[Any], None], str]] = [
     (lambda s: parameter(s, "Int32", VERTEX, integers(1, 1, 0)), "known: .*uchar"),
     (lambda s: parameter(s, "Uchar", FACEVARYING, masked(1, 1, 0)), "known: .*per vertex"),

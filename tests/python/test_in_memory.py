@@ -19,8 +19,6 @@ from dynmesh.scans import read_points
 from dynmesh.sequence import StandardErrorOf, numbers_of
 
 N = 8
-
-
 TRUTH = sea(N)
 PARTIAL = sea(N, share=0.6, fps=25.0, up_axis="z")
 """No frame of it is whole."""
@@ -320,8 +318,6 @@ def test_zeros_are_missing_in_the_first_frame_as_well(
 
 
 FIRST = 1001
-
-
 ABOUT: Any = {"start": FIRST, "fps": 24.0, "up_axis": "z", "metres_per_unit": 0.01}
 SCALED = sea(10, **ABOUT)
 HOLED = sea(10, share=0.6, whole=[0, 2], **ABOUT)

@@ -37,8 +37,6 @@ from dynmesh.scans.depth_files import read_depth
 LENS = [-0.28, 0.09, 0.002, -0.001, 0.01]
 
 RATIONAL = [0.55, -0.02, -7e-5, 2e-5, -0.003, 0.89, 0.09, -0.014]
-
-
 INTRINSICS = {"fx": 100.0, "fy": 95.0, "cx": 62.0, "cy": 45.5, "width": 120, "height": 90}
 
 

@@ -129,13 +129,13 @@ def run(script: str, *arguments: str) -> str:
 
 @pytest.mark.slow
 def test_a_short_soak() -> None:
-    shown = run("soak.py", "--frames", "1000")
+    shown = run("soak.py", "1000")
     assert "1000 frames in" in shown
     assert shown.endswith("\n0 violations\n")
 
 
 def test_ended_commands_lose_nothing() -> None:
-    assert run("kills.py", "--moments", "17").endswith(" ended, 0 corruptions\n")
+    assert run("kills.py", "17").endswith(" ended, 0 corruptions\n")
 
 
 FORKS = """

@@ -32,8 +32,6 @@ from dynmesh.scans import (
 )
 
 N_FRAMES = 6
-
-
 TRUTH = moving_body(N_FRAMES)
 
 

@@ -265,8 +265,6 @@ pytest.importorskip("pyvista", reason="pictures need pyvista: pip install 'dynme
 images = pytest.importorskip("PIL.Image")
 
 BLUE = (0, 114, 178)
-
-
 SEQUENCE = replace(MOVING[:4], vertices=TRUTH.vertices[:4])
 """Four frames of a sheet; after frame 0 the vertices right of x = 5.5 are filled in."""
 
