@@ -62,7 +62,8 @@ class MaskedReader(Reader):
                 file = self._mask_files[0] if self._mask_files else None
                 with locating(frame=self.header.number(number), file=file):
                     known = as_mask(np.array(self._known[number]))
-                    if known.any() and (known == ~np.isfinite(frame.points).all(axis=1)).all():
+                    holed = ~np.isfinite(frame.points).all(axis=1)
+                    if 0 < holed.sum() < holed.size and (known == holed).all():
                         told = "just the vertices that are not finite are known: is it inverted?"
                         raise InputError(told, argument="known")
             if known is None:
