@@ -41,15 +41,6 @@ class PointScan(NamedTuple):
         """Whether there is a point."""
         return len(self.points) > 0
 
-    @property
-    def is_inside_out(self) -> bool:
-        """Whether the normals point to the middle of the points, as those of no body do."""
-        if self.normals is None or not self.has_points:
-            return False
-        arms = self.points - self.points.mean(axis=0)
-        outwards = float((self.normals * arms).sum())
-        return outwards < _INSIDE_OUT * float(np.linalg.norm(arms, axis=1).sum())
-
     def scaled(self, factor: float) -> "PointScan":
         """Returns the scan in another unit of length."""
         viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
@@ -86,11 +77,6 @@ class DepthScan(NamedTuple):
         return any(bool(depth.any()) for depth in self.depth)
 
     @property
-    def is_inside_out(self) -> bool:
-        """Never: normals follow from the neighbouring pixels, and point to the camera."""
-        return False
-
-    @property
     def clouds(self) -> list[_Floats]:
         """(n, 3) each: the points of each image."""
         clouds = []
@@ -122,7 +108,15 @@ class DepthScan(NamedTuple):
 
 Scan = PointScan | DepthScan
 
-INSIDE_OUT = "the normals of the scan point inwards; turn them, or leave them out"
+
+def inside_out(scan: Scan) -> str:
+    """Says that normals point to the middle of the points, as those of no body do; else, empty."""
+    if not isinstance(scan, PointScan) or scan.normals is None or not scan.has_points:
+        return ""
+    arms = scan.points - scan.points.mean(axis=0)
+    outwards, most = (scan.normals * arms).sum(), np.linalg.norm(arms, axis=1).sum()
+    told = "the normals of the scan point inwards; turn them, or leave them out"
+    return told if outwards < _INSIDE_OUT * most else ""
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:

@@ -11,7 +11,7 @@ from ..completion.start import template_of
 from ..files import Reader
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scans import PointScan, Scan, ScanReader
-from ..scans.scan import INSIDE_OUT
+from ..scans.scan import inside_out
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
@@ -89,7 +89,7 @@ def placed_in(
         left = room.left_of(scan)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
-    advice = "; ".join(filter(None, [INSIDE_OUT if left.is_inside_out else "", advice]))
+    advice = "; ".join(filter(None, [inside_out(left), advice]))
     with locating(file=mesh.path):
         found = _placed(mesh.faces, template, left, landmarks, units, advice)
     room.follow(found.points)

@@ -18,7 +18,7 @@ from ..files import PathLike, Reader
 from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
-from ..scans.scan import INSIDE_OUT, Scan
+from ..scans.scan import Scan, inside_out
 from ..sequence import Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
@@ -193,7 +193,7 @@ def _reason(found: Registration, mesh: Sequence, scan: Scan, landmarks: Landmark
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    wrong = INSIDE_OUT if scan.is_inside_out else _plane_in(scan, mesh)
+    wrong = inside_out(scan) or _plane_in(scan, mesh)
     if landmarks is not None:
         wrong = wrong or exchanged(mesh[0], landmarks) or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
