@@ -220,7 +220,7 @@ std::vector<Real> complete_alone(const Mesh<Real>& mesh, const Settings& setting
 
 TEST_CASE("threads are woken from 24 pieces on") {
   // The size that the settings state.
-  Workers workers(2, {.patience = 100'000'000});
+  Workers workers(2, {.patience = 1'000'000});
   const auto nothing = [](Index, Index) {};
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'552, nothing); }) == 0);
   CHECK(shared_pieces([&] { workers.for_each_chunk(23'553, nothing); }) > 0);

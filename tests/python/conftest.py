@@ -178,8 +178,8 @@ def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layout, "execute", lambda *_: None)
 
 
-PATIENCE = 10**8
-"""How often a call looks whether another thread takes part, about a minute on an idle machine."""
+PATIENCE = 10**6
+"""How often a call looks whether another thread takes part, for about a minute."""
 
 
 @pytest.fixture(scope="session")

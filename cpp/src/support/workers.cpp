@@ -97,7 +97,7 @@ void Workers::run(Index count, Piece piece, void* context) {
   ++call_;
   wake_all(call_);
   for (Index i = 0; i < sharing_.patience && (ticket_.load() & mask) == 0; ++i) {
-    std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::microseconds(10));
   }
   take_pieces(true);
   // Other threads may still be executing their last piece.
@@ -116,7 +116,6 @@ void Workers::take_pieces(bool as_caller) {
     piece_(context_, static_cast<Index>(i));
     if (!as_caller) done_by_others.fetch_add(1, std::memory_order_relaxed);
     if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == pieces) wake_one(done_);
-    if (sharing_.patience > 0) std::this_thread::yield();
   }
 }
 

@@ -23,8 +23,8 @@ struct TaskSharing {
   /// If there are fewer pieces, of chunks that are not short, the calling thread executes them all,
   /// since it would be done about as soon as another thread has woken up.
   Index fewest_pieces = 24;
-  /// For tests, in which every call must be shared: the calling thread yields up to this many times
-  /// until another thread has taken a piece, and every thread yields after each piece.
+  /// For tests, in which every call must be shared: the calling thread sleeps up to this many times
+  /// for ten microseconds until another thread has taken a piece.
   Index patience = 0;
   /// For tests: a thread that is alone executes the pieces from the last to the first, which must
   /// not change any result.
