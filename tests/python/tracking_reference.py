@@ -94,7 +94,7 @@ class Tracked(reference.Detail):
         x = self.previous + 0.6 * (self.previous - self.before)
         part = self._spread()
         for _ in range(6):
-            rows = self._match(x, part, scale=4)
+            rows = self._match(x, 8, part, scale=4)
             moved = self._moved_rigidly(x, rows)
             way = np.linalg.norm(moved - x, axis=1).max() / self.h
             x = moved
@@ -105,7 +105,9 @@ class Tracked(reference.Detail):
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(x, part if left >= 2 else slice(None), left < 2)
+            rows = self._match(
+                x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None), left < 2
+            )
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
             x = self._bent(x, rows, weight if left == 1 else None)
@@ -141,6 +143,7 @@ class Tracked(reference.Detail):
     def _match(
         self,
         x: Array,
+        radius: float,
         part: Integers | slice,
         has_arrived: bool = False,
         scale: float | None = None,
@@ -160,7 +163,7 @@ class Tracked(reference.Detail):
         agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
         is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & (not has_arrived)
         face = np.where(is_else, agreeing, nearest)
-        kept = agrees[every, face] & (distance[every, face] < 8)
+        kept = agrees[every, face] & (distance[every, face] < radius)
         every, face = every[kept], face[kept]
         mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
         if not self.sided:

@@ -56,8 +56,13 @@ struct TrackingConstants {
   /// How near a place must be, and agree with its point, to be taken for the nearest one without a
   /// search of the whole surface.
   double walked = 0.3;
-  /// How far from the surface points are looked for.
-  double radius = 8;
+  /// How far the last iteration looks for points, how much farther each one before, and the first.
+  double narrow_radius = 3;
+  double radius_growth = 1.2;
+  double wide_radius = 8;
+  [[nodiscard]] double radius_before(int left) const {
+    return std::min(wide_radius, narrow_radius * std::pow(radius_growth, left));
+  }
   /// A point counts a quarter at so many times the median of the distances of the points around it,
   /// within these bounds.
   double usual_distances = 4;
@@ -120,11 +125,13 @@ struct TrackingConstants {
   double largest_slippage = 0.04;
   /// The weight of a row that draws the boundary of cloth to where the points end, compared with
   /// that of a point, and how far a vertex of it may lie beyond them: at least so far, so that it
-  /// does not follow their spacing, and at most so far; what is farther was not seen. If points are
-  /// as far beyond the boundary, the scan goes on there.
+  /// does not follow their spacing, and at most so far; what is farther was not seen.
   double boundary_weight = 4;
   double least_overshoot = 0.2;
-  double farthest_end = 3;
+  /// Points farther than this beyond the boundary tell that the scan goes on there: it is less than
+  /// `narrow_radius`, within which they are found.
+  double farthest_end = 2.5;
+  double farthest_overshoot = 3;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;

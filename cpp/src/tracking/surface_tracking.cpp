@@ -56,8 +56,10 @@ void SurfaceTracking::predict() {
 /// Moves X as a whole to the points until it lies still, and returns how many iterations are left:
 /// the farther the points are, the more slowly their weight grows.
 int SurfaceTracking::approach() {
-  const Search search = {
-      .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.rigid_scale};
+  const Search search = {.radius = constants_.wide_radius,
+                         .walked = constants_.wide_radius,
+                         .is_sparse = !any_cloth_,
+                         .scale = constants_.rigid_scale};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
     const SurfaceRows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
@@ -80,7 +82,8 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
     if (landmark.fades) landmark.weight *= 1 - weight / constants_.last_weight;
   }
   SurfaceRows& rows =
-      matches_.find(x_, {.walked = constants_.walked,
+      matches_.find(x_, {.radius = constants_.radius_before(left),
+                         .walked = constants_.walked,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
                          .has_arrived = left < constants_.final_iterations,
@@ -124,7 +127,7 @@ void SurfaceTracking::place(Field frame, bool has_own_shape) {
 SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
   std::ranges::copy(last_, x_.begin());
   matches_.begin(measurement);
-  matches_.find(x_, {.scale = constants_.rigid_scale});
+  matches_.find(x_, {.radius = constants_.wide_radius, .scale = constants_.rigid_scale});
   return observe();
 }
 
