@@ -81,10 +81,10 @@ TEST_CASE("the points of a depth image lie on its surface, with its normal") {
   images.convert(1, 2 * image_height * image_width, workers, scan);
   CHECK(scan.size() == 2 * image_height * image_width - 1);
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    const auto point = scan.point(i);
+    const auto point = scan.points[i];
     const double distance = scan.sensor_of(i) == 0 ? 5 : 50;
     CHECK(point.z == doctest::Approx(distance + 0.2 * point.x + 0.1 * point.y).epsilon(1e-6));
-    CHECK(dot(scan.normal(i), towards_camera) > 1 - 1e-6);
+    CHECK(dot(scan.normals[i], towards_camera) > 1 - 1e-6);
   }
   images.convert(1, 2 * image_height * image_width / 9, workers, scan);
   CHECK(scan.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
@@ -120,7 +120,7 @@ TEST_CASE("normals point to where all sensors are, though some see the surface f
     scan.sensors = {{2, 2, side * 9}, {40, 2, side * 9}};
     estimated(scan);
     for (std::size_t i = 0; i < scan.size(); ++i) {
-      CHECK(scan.normal(i).z == doctest::Approx(side));
+      CHECK(scan.normals[i].z == doctest::Approx(side));
       CHECK_FALSE(scan.is_undecided(i));
     }
   }
@@ -133,10 +133,9 @@ TEST_CASE("between sensors that face each other, and without sensors, either sid
     if (any) scan.sensors = {{2, 2, 9}, {40, 2, -9}};
     estimated(scan);
     for (const double side : {1.0, -1.0}) {
-      const auto found = scan.find({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8);
-      CHECK(found.any);
-      CHECK(scan.point(found.index).x == 2);
-      CHECK(scan.is_undecided(found.index));
+      CHECK(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8));
+      CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0.7, 0.7 * side}, 1, 0.8));
+      CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0, side}, 0.3, 0.8));
     }
   }
 }
@@ -162,8 +161,8 @@ TEST_CASE("points that are repeated count once in normals") {
     scan->estimate_normals(workers);
   }
   for (std::size_t i = 0; i < repeated.size(); ++i) {
-    const auto expected = once.normal(i % once.size());
-    CHECK(dot(repeated.normal(i), expected) == doctest::Approx(1));
+    const auto expected = once.normals[i % once.size()];
+    CHECK(dot(repeated.normals[i], expected) == doctest::Approx(1));
     CHECK_FALSE(repeated.is_undecided(i));
   }
 }

@@ -35,9 +35,9 @@ std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
                                           std::span<const Vector3<double>> frame,
                                           const PointScan& scan, const TipConstants& constants) {
   // About as many points of the scan as places of the template tell what is connected.
-  PointScan sample, surface;
-  sample_scan(scan, constants.points, sample);
+  const PointScan sample = sample_scan(scan, constants.points);
   const SurfaceSample places = sample_surface(faces, frame, constants.points);
+  PointScan surface;
   surface.points = places.points;
   surface.normals = places.normals;
   surface.index();

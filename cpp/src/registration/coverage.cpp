@@ -48,16 +48,16 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
 double overlapping_area(const BentSurface& surface, std::span<const double> areas,
                         const RegistrationConstants& constants, double agreement) {
   const double far = constants.overlap_edges * surface.mean_edge;
-  PointScan vertices;
-  vertices.points.assign(surface.x.begin(), surface.x.end());
-  vertices.index();
+  const PointTree<3> vertices(arrays_of(surface.x));
+  const double squared_near = surface.mean_edge * surface.mean_edge;
   double overlap = 0;
   for (std::size_t v = 0; v < areas.size(); ++v) {
     bool overlaps = false;
-    vertices.for_each_within(surface.x[v], surface.mean_edge, [&](std::uint32_t other) {
+    vertices.search(array_of(surface.x[v]), squared_near, [&](std::uint32_t other, double) {
       overlaps = overlaps ||
                  (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
                   dot(surface.normals[other], surface.normals[v]) > agreement);
+      return overlaps ? 0 : squared_near;
     });
     if (overlaps) overlap += areas[v];
   }
@@ -73,24 +73,25 @@ std::vector<std::uint8_t> find_seen(const BentSurface& surface,
   const std::size_t n = surface.x.size();
   std::vector<std::uint8_t> seen(n, viewpoints.empty() ? 1 : 0);
   for (const auto& viewpoint : viewpoints) {
-    PointScan directions;
+    std::vector<Vector3<double>> directions;
     std::vector<double> depths(n);
     for (std::size_t v = 0; v < n; ++v) {
       const auto arm = surface.x[v] - viewpoint;
       depths[v] = std::sqrt(squared_norm(arm));
-      directions.points.push_back((depths[v] > 0 ? 1 / depths[v] : 0) * arm);
+      directions.push_back((depths[v] > 0 ? 1 / depths[v] : 0) * arm);
     }
-    directions.index();
+    const PointTree<3> tree(arrays_of(directions));
     for (std::size_t v = 0; v < n; ++v) {
-      const auto& direction = directions.points[v];
+      const auto& direction = directions[v];
       if (seen[v] != 0 || !(depths[v] > 0)) continue;
       // The inside of a face or of clothes is not measured: something else is there.
       if (!(dot(surface.normals[v], direction) < 0)) continue;
       seen[v] = 1;
-      directions.for_each_within(direction, surface.mean_edge / depths[v],
-                                 [&](std::uint32_t other) {
-                                   if (depths[other] < depths[v] - thickness) seen[v] = 0;
-                                 });
+      const double squared_near = std::pow(surface.mean_edge / depths[v], 2);
+      tree.search(array_of(direction), squared_near, [&](std::uint32_t other, double) {
+        if (depths[other] < depths[v] - thickness) seen[v] = 0;
+        return seen[v] != 0 ? squared_near : 0;
+      });
     }
   }
   return seen;
@@ -98,7 +99,7 @@ std::vector<std::uint8_t> find_seen(const BentSurface& surface,
 
 Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
                      const RegistrationConstants& constants, double agreement) {
-  const auto seen = find_seen(surface, scan.viewpoints());
+  const auto seen = find_seen(surface, scan.sensors);
   const auto now = areas_of(surface.faces, surface.x);
   double seen_area = 0;
   for (std::size_t v = 0; v < now.size(); ++v) seen_area += seen[v] != 0 ? now[v] : 0;
@@ -113,8 +114,8 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
     if (seen[v] == 0) continue;
     const auto& normal = surface.normals[v];
     const bool is_measured =
-        scan.find(surface.x[v], normal, near, agreement).any ||
-        (surface.is_sheet[v] != 0 && scan.find(surface.x[v], -1.0 * normal, near, agreement).any);
+        scan.any_agrees(surface.x[v], normal, near, agreement) ||
+        (surface.is_sheet[v] != 0 && scan.any_agrees(surface.x[v], -1.0 * normal, near, agreement));
     is_in_hole[v] = is_measured ? 0 : 1;
   }
   auto shares = areas_of(surface.faces, surface.first_frame);

@@ -125,8 +125,7 @@ double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
 
 /// Tells the landmarks of parts without points from the others.
 void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
-  sample_.emplace();
-  sample_scan(scan, constants_.coarse_points, *sample_);
+  sample_ = sample_scan(scan, constants_.coarse_points);
   pose_.reset();
   held_ = {};
   checked_ = {};
@@ -137,9 +136,7 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
   const double reach =
       std::max(edge_, constants_.held_spacings * quantile(std::move(spacings), 0.5));
   for (std::size_t i = 0; i < targets.vertices.size(); ++i) {
-    const bool has_points =
-        scan.find_if(targets.positions[i], reach, [](std::uint32_t) { return true; }).any;
-    Targets& kind = has_points ? checked_ : held_;
+    Targets& kind = scan.distance(targets.positions[i]) < reach ? checked_ : held_;
     kind.vertices.push_back(targets.vertices[i]);
     kind.positions.push_back(targets.positions[i]);
   }
@@ -180,7 +177,7 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
   guides.insert(guides.end(), rough.begin(), rough.end());
   if (!guides.empty()) coarse_.bend(guides, constants_.bending_steps);
-  const auto found = coarse_.compare_last(*sample_);
+  const auto found = coarse_.compare_last(sample_);
   return {candidate, {found.x.begin(), found.x.end()}, misfit_of(found)};
 }
 
@@ -189,7 +186,7 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   coarse_.place(trial.x, false);
   const auto& [motion, landmarks, rough] = trial.candidate;
   const auto found =
-      coarse_.track(*sample_, guides_of(landmarks, motion, constants_.landmark_weight));
+      coarse_.track(sample_, guides_of(landmarks, motion, constants_.landmark_weight));
   trial.x.assign(found.x.begin(), found.x.end());
   trial.misfit = misfit_of(found);
   return trial;

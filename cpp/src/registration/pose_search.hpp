@@ -78,7 +78,7 @@ class PoseSearch {
   SurfaceTracking coarse_, fine_;
 
   // Of a run:
-  std::optional<PointScan> sample_;
+  PointScan sample_;
   Targets held_;     // landmarks of parts that have no points
   Targets checked_;  // all others
   std::optional<Pose> pose_;

@@ -45,18 +45,20 @@ void refuse_ratio(double ratio) {
   throw std::invalid_argument(text.data());
 }
 
-/// Fills `scaled`, which is empty, with a scan in another unit, and its search tree.
-void scale_scan(const PointScan& scan, double factor, PointScan& scaled) {
+/// A scan in another unit, with its search tree.
+PointScan scaled_scan(const PointScan& scan, double factor) {
   const auto multiplied = [&](std::vector<Vector3<double>> points) {
     for (auto& point : points) point = factor * point;
     return points;
   };
+  PointScan scaled;
   scaled.points = multiplied(scan.points);
   scaled.normals = scan.normals;
   scaled.undecided = scan.undecided;
   scaled.sensors = multiplied(scan.sensors);
   scaled.sensor_numbers = scan.sensor_numbers;
   scaled.index();
+  return scaled;
 }
 
 /// A template and how it is registered.
@@ -104,8 +106,7 @@ class Work {
     // The search is in the unit of the template.
     double unit = ratio;
     for (int i = 0;; ++i) {
-      PointScan scaled;
-      scale_scan(scan, 1 / unit, scaled);
+      const PointScan scaled = scaled_scan(scan, 1 / unit);
       Targets targets = targets_;
       for (auto& position : targets.positions) position = 1 / unit * position;
       if (i == constants_.scalings) return registration_of(search.run(scaled, targets), unit);

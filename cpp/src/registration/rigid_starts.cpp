@@ -1,15 +1,17 @@
 #include "registration/rigid_starts.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
-#include "support/quiet_nanoflann.hpp"
+#include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/rigid_step.hpp"
 
@@ -31,17 +33,20 @@ class Pairing {
   /// A normal is as long as that share of the mean distance from the centre.
   Pairing(std::span<const Triangle> faces, Field x, std::size_t n_places, const PointScan& scan,
           std::size_t n_points, double normal_length)
-      : surface_(sample_surface(faces, x, n_places)) {
-    sample_scan(scan, n_points, scan_);
+      : surface_(sample_surface(faces, x, n_places)), scan_(sample_scan(scan, n_points)) {
     const Eigen::Vector3d centre = centre_of(surface_.points);
     double size = 0;
     for (const auto& point : surface_.points) size += (to_eigen(point) - centre).norm();
     normal_length_ = normal_length * size / static_cast<double>(surface_.points.size());
+    std::vector<Row> rows;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) {
-      rows_.push_back(row(to_eigen(surface_.points[i]), to_eigen(surface_.normals[i])));
+      rows.push_back(row(to_eigen(surface_.points[i]), to_eigen(surface_.normals[i])));
     }
-    if (!rows_.empty()) tree_.buildIndex();
+    tree_.emplace(std::move(rows));
   }
+
+  /// Whether the surface has no area.
+  [[nodiscard]] bool empty() const { return tree_->empty(); }
 
   /// Brings the centre of the surface to that of the points.
   [[nodiscard]] Motion centred(const Eigen::Matrix3d& rotation) const {
@@ -70,17 +75,8 @@ class Pairing {
     }
   }
 
-  [[nodiscard]] std::size_t kdtree_get_point_count() const { return rows_.size(); }
-  [[nodiscard]] double kdtree_get_pt(std::size_t i, std::size_t c) const { return rows_[i][c]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box& /*box*/) const {
-    return false;
-  }
-
  private:
-  using Row = std::array<double, 6>;
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Pairing>,
-                                                   Pairing, 6, std::uint32_t>;
+  using Row = PointTree<6>::Point;
   struct Pair {
     std::uint32_t place = 0;
     std::size_t point = 0;
@@ -100,12 +96,8 @@ class Pairing {
       Pair best = {0, i, std::numeric_limits<double>::infinity()};
       for (const double side : {1.0, -1.0}) {
         if (side < 0 && !scan_.is_undecided(i)) break;
-        std::uint32_t number = 0;
-        double squared = 0;
-        nanoflann::KNNResultSet<double, std::uint32_t> result(1);
-        result.init(&number, &squared);
-        tree_.findNeighbors(result, row(point, side * normal).data(), {});
-        if (squared < best.squared) best = {number, i, squared};
+        const auto [place, squared] = tree_->nearest(row(point, side * normal));
+        if (squared < best.squared) best = {place, i, squared};
       }
       pairs.push_back(best);
     }
@@ -135,8 +127,7 @@ class Pairing {
   SurfaceSample surface_;
   PointScan scan_;
   double normal_length_ = 0;
-  std::vector<Row> rows_;
-  Tree tree_{6, *this, nanoflann::KDTreeSingleIndexAdaptorParams(8)};
+  std::optional<PointTree<6>> tree_;
 };
 
 /// The quaternions of a super-Fibonacci spiral.
@@ -172,7 +163,7 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts, const RigidStart
 std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surface,
                                      const PointScan& scan, const RigidStartConstants& c) {
   const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c.normal);
-  if (fine.kdtree_get_point_count() == 0) return {{}};  // the surface has no area
+  if (fine.empty()) return {{}};
   const RigidStart in_place = fine.improved({}, c.fine_steps, c.kept, true);
   std::vector<RigidStart> starts;
   const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c.normal);

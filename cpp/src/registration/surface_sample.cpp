@@ -45,16 +45,18 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
-void sample_scan(const PointScan& scan, std::size_t n, PointScan& sample) {
+PointScan sample_scan(const PointScan& scan, std::size_t n) {
+  PointScan sample;
   const double step = std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n));
   for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
     const auto i = static_cast<std::size_t>(next);
-    sample.points.push_back(scan.point(i));
-    sample.normals.push_back(scan.normal(i));
+    sample.points.push_back(scan.points[i]);
+    sample.normals.push_back(scan.normals[i]);
     sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
   }
-  sample.sensors.assign(scan.viewpoints().begin(), scan.viewpoints().end());
+  sample.sensors = scan.sensors;
   sample.index();
+  return sample;
 }
 
 }  // namespace dynmesh

@@ -20,8 +20,7 @@ struct SurfaceSample {
 SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
                              std::size_t n);
 
-/// Fills `sample`, which is empty, with about n points of the scan, evenly chosen by their numbers,
-/// and its search tree.
-void sample_scan(const PointScan& scan, std::size_t n, PointScan& sample);
+/// About n points of the scan, evenly chosen by their numbers, with their search tree.
+PointScan sample_scan(const PointScan& scan, std::size_t n);
 
 }  // namespace dynmesh

@@ -50,10 +50,10 @@ template void check_landmarks(const Landmarks<float>&, std::size_t);
 template void check_landmarks(const Landmarks<double>&, std::size_t);
 
 void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size) {
-  Vector3<double> least = scan.point(0);
+  Vector3<double> least = scan.points[0];
   Vector3<double> most = least;
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    const auto& x = scan.point(i);
+    const auto& x = scan.points[i];
     least = {std::min(least.x, x.x), std::min(least.y, x.y), std::min(least.z, x.z)};
     most = {std::max(most.x, x.x), std::max(most.y, x.y), std::max(most.z, x.z)};
   }

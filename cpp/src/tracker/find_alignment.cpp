@@ -31,10 +31,7 @@ double distance_of(const PointScan& points, double share, const Motion& motion,
                    const PointScan& others) {
   std::vector<double> distances;
   for (const auto& point : points.points) {
-    const auto nearest =
-        others.find_if(from_eigen(motion * to_eigen(point)),
-                       std::numeric_limits<double>::infinity(), [](std::uint32_t) { return true; });
-    distances.push_back(std::sqrt(nearest.squared_distance));
+    distances.push_back(others.distance(from_eigen(motion * to_eigen(point))));
   }
   return quantile(std::move(distances), share);
 }
@@ -57,12 +54,11 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
                 double mean_edge, const PointScan& scan) {
   const AlignmentConstants constants;
   PointScan surface;
-  PointScan many;
   surface.points = sample_surface(faces, frame, constants.places).points;
   // A surface without an area has vertices.
   if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
   surface.index();
-  sample_scan(scan, constants.points, many);
+  const PointScan many = sample_scan(scan, constants.points);
   const double size = size_of(frame);
   const double within = std::min(constants.within * mean_edge, constants.within_share * size);
   const double far = std::max(constants.far * mean_edge, constants.far_share * size);

@@ -56,13 +56,13 @@ Agreements compare(const PointScan& scan, std::span<const Place> places,
     is_near[i] = places[i].squared <= far * far ? 1 : 0;
   }
   const auto agrees = [&](std::size_t i) {
-    const double cosine = dot(scan.normal(i), normals[places[i].nearest_corner()]);
+    const double cosine = dot(scan.normals[i], normals[places[i].nearest_corner()]);
     return scan.is_undecided(i) || is_either[places[i].nearest_corner()] != 0
                ? std::abs(cosine) >= constants.least_undecided_cosine
                : cosine >= constants.least_cosine;
   };
   const auto strays = find_strays(scan, is_near, constants);
-  Agreements found{no_points(), std::vector<Agreement>(scan.viewpoints().size(), no_points())};
+  Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (strays[i] != 0) continue;
     const auto add_to = [&](Agreement& sums) {

@@ -88,7 +88,7 @@ void Matches::begin(const PointScan& measurement) {
   found_.assign(order_.size(), {});
   points_.clear();
   for (const std::uint32_t i : order_) {
-    points_.push_back({measurement.point(i), measurement.normal(i), measurement.is_undecided(i)});
+    points_.push_back({measurement.points[i], measurement.normals[i], measurement.is_undecided(i)});
   }
 }
 

@@ -11,10 +11,6 @@
 namespace dynmesh {
 namespace {
 
-/// The number of points in a leaf of the tree. Between 8 and 32, building and searching together
-/// hardly change.
-constexpr std::size_t leaf_size = 16;
-
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line.
 Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
                              std::span<const std::uint32_t> chosen) {
@@ -49,17 +45,9 @@ bool any_repeated(const std::vector<Vector3<double>>& points, std::span<const st
 
 }  // namespace
 
-void PointScan::index() const {
-  tree_.reset();
-  if (!points.empty()) {
-    tree_.emplace(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size));
-  }
-}
-
 void PointScan::estimate_normals(Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
-  if (!tree_) return;
   std::vector<std::uint8_t> has_repeated(points.size());
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
     const Neighbours near = neighbours_of(points[i]);
@@ -83,11 +71,7 @@ void PointScan::estimate_normals(Workers& workers) {
 
 PointScan::Neighbours PointScan::neighbours_of(const Vector3<double>& position) const {
   Neighbours near;
-  nanoflann::KNNResultSet<double, std::uint32_t> result(plane_points);
-  result.init(near.numbers.data(), near.distances.data());
-  const double query[3] = {position.x, position.y, position.z};
-  tree_->findNeighbors(result, query, {});
-  near.size = result.size();
+  near.size = tree_->nearest(array_of(position), near.numbers, near.distances);
   return near;
 }
 
@@ -132,20 +116,19 @@ double PointScan::squared_spacing(std::size_t i, std::size_t neighbours) const {
 std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {
   std::vector<std::uint32_t> numbers(count);
   std::vector<double> distances(count);
-  nanoflann::KNNResultSet<double, std::uint32_t> result(count);
-  result.init(numbers.data(), distances.data());
-  const double query[3] = {points[number].x, points[number].y, points[number].z};
-  tree_->findNeighbors(result, query, {});
-  numbers.resize(result.size());
+  numbers.resize(tree_->nearest(array_of(points[number]), numbers, distances));
   return numbers;
 }
 
-PointScan::Nearest PointScan::find(const Vector3<double>& position, const Vector3<double>& normal,
-                                   double radius, double agreement) const {
-  return find_if(position, radius, [&](std::uint32_t i) {
+bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
+                           double radius, double agreement) const {
+  bool any = false;
+  tree_->search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
     const double cosine = dot(normals[i], normal);
-    return (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement;
+    any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement;
+    return any ? 0 : radius * radius;
   });
+  return any;
 }
 
 }  // namespace dynmesh

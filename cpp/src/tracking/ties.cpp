@@ -4,13 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "stream/disconnected.hpp"
 #include "support/geometry.hpp"
-#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 namespace {
-
-constexpr double everywhere = std::numeric_limits<double>::infinity();
 
 struct Pair {
   std::uint32_t vertex = 0;
@@ -23,7 +21,7 @@ std::vector<Pair> spread(const std::vector<Pair>& pairs, std::size_t n,
                          std::span<const Vector3<double>> x) {
   if (pairs.size() <= n) return pairs;
   std::vector<Pair> chosen;
-  std::vector<double> nearest(pairs.size(), everywhere);
+  std::vector<double> nearest(pairs.size(), std::numeric_limits<double>::infinity());
   for (std::size_t next = 0; chosen.size() < n;) {
     chosen.push_back(pairs[next]);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -39,18 +37,13 @@ std::vector<Pair> spread(const std::vector<Pair>& pairs, std::size_t n,
 std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
                            double mean_edge, const TrackingConstants& constants) {
   if (topology.report.components < 2) return {};
-  PointScan vertices;
-  vertices.points.assign(first_frame.begin(), first_frame.end());
-  vertices.index();
+  const std::vector<Index> nearest = find_donors(first_frame, topology.component);
   std::vector<std::vector<Pair>> pairs(topology.report.components);
   for (std::uint32_t v = 0; v < first_frame.size(); ++v) {
-    const Index component = topology.component[v];
-    const auto found = vertices.find_if(first_frame[v], everywhere, [&](std::uint32_t other) {
-      return topology.component[other] != component;
-    });
-    if (!found.any) continue;
-    pairs[static_cast<std::size_t>(component)].push_back(
-        {v, found.index, std::sqrt(found.squared_distance) / mean_edge});
+    const auto other = static_cast<std::uint32_t>(nearest[v]);
+    const double distance = std::sqrt(squared_norm(first_frame[v] - first_frame[other]));
+    pairs[static_cast<std::size_t>(topology.component[v])].push_back(
+        {v, other, distance / mean_edge});
   }
   std::vector<Tie> ties;
   for (auto& of_component : pairs) {
