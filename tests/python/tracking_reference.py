@@ -163,7 +163,10 @@ class Tracked(reference.Detail):
         agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
         is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & (not has_arrived)
         face = np.where(is_else, agreeing, nearest)
-        kept = agrees[every, face] & (distance[every, face] < radius)
+        place = np.einsum("pc,pcx->px", shares[every, face], x[self.faces[face]])
+        along = np.einsum("px,px->p", place - points, surface[every, face]) / self.h
+        beside = is_else & (np.abs(along) < 0.7 * distance[every, face])
+        kept = agrees[every, face] & (distance[every, face] < radius) & ~beside
         every, face = every[kept], face[kept]
         mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
         if not self.sided:

@@ -152,11 +152,14 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
       before = found_[i];
       if (!search.has_arrived && squared_norm(match.normal) == 0 &&
           found_[i].squared > squared_near) {
-        // Something else is nearer, as the other side of a thin limb is.
+        // Something else is nearer, as the other side of a thin limb is. Where a surface moves to a
+        // point, the point lies along its normal; a foot lies beside what agrees with a floor.
         match.place = places_.nearest(
             x, points_[i].position, {.squared = std::pow(search.radius * mean_edge_, 2)},
             [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
         match.normal = agreeing_normal(match.place, i);
+        const double along = std::abs(dot(match.place.on(x) - points_[i].position, match.normal));
+        if (along < constants_.agreement * std::sqrt(match.place.squared)) match.normal = {};
       }
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
