@@ -57,6 +57,8 @@ class PointTree {
   /// radius, in any order. It returns the squared radius in which the search goes on; 0 ends it.
   template <class Visit>
   void search(const Point& position, double squared_radius, const Visit& visit) const {
+    // The tree would look at all of the points that coincide with the position.
+    if (!(squared_radius > 0)) return;
     struct Search {
       using DistanceType [[maybe_unused]] = double;
 
