@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
+#include "detail/shape_system.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 

@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
@@ -18,7 +17,6 @@
 #include "detail/first_order.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
-#include "detail/rounding.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"
 #include "detail/shape_system.hpp"

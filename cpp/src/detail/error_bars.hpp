@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"

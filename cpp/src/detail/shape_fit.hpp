@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/modes.hpp"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "detail/constants.hpp"
+#include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
-#include "detail/rounding.hpp"
 #include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
