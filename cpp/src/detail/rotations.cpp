@@ -13,19 +13,6 @@
 namespace dynmesh {
 namespace {
 
-/// Packs lists of equal keys: `add(visit)` calls `visit(key, value)` in the order of the values.
-template <class Add>
-Cells lists_by_key(std::size_t n_keys, const Add& add) {
-  Cells lists;
-  lists.offsets.assign(n_keys + 1, 0);
-  add([&](Index key, Index) { ++lists.offsets[key + 1]; });
-  for (std::size_t i = 0; i < n_keys; ++i) lists.offsets[i + 1] += lists.offsets[i];
-  lists.neighbours.resize(at(lists.offsets[n_keys]));
-  std::vector<Index> filled(lists.offsets.begin(), lists.offsets.end() - 1);
-  add([&](Index key, Index value) { lists.neighbours[filled[key]++] = value; });
-  return lists;
-}
-
 /// The order in which vertices may become centres. Distances are rounded, since the order of a sum
 /// over all vertices affects the mean.
 std::vector<Index> in_order(std::span<const Vector3<double>> positions) {

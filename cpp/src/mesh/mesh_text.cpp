@@ -58,6 +58,16 @@ bool Lines::next() {
   return true;
 }
 
+bool add_words(std::string_view line, std::vector<std::string_view>& words) {
+  const std::size_t before = words.size();
+  for (auto end = line.begin();;) {
+    const auto begin = std::find_if_not(end, line.end(), is_blank);
+    if (begin == line.end()) return words.size() > before;
+    end = std::find_if(begin, line.end(), is_blank);
+    words.emplace_back(begin, end);
+  }
+}
+
 std::optional<double> number_in(std::string_view word) {
   const bool has_sign = word.starts_with('-') || word.starts_with('+');
   const std::string_view magnitude = word.substr(has_sign ? 1 : 0);

@@ -11,9 +11,8 @@
 #include <string>
 #include <type_traits>
 
+#include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
-#include "mesh/obj_file.hpp"
-#include "mesh/ply_file.hpp"
 #include "support/paths.hpp"
 
 namespace dynmesh {
@@ -35,10 +34,11 @@ std::filesystem::path checked_path(const std::string& path) {
 PolygonMesh mesh_of_ply(const std::string& data) {
   const PlyFile file = parse_ply(data);
   PolygonMesh mesh;
-  if (const PlyElement* vertices = file.find("vertex")) {
+  if (const PlyElement* vertices = find_named(file.elements, "vertex")) {
     mesh.positions.resize(3 * vertices->n_records);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const PlyProperty* property = vertices->find(std::string_view("xyz").substr(axis, 1));
+      const PlyProperty* property =
+          find_named(vertices->properties, std::string_view("xyz").substr(axis, 1));
       if (!property) throw MalformedFile("its vertices need x, y and z");
       const auto copy = [&](const auto& values) {
         if (property->counts || std::is_integral_v<std::decay_t<decltype(values[0])>>) {
@@ -49,9 +49,9 @@ PolygonMesh mesh_of_ply(const std::string& data) {
       std::visit(copy, property->values);
     }
   }
-  if (const PlyElement* faces = file.find("face"); faces && faces->n_records > 0) {
-    const PlyProperty* property = faces->find("vertex_indices");
-    const PlyProperty* other = faces->find("vertex_index");
+  if (const PlyElement* faces = find_named(file.elements, "face"); faces && faces->n_records > 0) {
+    const PlyProperty* property = find_named(faces->properties, "vertex_indices");
+    const PlyProperty* other = find_named(faces->properties, "vertex_index");
     if (!property == !other) throw MalformedFile("its faces need one list 'vertex_indices'");
     if (!property) property = other;
     const auto copy = [](const auto& values, std::vector<std::int64_t>& copied) {
@@ -143,11 +143,7 @@ TemplateMesh read_template(const std::string& path) {
 
 std::vector<float> read_positions(const std::string& path) {
   return read_mesh(path, [](const PolygonMesh& mesh) {
-    std::vector<float> positions;
-    for (const double coordinate : mesh.positions) {
-      positions.push_back(static_cast<float>(coordinate));
-    }
-    return positions;
+    return std::vector<float>(mesh.positions.begin(), mesh.positions.end());
   });
 }
 
