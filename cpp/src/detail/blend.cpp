@@ -20,7 +20,13 @@ ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
   double change = 0;
   double counted = 0;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
-    residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
+    residuals.visit(v, [&](const Residuals& r) {
+      sums.s01 += r.weight * dot(r.r0, r.r1);
+      sums.s02 += r.weight * dot(r.r0, r.r2);
+      sums.s11 += r.weight * dot(r.r1, r.r1);
+      sums.s12 += r.weight * dot(r.r1, r.r2);
+      sums.s22 += r.weight * dot(r.r2, r.r2);
+    });
     shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].to_rest);
     change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].change);
     counted += residuals.anchors.counts[v];

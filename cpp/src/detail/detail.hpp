@@ -75,7 +75,7 @@ class Detail final : public Estimator<double> {
     for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
     for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
     visit(self.lambda_);
-    FirstOrder::fields(*self.first_order_, visit);
+    FirstOrder::fields(self.first_order_, visit);
     if (self.is_trained_ || self.library_) ShapeFit::fields(self.fit_, visit);
     if (!self.library_) return;
     ShapeLibrary::fields(*self.library_, visit);
@@ -110,7 +110,7 @@ class Detail final : public Estimator<double> {
   ShapeFit fit_;     // of the modes of the training, or of those that are learned
   std::unique_ptr<ShapeLibrary> library_;  // null if it does not learn
   ErrorBars error_bars_;
-  std::unique_ptr<FirstOrder> first_order_;
+  FirstOrder first_order_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   StageReport report_;
 

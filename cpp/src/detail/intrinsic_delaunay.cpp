@@ -185,9 +185,7 @@ std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> face
       const auto& a = frame[face[s]];
       const auto& b = frame[face[following(s)]];
       triangle.lengths[s] =
-          std::hypot(static_cast<double>(b.x) / unit - static_cast<double>(a.x) / unit,
-                     static_cast<double>(b.y) / unit - static_cast<double>(a.y) / unit,
-                     static_cast<double>(b.z) / unit - static_cast<double>(a.z) / unit);
+          std::hypot(b.x / unit - a.x / unit, b.y / unit - a.y / unit, b.z / unit - a.z / unit);
     }
     for (std::size_t s = 0; s < 3; ++s) {
       const double excess =

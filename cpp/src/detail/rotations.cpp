@@ -144,17 +144,10 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   });
 }
 
-void Rotations::turn(std::span<const Vector3<double>> field,
-                     std::span<Vector3<double>> turned) const {
+void Rotations::turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,
+                     int fields) const {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), field.data(), 1, turned.data(), first, last);
-  });
-}
-
-void Rotations::turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), side_by_side(terms).data(), 3, side_by_side(turned).data(),
-                  first, last);
+    turning_.turn(quaternions_.data(), field.data(), fields, turned.data(), first, last);
   });
 }
 

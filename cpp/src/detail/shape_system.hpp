@@ -117,14 +117,16 @@ class ShapeSystem {
     if (anchors.are_noisy()) {
       const auto rows = solved();
       for (std::size_t r = 0; r < rows.size(); ++r) {
-        const auto v = static_cast<std::size_t>(rows[r]);
+        const std::size_t v = at(rows[r]);
         for (std::size_t f = 0; f < pulled; ++f) {
           Vector3<double>& value = solution_[fields * r + f];
           value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
       }
     }
-    return anchors.are_planes() ? descend_to_planes<fields>(anchors) : solve_and_scatter(fields);
+    if (anchors.are_planes()) return descend_to_planes<fields>(anchors);
+    factor_.solve(solution_, fields);
+    return scatter_steps(solution_, fields);
   }
 
   /// Returns the step that brings K (x + D) closest to the shape of the last frame, and those that
@@ -157,9 +159,8 @@ class ShapeSystem {
 
  private:
   void multiply_transposed(int fields);
-  void scatter_to(std::span<Vector3<double>> x) const;
-  Field solve_and_scatter(int fields);
-  Field scatter(std::span<const Vector3<double>> rows, std::size_t width);
+  void scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const;
+  Field scatter_steps(Field rows, std::size_t width);
   template <int fields>
   Field descend_to_planes(const Anchors& anchors);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);

@@ -50,21 +50,30 @@ Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iteratio
     of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
   }
   wide_weights_.resize(wide_neighbours_.size() / 4);
-  data_.inverse_mean_edge =
-      std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
+  data_ = {.neighbours = neighbours_.data(),
+           .valence = valence_.data(),
+           .wide = wide_.data(),
+           .wide_neighbours = wide_neighbours_.data(),
+           .inverse_mean_edge = std::min(Real{1} / mean_edge_length(cells, first_frame),
+                                         std::numeric_limits<Real>::max()),
+           .known = nullptr,
+           .previous = nullptr,
+           .points = nullptr,
+           .generation = nullptr,
+           .weights = &weights_[0].x,
+           .wide_weights = reinterpret_cast<Real*>(wide_weights_.data()),
+           .before = &before_[0].x,
+           .after = &after_[0].x,
+           .visits = visits_.data(),
+           .rows = rows_.data()};
   const auto k = static_cast<Index>(cells.size());
-  Index wide = 0;
+  const auto wide_before = [&](Index v) {
+    return static_cast<Index>(std::ranges::lower_bound(wide_, v) - wide_.begin());
+  };
   const Index chunk = workers.task_sharing().chunk;
   for (Index first = 0; first < k; first += chunk) {
-    Rows rows{};
-    rows.first = first;
-    rows.last = std::min(first + chunk, k);
-    rows.first_wide = wide;
-    while (wide < static_cast<Index>(wide_.size()) && wide_[wide] < rows.last) {
-      ++wide;
-    }
-    rows.last_wide = wide;
-    chunks_.push_back(rows);
+    const Index last = std::min(first + chunk, k);
+    chunks_.push_back({first, last, wide_before(first), wide_before(last), 0, 0, 0, 0});
   }
 }
 
@@ -88,21 +97,10 @@ Index Motion<Real>::sweep(Index t) {
 template <class Real>
 Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
-  data_.neighbours = neighbours_.data();
-  data_.valence = valence_.data();
-  data_.wide = wide_.data();
-  data_.wide_neighbours = wide_neighbours_.data();
   data_.known = known.data();
   data_.previous = &previous[0].x;
   data_.points = &points[0].x;
   data_.generation = generations.to_fill().data();
-  data_.weights = &weights_[0].x;
-  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
-  data_.before = &before_[0].x;
-  data_.after = &after_[0].x;
-  data_.visits = visits_.data();
-  data_.rows = rows_.data();
-
   for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
   Index unknown = 0;
   for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
