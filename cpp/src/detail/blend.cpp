@@ -5,16 +5,12 @@
 #include <utility>
 
 namespace dynmesh {
-namespace {
-
-/// If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
-/// errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
-/// solution in double precision.
-constexpr double rounding = 1e-18;
-
-}  // namespace
 
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
+  // If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
+  // errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
+  // solution in double precision.
+  constexpr double rounding = 1e-18;
   ResidualSums sums;
   double shape = 0;
   double change = 0;

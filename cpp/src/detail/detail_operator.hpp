@@ -2,6 +2,8 @@
 /// 0, and the fields to which it is applied.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "detail/constants.hpp"
-#include "detail/intrinsic_delaunay.hpp"
 #include "factor/elimination.hpp"
 #include "kernels/kernels.hpp"
 #include "support/geometry.hpp"
@@ -33,6 +34,30 @@ inline std::span<const Vector3<double>> side_by_side(std::span<const ShapeTerms>
 inline std::span<Vector3<double>> side_by_side(std::span<ShapeTerms> terms) {
   return {reinterpret_cast<Vector3<double>*>(terms.data()), 3 * terms.size()};
 }
+
+/// A triangle that is defined by its side lengths alone. Its edges are geodesics of the surface,
+/// not straight lines in space. Two vertices may be connected by several edges, and a vertex by an
+/// edge to itself.
+struct IntrinsicTriangle {
+  Triangle vertices;
+  std::array<double, 3> lengths;  ///< of the side from vertex s to vertex s + 1
+
+  [[nodiscard]] double area() const;
+  /// The cotangent of the angle opposite to side s.
+  [[nodiscard]] double cotangent(std::size_t side) const;
+};
+
+/// Returns the intrinsic Delaunay triangulation of a surface. It has the same vertices and the same
+/// surface with other edges, so cotangents do not depend on how the surface was triangulated.
+///
+/// Flips edges until the two angles opposite to each edge add up to at most pi (Fisher, Springborn,
+/// Bobenko and Schroeder 2006). Edges with one triangle, with more than two, or with two of
+/// opposite orientation are not flipped. Lengths are in units of `unit`, and all of them are
+/// increased by the smallest amount for which no triangle is degenerate (Sharp and Crane 2020).
+/// Faces with a repeated vertex are omitted.
+std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
+                                                  std::span<const Vector3<double>> frame,
+                                                  double unit);
 
 /// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
 struct DetailOperator {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -10,11 +9,6 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-constexpr double infinite = std::numeric_limits<double>::infinity();
-
-}  // namespace
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -87,6 +88,7 @@ class ErrorBars {
   void read_memory(Reader& reader);
 
  private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
   static constexpr std::size_t members = 3;
   /// Members are numbers around 1 that grow slowly; only an invented state has larger ones.
   static constexpr double largest_member = 1e50;

@@ -139,8 +139,7 @@ FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const 
       is_free_(k.size()),
       of_detail_(k.size()),
       newest_(sizes_.size()),
-      of_groups_(sizes_.size() + 1),
-      newest_of_groups_(sizes_.size() + 1) {
+      groups_(sizes_.size() + 1) {
   nearby_.reserve(k.size());
   for (const Index c : topology.component) ++sizes_[c];
 }
@@ -166,27 +165,23 @@ bool FirstOrder::is_due() const {
 /// Draws the anchors to leave out. Returns false if there are none.
 bool FirstOrder::draw(const Generations& generations) {
   const auto generation = generations.of_vertices();
+  const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
   std::ranges::fill(drawn_, Drawn{});
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (generation[v] == Generations::anchor) ++drawn_[topology_.component[v]].anchors;
+    drawn_of(v).anchors += generation[v] == Generations::anchor ? 1 : 0;
   }
   const std::uint64_t of_frame = mixed(frame_);
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    Drawn& drawn = drawn_[topology_.component[v]];
     const double probability =
-        std::min(constants_.left_out / drawn.anchors, constants_.largest_left_out);
+        std::min(constants_.left_out / drawn_of(v).anchors, constants_.largest_left_out);
     const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
-    const bool is_anchor = generation[v] == Generations::anchor;
-    is_left_out_[v] = is_anchor && random < probability ? 1 : 0;
-    drawn.left_out += is_left_out_[v];
+    is_left_out_[v] = generation[v] == Generations::anchor && random < probability ? 1 : 0;
+    drawn_of(v).left_out += is_left_out_[v];
   }
-  bool is_any = false;
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    const Drawn& drawn = drawn_[topology_.component[v]];
-    if (drawn.anchors - drawn.left_out < constants_.least_kept) is_left_out_[v] = 0;
-    is_any |= is_left_out_[v] != 0;
+    if (drawn_of(v).anchors - drawn_of(v).left_out < constants_.least_kept) is_left_out_[v] = 0;
   }
-  return is_any;
+  return std::ranges::count(is_left_out_, 1) > 0;
 }
 
 /// Sets what is solved for without the anchors left out: the vertices around them, since those that
@@ -266,28 +261,25 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
   }
   if (!is_finite) return;
 
-  std::ranges::fill(of_groups_, Gains{});
-  std::ranges::fill(newest_of_groups_, Gains{});
+  const auto group_of = [&](std::size_t c) -> Group& {
+    return groups_[components_[c].gains.count >= constants_.least_count ? c + 1 : 0];
+  };
+  std::ranges::fill(groups_, Group{});
   for (std::size_t c = 0; c < components_.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
     if (newest_[c].count > 0) components_[c].gains.add(newest_[c], constants_.kept);
-    of_groups_[group_of(c)].add(components_[c].gains);
-    newest_of_groups_[group_of(c)].add(newest_[c]);
+    group_of(c).gains.add(components_[c].gains);
+    group_of(c).newest.add(newest_[c]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    const std::size_t group = group_of(c);
-    if (newest_of_groups_[group].count == 0) continue;
-    components_[c].share = best_share(of_groups_[group], newest_of_groups_[group]);
+    if (group_of(c).newest.count > 0) components_[c].share = best_share(group_of(c));
   }
-}
-
-std::size_t FirstOrder::group_of(std::size_t component) const {
-  return components_[component].gains.count >= constants_.least_count ? component + 1 : 0;
 }
 
 /// The share with the largest sum of gains, reduced by what may be chance. One that was clearly
 /// worse in the newest test is not taken.
-double FirstOrder::best_share(const Gains& gains, const Gains& newest) const {
+double FirstOrder::best_share(const Group& group) const {
+  const auto& [gains, newest] = group;
   double best = 0;
   double share = 0;
   for (std::size_t q = 0; q < n_shares && gains.count >= constants_.least_count; ++q) {

@@ -110,6 +110,10 @@ class FirstOrder {
     Gains gains;  // of earlier tests, the less the older
     double share = 0;
   };
+  /// Sums over components.
+  struct Group {
+    Gains gains, newest;
+  };
   /// The anchors of a component, and how many of them are left out.
   struct Drawn {
     double anchors = 0;
@@ -122,8 +126,7 @@ class FirstOrder {
   void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
             ShapeSystem& system);
   void learn(Field first_order, Field observed, double rounding);
-  [[nodiscard]] std::size_t group_of(std::size_t component) const;
-  [[nodiscard]] double best_share(const Gains& gains, const Gains& newest) const;
+  [[nodiscard]] double best_share(const Group& group) const;
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
 
   const Topology& topology_;
@@ -140,8 +143,8 @@ class FirstOrder {
   std::vector<Index> nearby_;
   std::vector<std::uint8_t> is_left_out_, is_free_;
   std::vector<Vector3<double>> of_detail_;  // the predictions of detail
-  // Group 0 is the common one, group c + 1 is component c:
-  std::vector<Gains> newest_, of_groups_, newest_of_groups_;
+  std::vector<Gains> newest_;
+  std::vector<Group> groups_;  // group 0 is the common one, group c + 1 is component c
 };
 
 }  // namespace dynmesh

@@ -1,9 +1,9 @@
-#include "detail/intrinsic_delaunay.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "detail/detail_operator.hpp"
 
 namespace dynmesh {
 namespace {
@@ -76,12 +76,11 @@ class Flipping {
       }
     }
     std::ranges::stable_sort(all, {}, &Directed::edge);
-    for (std::size_t first = 0; first < all.size();) {
-      std::size_t last = first + 1;
-      while (last < all.size() && all[last].edge == all[first].edge) ++last;
-      if (last - first == 2 && all[first].is_ascending != all[first + 1].is_ascending) {
-        across(all[first].side) = all[first + 1].side;
-        across(all[first + 1].side) = all[first].side;
+    for (auto first = all.begin(); first != all.end();) {
+      const auto is_other = [&](const Directed& one) { return one.edge != first->edge; };
+      const auto last = std::find_if(first, all.end(), is_other);
+      if (last - first == 2 && first[0].is_ascending != first[1].is_ascending) {
+        join(first[0].side, first[1].side);
       }
       first = last;
     }

@@ -44,15 +44,12 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
   const auto k = static_cast<Index>(cells.size());
   Clusters clusters;
   std::vector<Index> cell_of(at(k), none);
-  const auto found = [&](Index centre) {
-    clusters.centres.push_back(centre);
-    return static_cast<Index>(clusters.centres.size()) - 1;
-  };
   const std::vector<Index> order = in_order(positions);
   for (const Index v : order) {
     const auto is_taken = [&](Index j) { return cell_of[j] != none; };
     if (is_taken(v) || std::ranges::any_of(cells[v], is_taken)) continue;
-    cell_of[v] = found(v);
+    cell_of[v] = static_cast<Index>(clusters.size());
+    clusters.centres.push_back(v);
     for (const Index j : cells[v]) cell_of[j] = cell_of[v];
   }
   clusters.of_vertex = cell_of;

@@ -139,10 +139,9 @@ std::size_t ShapeLibrary::find_modes(std::size_t part) {
 }
 
 void ShapeLibrary::recall() {
-  std::vector<Index> all(slots_), ascending = order_;
+  std::vector<Index> all(slots_);
   std::iota(all.begin(), all.end(), 0);
-  std::ranges::sort(ascending);
-  if (ascending != all || n_members_ > most_) {
+  if (!std::ranges::is_permutation(order_, all) || n_members_ > most_) {
     refuse_state("does not contain a valid library of shapes");
   }
   for (std::size_t i = 0; i < n_members_; ++i) multiply(order_[i]);

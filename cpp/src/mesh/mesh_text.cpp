@@ -10,8 +10,6 @@
 namespace dynmesh {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 char lowercase(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Whether the whole word is a number.
@@ -44,17 +42,12 @@ std::string quoted(std::string_view word) {
 }
 
 bool Lines::next() {
-  if (begin_ == text_.size()) return false;
-  // Both are remembered, so that a text without one of them is searched only once.
-  const auto find = [&](char c, std::size_t& found) {
-    if (found < begin_ || begin_ == 0) found = std::min(text_.find(c, begin_), text_.size());
-  };
-  find('\n', next_newline_);
-  find('\r', next_return_);
-  const std::size_t end = std::min(next_newline_, next_return_);
-  line_ = text_.substr(begin_, end - begin_);
-  const bool ends_with_both = next_return_ + 1 == next_newline_;
-  begin_ = std::min(end + (ends_with_both ? 2 : 1), text_.size());
+  if (rest_.empty()) return false;
+  const auto end = std::ranges::find_if(rest_, [](char c) { return c == '\n' || c == '\r'; });
+  line_ = {rest_.begin(), end};
+  rest_.remove_prefix(line_.size());
+  is_ended_ = !rest_.empty();
+  if (is_ended_) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
   return true;
 }
 
@@ -75,13 +68,11 @@ std::optional<double> number_in(std::string_view word) {
     return std::ranges::equal(magnitude, name, {}, lowercase);
   };
   double value = 0;
-  if (!magnitude.empty() && (is_digit(magnitude[0]) || magnitude[0] == '.')) {
-    if (!parse(magnitude, value)) return std::nullopt;
-  } else if (is("nan")) {
+  if (is("nan")) {
     value = std::numeric_limits<double>::quiet_NaN();
   } else if (is("inf") || is("infinity")) {
     value = std::numeric_limits<double>::infinity();
-  } else {
+  } else if (magnitude.find_first_of(".0123456789") != 0 || !parse(magnitude, value)) {
     return std::nullopt;
   }
   return word.starts_with('-') ? -value : value;

@@ -28,23 +28,18 @@ std::string quoted(std::string_view word);
 /// Iterates over the lines of a text. A line ends with "\n", "\r\n" or "\r".
 class Lines {
  public:
-  explicit Lines(std::string_view text) : text_(text) {}
+  explicit Lines(std::string_view text) : rest_(text) {}
 
   /// Moves to the next line. Returns false if there is none.
   bool next();
   /// Returns the line, without its end.
   [[nodiscard]] std::string_view line() const { return line_; }
   /// Whether the line ends before the text does.
-  [[nodiscard]] bool is_ended() const {
-    return line_.data() + line_.size() < text_.data() + text_.size();
-  }
+  [[nodiscard]] bool is_ended() const { return is_ended_; }
 
  private:
-  std::string_view text_;
-  std::string_view line_;
-  std::size_t begin_ = 0;         // of the next line
-  std::size_t next_newline_ = 0;  // "\n" and "\r" at or after begin_, once they have been found
-  std::size_t next_return_ = 0;
+  std::string_view line_, rest_;
+  bool is_ended_ = false;
 };
 
 inline bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }

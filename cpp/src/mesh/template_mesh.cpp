@@ -22,14 +22,6 @@ namespace {
   throw UnreadableFile(path + ": " + why);
 }
 
-std::filesystem::path checked_path(const std::string& path) {
-  try {
-    return path_of(path);
-  } catch (const std::filesystem::filesystem_error&) {
-    refuse_file(path, "is not a name in UTF-8");
-  }
-}
-
 /// Returns the positions and faces of a PLY file.
 PolygonMesh mesh_of_ply(const std::string& data) {
   const PlyFile file = parse_ply(data);
@@ -50,19 +42,20 @@ PolygonMesh mesh_of_ply(const std::string& data) {
     }
   }
   if (const PlyElement* faces = find_named(file.elements, "face"); faces && faces->n_records > 0) {
-    const PlyProperty* property = find_named(faces->properties, "vertex_indices");
-    const PlyProperty* other = find_named(faces->properties, "vertex_index");
-    if (!property == !other) throw MalformedFile("its faces need one list 'vertex_indices'");
-    if (!property) property = other;
+    const PlyProperty* indices = find_named(faces->properties, "vertex_indices");
+    const PlyProperty* index = find_named(faces->properties, "vertex_index");
+    const PlyProperty* list = indices ? indices : index;
+    if ((indices && index) || !list || !list->counts) {
+      throw MalformedFile("its faces need one list 'vertex_indices'");
+    }
     const auto copy = [](const auto& values, std::vector<std::int64_t>& copied) {
       if (std::is_floating_point_v<std::decay_t<decltype(values[0])>>) {
         throw MalformedFile("the vertices of its faces must be integers");
       }
       for (const auto value : values) copied.push_back(static_cast<std::int64_t>(value));
     };
-    if (!property->counts) throw MalformedFile("its faces need one list 'vertex_indices'");
-    std::visit([&](const auto& counts) { copy(counts, mesh.sizes); }, *property->counts);
-    std::visit([&](const auto& values) { copy(values, mesh.corners); }, property->values);
+    std::visit([&](const auto& counts) { copy(counts, mesh.sizes); }, *list->counts);
+    std::visit([&](const auto& values) { copy(values, mesh.corners); }, list->values);
   }
   return mesh;
 }
@@ -111,7 +104,12 @@ std::vector<Index> checked_triangles(const PolygonMesh& mesh) {
 /// Returns what `convert` makes of the mesh of a file.
 template <class Convert>
 auto read_mesh(const std::string& path, const Convert& convert) {
-  const std::filesystem::path system_path = checked_path(path);
+  std::filesystem::path system_path;
+  try {
+    system_path = path_of(path);
+  } catch (const std::filesystem::filesystem_error&) {
+    refuse_file(path, "is not a name in UTF-8");
+  }
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
     refuse_file(path, "a template must be an .obj, .ply or .off file");

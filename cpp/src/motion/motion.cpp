@@ -50,22 +50,18 @@ Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iteratio
     of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
   }
   wide_weights_.resize(wide_neighbours_.size() / 4);
-  data_ = {.neighbours = neighbours_.data(),
-           .valence = valence_.data(),
-           .wide = wide_.data(),
-           .wide_neighbours = wide_neighbours_.data(),
-           .inverse_mean_edge = std::min(Real{1} / mean_edge_length(cells, first_frame),
-                                         std::numeric_limits<Real>::max()),
-           .known = nullptr,
-           .previous = nullptr,
-           .points = nullptr,
-           .generation = nullptr,
-           .weights = &weights_[0].x,
-           .wide_weights = reinterpret_cast<Real*>(wide_weights_.data()),
-           .before = &before_[0].x,
-           .after = &after_[0].x,
-           .visits = visits_.data(),
-           .rows = rows_.data()};
+  data_.neighbours = neighbours_.data();
+  data_.valence = valence_.data();
+  data_.wide = wide_.data();
+  data_.wide_neighbours = wide_neighbours_.data();
+  data_.inverse_mean_edge =
+      std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
+  data_.weights = &weights_[0].x;
+  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
+  data_.before = &before_[0].x;
+  data_.after = &after_[0].x;
+  data_.visits = visits_.data();
+  data_.rows = rows_.data();
   const auto k = static_cast<Index>(cells.size());
   const auto wide_before = [&](Index v) {
     return static_cast<Index>(std::ranges::lower_bound(wide_, v) - wide_.begin());
