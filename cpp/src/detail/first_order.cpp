@@ -215,8 +215,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
   }
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
-    const bool is_free = generation[v] > 0 || is_left_out_[v] != 0;
-    is_free_[v] = is_free ? kept_.is_solved[v] : 0;
+    is_free_[v] = generation[v] > 0 || is_left_out_[v] != 0 ? kept_.is_solved[v] : 0;
   }
 }
 

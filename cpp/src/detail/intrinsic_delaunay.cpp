@@ -45,9 +45,8 @@ class Flipping {
       open.pop_back();
       if (!flip_if_needed(side)) continue;
       --flips_left;
-      const Side other =
-          across(side);  // the new edge; the four edges around it may have to be flipped now
-      for (const Side& half : {side, other}) {
+      // The side is now one of the new edge. The four edges around it may have to be flipped.
+      for (const Side& half : {side, across(side)}) {
         open.push_back({half.triangle, following(half.side)});
         open.push_back({half.triangle, preceding(half.side)});
       }

@@ -42,12 +42,14 @@ std::string quoted(std::string_view word) {
 }
 
 bool Lines::next() {
-  if (rest_.empty()) return false;
-  const auto end = std::ranges::find_if(rest_, [](char c) { return c == '\n' || c == '\r'; });
-  line_ = {rest_.begin(), end};
-  rest_.remove_prefix(line_.size());
-  is_ended_ = !rest_.empty();
-  if (is_ended_) rest_.remove_prefix(rest_.starts_with("\r\n") ? 2 : 1);
+  if (begin_ == text_.size()) return false;
+  // The newline is remembered, so that a text without one is searched only once.
+  if (newline_ < begin_ || begin_ == 0) newline_ = std::min(text_.find('\n', begin_), text_.size());
+  line_ = text_.substr(begin_, newline_ - begin_);
+  line_ = line_.substr(0, line_.find('\r'));
+  begin_ += line_.size();
+  is_ended_ = begin_ < text_.size();
+  if (is_ended_) begin_ += text_.substr(begin_).starts_with("\r\n") ? 2 : 1;
   return true;
 }
 
@@ -67,12 +69,15 @@ std::optional<double> number_in(std::string_view word) {
   const auto is = [&](std::string_view name) {
     return std::ranges::equal(magnitude, name, {}, lowercase);
   };
+  const char first = magnitude.empty() ? ' ' : magnitude[0];
   double value = 0;
-  if (is("nan")) {
+  if (first == '.' || (first >= '0' && first <= '9')) {
+    if (!parse(magnitude, value)) return std::nullopt;
+  } else if (is("nan")) {
     value = std::numeric_limits<double>::quiet_NaN();
   } else if (is("inf") || is("infinity")) {
     value = std::numeric_limits<double>::infinity();
-  } else if (magnitude.find_first_of(".0123456789") != 0 || !parse(magnitude, value)) {
+  } else {
     return std::nullopt;
   }
   return word.starts_with('-') ? -value : value;

@@ -28,7 +28,7 @@ std::string quoted(std::string_view word);
 /// Iterates over the lines of a text. A line ends with "\n", "\r\n" or "\r".
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text) : text_(text) {}
 
   /// Moves to the next line. Returns false if there is none.
   bool next();
@@ -38,11 +38,13 @@ class Lines {
   [[nodiscard]] bool is_ended() const { return is_ended_; }
 
  private:
-  std::string_view line_, rest_;
+  std::string_view text_, line_;
   bool is_ended_ = false;
+  std::size_t begin_ = 0;    // of the next line
+  std::size_t newline_ = 0;  // the first at or after begin_, once it has been found
 };
 
-inline bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+constexpr auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
 
 /// Appends the words of a line, which are separated by white space. Returns whether there are any.
 bool add_words(std::string_view line, std::vector<std::string_view>& words);

@@ -37,10 +37,6 @@ void check_indices(Faces faces, std::size_t n_vertices) {
   }
 }
 
-bool is_degenerate(const Triangle& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 /// Returns, for each face, the earlier face with the same three vertices, or -1. Faces are first
 /// listed by their smallest vertex, so that comparisons are local and the time is nearly linear.
 std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
@@ -142,7 +138,7 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
   const std::vector<Index> duplicate_of = find_duplicates(faces, n_vertices);
   for (std::size_t f = 0; f < faces.count; ++f) {
     const auto face = faces[f];
-    if (is_degenerate(face)) {
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
       refuse(f, {Refusal::degenerate, "degenerate: vertices " + std::to_string(face[0]) + ", " +
                                           std::to_string(face[1]) + ", " + std::to_string(face[2]) +
                                           " are not distinct"});
