@@ -1,6 +1,5 @@
 #include "arrays.hpp"
-#include "mesh/obj_file.hpp"
-#include "mesh/ply_file.hpp"
+#include "mesh/mesh_files.hpp"
 
 namespace dynmesh {
 namespace {

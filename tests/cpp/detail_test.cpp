@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "meshes.hpp"
 #include "motion/motion.hpp"

@@ -18,7 +18,7 @@
 #include <thread>
 #include <utility>
 
-#include "mesh/obj_file.hpp"
+#include "mesh/mesh_files.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {

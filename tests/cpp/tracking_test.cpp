@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/shape_system.hpp"
 #include "meshes.hpp"

@@ -68,14 +68,17 @@ constexpr std::size_t n_frames = 20;
 SurfaceParts some_parts() {
   SurfaceParts parts;
   parts.n_parts = 4;
-  parts.offsets = {0};
+  const auto add = [&](Index part, double weight) {
+    parts.parts.push_back(part);
+    parts.weights.push_back(weight);
+  };
   for (std::size_t v = 0; v < n_vertices; ++v) {
-    parts.entries.push_back({0, 1.0});
+    add(0, 1.0);
     const double share = 0.2 + 0.6 * static_cast<double>(v) / n_vertices;
     const Index part = 1 + static_cast<Index>(v / 300);
-    if (v % 5 != 0) parts.entries.push_back({part, share});
-    if (v % 5 > 1) parts.entries.push_back({part + 1, 1 - share});
-    parts.offsets.push_back(static_cast<Index>(parts.entries.size()));
+    if (v % 5 != 0) add(part, share);
+    if (v % 5 > 1) add(part + 1, 1 - share);
+    parts.offsets.push_back(static_cast<Index>(parts.parts.size()));
   }
   return parts;
 }
@@ -111,8 +114,7 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
 
 TEST_CASE("the products are the same for every kind of processor, up to rounding") {
   const SurfaceParts parts = some_parts();
-  std::vector<Index> part_of;
-  for (const auto& entry : parts.entries) part_of.push_back(entry.part);
+  const std::vector<Index>& part_of = parts.parts;
   std::vector<float> values(3 * modes_of_part * part_of.size());
   std::mt19937 random(5);
   std::normal_distribution<float> normal;
@@ -172,12 +174,8 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
 TEST_CASE("all kernels form modes and multiply shapes") {
   constexpr std::size_t slots = 32;
   const SurfaceParts parts = some_parts();
-  std::vector<Index> part_of;
-  std::vector<float> weights;
-  for (const auto& [part, weight] : parts.entries) {
-    part_of.push_back(part);
-    weights.push_back(static_cast<float>(weight));
-  }
+  const std::vector<Index>& part_of = parts.parts;
+  const std::vector<float> weights(parts.weights.begin(), parts.weights.end());
   const auto n_parts = static_cast<std::size_t>(parts.n_parts);
   const auto given = random_numbers(3 * slots * n_vertices + n_parts * slots * modes_of_part, 6);
   const auto end_of_shapes = given.begin() + 3 * slots * n_vertices;

@@ -6,9 +6,8 @@
 #include <stdexcept>
 
 #include "input.hpp"
+#include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
-#include "mesh/obj_file.hpp"
-#include "mesh/ply_file.hpp"
 
 using namespace dynmesh;
 using namespace dynmesh::fuzz;

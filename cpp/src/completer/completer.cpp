@@ -13,7 +13,6 @@
 #include "detail/detail.hpp"
 #include "mesh/estimator.hpp"
 #include "motion/motion.hpp"
-#include "motion/motion_once.hpp"
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"

@@ -5,22 +5,24 @@
 #include <utility>
 
 namespace dynmesh {
-namespace {
-
-/// If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
-/// errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
-/// solution in double precision.
-constexpr double rounding = 1e-18;
-
-}  // namespace
 
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
+  // If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
+  // errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
+  // solution in double precision.
+  constexpr double rounding = 1e-18;
   ResidualSums sums;
   double shape = 0;
   double change = 0;
   double counted = 0;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
-    residuals.visit(v, [&](const Residuals& at_vertex) { sums.add(at_vertex); });
+    residuals.visit(v, [&](const Residuals& r) {
+      sums.s01 += r.weight * dot(r.r0, r.r1);
+      sums.s02 += r.weight * dot(r.r0, r.r2);
+      sums.s11 += r.weight * dot(r.r1, r.r1);
+      sums.s12 += r.weight * dot(r.r1, r.r2);
+      sums.s22 += r.weight * dot(r.r2, r.r2);
+    });
     shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].to_rest);
     change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].change);
     counted += residuals.anchors.counts[v];

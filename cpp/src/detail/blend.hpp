@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
+#include "detail/shape_system.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 
@@ -59,14 +59,6 @@ struct ResidualField {
 struct ResidualSums {
   double s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
   double mean_edges = 0;  ///< the value of s11 if r1 were a mean edge length at every vertex
-
-  void add(const Residuals& r) {
-    s01 += r.weight * dot(r.r0, r.r1);
-    s02 += r.weight * dot(r.r0, r.r2);
-    s11 += r.weight * dot(r.r1, r.r1);
-    s12 += r.weight * dot(r.r1, r.r2);
-    s22 += r.weight * dot(r.r2, r.r2);
-  }
 };
 
 /// Computes the sums. r1 and r2 are replaced by 0 if they are rounding errors compared with |Q

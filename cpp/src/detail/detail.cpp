@@ -55,6 +55,8 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
           modes_of(settings, system_, topology.cells, first_frame, mean_edge_, rounding_, workers)),
       error_bars_(topology.cells, workers, constants_, settings.has_uncertainty,
                   noise_.has_value()),
+      first_order_(topology, system_.k(), rounding_, workers, constants_.first_order,
+                   noise_.has_value()),
       next_generations_(first_frame.size()),
       first_shape_(first_frame.size()),
       shapes_(first_frame.size()),
@@ -74,8 +76,6 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
     steps_.resize(x_.size());
     fitted_.resize(x_.size());
   }
-  first_order_ = std::make_unique<FirstOrder>(topology, system_.k(), rounding_, workers,
-                                              constants_.first_order, noise_.has_value());
   system_.apply(x_, 1, first_shape_);
   for (std::size_t v = 0; v < x_.size(); ++v) shapes_[v].last = first_shape_[v];
 }
@@ -86,7 +86,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   next_generations_.classify(topology_.cells, known);
   hold(previous, points, next_generations_);  // may throw
   std::swap(generations, next_generations_);
-  first_order_->count_frame();
+  first_order_.count_frame();
   if (!anchors_.any_solved()) {
     if (error_bars_.exist()) error_bars_.pass(generations, rotations_.clusters());
     return 0;
@@ -124,7 +124,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   // Step 5: move the satellites by a share of the first-order step.
   const Stopwatch stopwatch(report_.solve_seconds);
   report_.first_order_share =
-      first_order_->improve({previous, x_, kx_, shape_}, anchors_, generations, system_);
+      first_order_.improve({previous, x_, kx_, shape_}, anchors_, generations, system_);
   for (std::size_t v = 0; v < points.size(); ++v) {
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }

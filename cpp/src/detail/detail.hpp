@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
@@ -18,7 +17,6 @@
 #include "detail/first_order.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
-#include "detail/rounding.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"
 #include "detail/shape_system.hpp"
@@ -77,7 +75,7 @@ class Detail final : public Estimator<double> {
     for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
     for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
     visit(self.lambda_);
-    FirstOrder::fields(*self.first_order_, visit);
+    FirstOrder::fields(self.first_order_, visit);
     if (self.is_trained_ || self.library_) ShapeFit::fields(self.fit_, visit);
     if (!self.library_) return;
     ShapeLibrary::fields(*self.library_, visit);
@@ -112,7 +110,7 @@ class Detail final : public Estimator<double> {
   ShapeFit fit_;     // of the modes of the training, or of those that are learned
   std::unique_ptr<ShapeLibrary> library_;  // null if it does not learn
   ErrorBars error_bars_;
-  std::unique_ptr<FirstOrder> first_order_;
+  FirstOrder first_order_;
   Generations next_generations_;  // of the current frame, until nothing can throw any more
   StageReport report_;
 

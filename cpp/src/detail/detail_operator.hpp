@@ -2,6 +2,8 @@
 /// 0, and the fields to which it is applied.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
@@ -9,9 +11,9 @@
 #include <vector>
 
 #include "detail/constants.hpp"
-#include "detail/intrinsic_delaunay.hpp"
 #include "factor/elimination.hpp"
 #include "kernels/kernels.hpp"
+#include "support/geometry.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -32,6 +34,30 @@ inline std::span<const Vector3<double>> side_by_side(std::span<const ShapeTerms>
 inline std::span<Vector3<double>> side_by_side(std::span<ShapeTerms> terms) {
   return {reinterpret_cast<Vector3<double>*>(terms.data()), 3 * terms.size()};
 }
+
+/// A triangle that is defined by its side lengths alone. Its edges are geodesics of the surface,
+/// not straight lines in space. Two vertices may be connected by several edges, and a vertex by an
+/// edge to itself.
+struct IntrinsicTriangle {
+  Triangle vertices;
+  std::array<double, 3> lengths;  ///< of the side from vertex s to vertex s + 1
+
+  [[nodiscard]] double area() const;
+  /// The cotangent of the angle opposite to side s.
+  [[nodiscard]] double cotangent(std::size_t side) const;
+};
+
+/// Returns the intrinsic Delaunay triangulation of a surface. It has the same vertices and the same
+/// surface with other edges, so cotangents do not depend on how the surface was triangulated.
+///
+/// Flips edges until the two angles opposite to each edge add up to at most pi (Fisher, Springborn,
+/// Bobenko and Schroeder 2006). Edges with one triangle, with more than two, or with two of
+/// opposite orientation are not flipped. Lengths are in units of `unit`, and all of them are
+/// increased by the smallest amount for which no triangle is degenerate (Sharp and Crane 2020).
+/// Faces with a repeated vertex are omitted.
+std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
+                                                  std::span<const Vector3<double>> frame,
+                                                  double unit);
 
 /// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
 struct DetailOperator {
@@ -72,5 +98,43 @@ void smooth(const DetailOperator& smoother, int fields, int times,
 /// N = K^T K + mu C = C (M^-1 C + mu). `membrane` is mu at each vertex (k,), the same in all of a
 /// component, or empty.
 SparseMatrix normal_matrix(const DetailOperator& k, std::span<const double> membrane = {});
+
+/// How much of a detail vector can consist of rounding errors.
+///
+/// Two shapes that differ by less are the same one. Whatever is divided by their difference, or
+/// learned from it, would be a result of rounding, and another one wherever else the subject
+/// stands.
+class Rounding {
+ public:
+  Rounding() = default;
+  /// `epsilon` is that of the type in which positions are given.
+  Rounding(const DetailOperator& k, double mean_edge, double epsilon)
+      : solution_(1e-9 * mean_edge), epsilon_(epsilon) {
+    for (Index i = 0; i < k.c->rows(); ++i) {
+      const double scale = k.scale[i];
+      mean_squared_row_ +=
+          scale * scale * k.c->row(i).squaredNorm() / static_cast<double>(k.size());
+    }
+  }
+
+  /// The mean square of the rounding errors of the positions of a frame. They are rounded, the more
+  /// the farther they are from the origin, and solutions are accurate to a billionth of a mean edge
+  /// length.
+  [[nodiscard]] double mean_square_of_positions(std::span<const Vector3<double>> frame) const {
+    double square = 0;
+    for (const auto& x : frame) square += squared_norm(x);
+    square /= static_cast<double>(frame.size());
+    return solution_ * solution_ + epsilon_ * epsilon_ * square;
+  }
+  /// The same of its detail vectors.
+  [[nodiscard]] double mean_square(std::span<const Vector3<double>> frame) const {
+    return mean_squared_row_ * mean_square_of_positions(frame);
+  }
+
+ private:
+  double mean_squared_row_ = 0;
+  double solution_ = 0;
+  double epsilon_ = 0;
+};
 
 }  // namespace dynmesh

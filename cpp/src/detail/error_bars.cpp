@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -10,95 +9,54 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-namespace {
-
-constexpr double infinite = std::numeric_limits<double>::infinity();
-
-}  // namespace
-
-void ChangeSizes::reset() {
-  std::ranges::fill(energies_, Energy{});
-  std::ranges::fill(sizes_, 1.0);
-}
-
-void ChangeSizes::learn(std::vector<Vector3<double>>& energies, const DetailOperator& smoother,
-                        Workers& workers) {
-  workers.for_each_in_chunks(sizes_.size(),
-                             [&](std::size_t v) { energies[v].y /= sizes_[v] * sizes_[v]; });
-  smooth(smoother, 1, constants_.averagings, energies, averaged_, workers);
-  workers.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    energies_[v].add({energies[v].x, energies[v].y}, constants_.kept_of_sizes);
-  });
-  find(workers);
-}
-
-void ChangeSizes::find(Workers& workers) {
-  Energy mean;
-  for (const Energy& energy : energies_) mean.add(energy, 1);
-  const double ratio = mean.found / mean.expected;
-  const double prior = constants_.pull * mean.found / static_cast<double>(energies_.size());
-  workers.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    const auto& [found, expected] = energies_[v];
-    const double size = std::sqrt((found + prior) / (ratio * expected + prior));
-    const double largest = constants_.largest_size;
-    sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
-  });
-}
 
 ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
                      bool are_wanted, bool are_noisy)
-    : cells_(cells),
-      workers_(workers),
-      constants_(constants),
-      sizes_(constants.uncertainty, are_wanted ? cells.size() : 0) {
+    : cells_(cells), workers_(workers), constants_(constants.uncertainty) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells, 0.5);
   for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
   energies_.resize(k);
+  sizes_.resize(k, 1.0);
   standard_errors_.resize(k);
+  newest_.resize(k);
+  averaged_.resize(k);
 }
 
 /// Begins the ensemble again, as in frame 0, which has no error.
 void ErrorBars::begin_again() {
   for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
-  sizes_.reset();
+  std::ranges::fill(energies_, Energy{});
+  std::ranges::fill(sizes_, 1.0);
   energy_ = {};
   frame_ = 0;
 }
 
 /// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
-/// those of the frame before.
+/// those of the frame before. T = e + eta are then the errors of the shape that the frame is to
+/// have.
 void ErrorBars::draw_changes(const Clusters& clusters) {
-  const UncertaintyConstants& constants = constants_.uncertainty;
   const std::uint64_t of_vertices = mixed(frame_);
   const std::uint64_t of_clusters = mixed(of_vertices);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    Signs own(mixed(of_vertices + v));
-    Signs shared(mixed(of_clusters + static_cast<std::uint64_t>(clusters.of_vertex[v])));
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      targets_[i] = own.next() + constants.shared_change * shared.next();
+    const std::uint64_t own = mixed(of_vertices + v);
+    const std::uint64_t shared = mixed(of_clusters + at(clusters.of_vertex[v]));
+    for (std::size_t i = 0; i < members; ++i) {
+      targets_[members * v + i] = signs_of(own, i) + constants_.shared_change * signs_of(shared, i);
     }
   });
-  smooth(smoother_, static_cast<int>(members), constants.smoothings, targets_, next_, workers_);
-  const double kept = frame_ == 0 ? 0 : constants.persistence;
+  smooth(smoother_, static_cast<int>(members), constants_.smoothings, targets_, next_, workers_);
+  const double kept = frame_ == 0 ? 0 : constants_.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       changes_[i] = kept * changes_[i] + fresh * targets_[i];
+      targets_[i] = errors_[i] + sizes_[v] * changes_[i];
     }
   });
   ++frame_;
-}
-
-/// T = e + eta, the errors of the shape that the frame was to have.
-void ErrorBars::set_targets() {
-  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      targets_[i] = errors_[i] + sizes_.of_vertex(v) * changes_[i];
-    }
-  });
 }
 
 /// Makes up the noise of the anchors. lambda, their weight, is the squared ratio of the errors of
@@ -109,11 +67,11 @@ void ErrorBars::set_noise(const Anchors& anchors) {
   const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
   const std::uint64_t of_frame = ~mixed(frame_);  // other bits than those of the changes
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    Signs signs(mixed(of_frame + v));
+    const std::uint64_t signs = mixed(of_frame + v);
     const double weight = anchors.weights[v];
     const double deviation = weight > 0 ? size / std::sqrt(weight) : 0;
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      noise_[i] = deviation * signs.next();
+    for (std::size_t i = 0; i < members; ++i) {
+      noise_[members * v + i] = deviation * signs_of(signs, i);
     }
   });
 }
@@ -136,45 +94,58 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
         }
       }
     }
-    energies_[v] = {energy.found, energy.expected, 0};
+    newest_[v] = {energy.found, energy.expected, 0};
   });
   Energy sum;
-  for (const Vector3<double>& energy : energies_) sum.add({energy.x, energy.y}, 1);
+  for (const Vector3<double>& energy : newest_) sum.add({energy.x, energy.y}, 1);
   return sum;
 }
 
-/// Takes the energy of a frame into account, and returns the square of the size of the changes. A
-/// motion that has just begun shows in this frame alone, one that has ended has left its errors
-/// behind, and a side that is quiet for a while does not vouch for a hidden one.
-double ErrorBars::learn_scale(const Energy& energy) {
-  energy_.add(energy, constants_.uncertainty.kept_of_scale);
-  return std::max(energy.ratio(), energy_.ratio());
+/// Adds the newest energies, which are those of changes of the current sizes, to the energies
+/// around each vertex.
+void ErrorBars::learn_sizes() {
+  workers_.for_each_in_chunks(sizes_.size(),
+                              [&](std::size_t v) { newest_[v].y /= sizes_[v] * sizes_[v]; });
+  smooth(smoother_, 1, constants_.averagings, newest_, averaged_, workers_);
+  workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    energies_[v].add({newest_[v].x, newest_[v].y}, constants_.kept_of_sizes);
+  });
+  find_sizes();
 }
 
-/// The next memory is what the members look like after the frame: K D where an anchor ties them, T
-/// where no anchor does. `next_` holds K D.
-void ErrorBars::advance(const Generations& generations) {
-  const auto generation = generations.of_vertices();
-  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    const bool is_disconnected = generation[v] == Generations::disconnected;
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      errors_[i] = is_disconnected ? targets_[i] : next_[i];
-    }
+/// The size of the changes around each vertex, compared with the mean, which tells busy parts from
+/// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
+/// closer to 1 where there is little energy to tell.
+void ErrorBars::find_sizes() {
+  Energy mean;
+  for (const Energy& energy : energies_) mean.add(energy, 1);
+  const double ratio = mean.found / mean.expected;
+  const double prior = constants_.pull * mean.found / static_cast<double>(energies_.size());
+  workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    const auto& [found, expected] = energies_[v];
+    const double size = std::sqrt((found + prior) / (ratio * expected + prior));
+    const double largest = constants_.largest_size;
+    sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
   });
 }
 
-void ErrorBars::find_standard_errors(Field steps, double scale, const Generations& generations) {
+/// Finds the standard errors from the `steps` of the members, and the next memory, which is what
+/// the members look like after the frame: K D where an anchor ties them, T where no anchor does.
+/// `next_` holds K D.
+void ErrorBars::end_frame(Field steps, double scale, const Generations& generations) {
   const auto generation = generations.of_vertices();
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    const bool is_disconnected = generation[v] == Generations::disconnected;
     double sum = 0;
-    for (std::size_t i = members * v; i < members * (v + 1); ++i) sum += squared_norm(steps[i]);
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      sum += squared_norm(steps[i]);
+      errors_[i] = is_disconnected ? targets_[i] : next_[i];
+    }
     const double variance = sum / (3 * members);
     const double found = std::sqrt(scale * variance);
     const bool is_fixed = generation[v] == Generations::anchor && variance == 0;
-    standard_errors_[v] = generation[v] == Generations::disconnected ? infinite
-                          : is_fixed                                 ? 0
-                          : std::isfinite(found)                     ? found
-                                                                     : infinite;
+    const bool is_known = !is_disconnected && std::isfinite(found);
+    standard_errors_[v] = is_fixed ? 0 : is_known ? found : infinite;
   });
 }
 
@@ -182,7 +153,6 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
                        const Clusters& clusters) {
   draw_changes(clusters);
-  set_targets();
   if (anchors.are_noisy()) set_noise(anchors);
   const Field steps = system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
@@ -194,29 +164,26 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
     begin_again();
     return pass(generations, clusters);
   }
-  const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
-  const bool is_at_rest = energy.found <= counted * frame.rounding;
   double scale = infinite;
   if (std::isfinite(energy.found)) {
-    scale = learn_scale(energy);
+    // A motion that has just begun shows in this frame alone, one that has ended has left its
+    // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
+    energy_.add(energy, constants_.kept_of_scale);
+    scale = std::max(energy.ratio(), energy_.ratio());
     // Where rounding errors happen to be large says nothing about the subject.
-    if (is_at_rest) {
-      for (Vector3<double>& at_vertex : energies_) at_vertex.x = 0;
+    const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
+    if (energy.found <= counted * frame.rounding) {
+      for (Vector3<double>& at_vertex : newest_) at_vertex.x = 0;
     }
-    sizes_.learn(energies_, smoother_, workers_);
+    learn_sizes();
   }
-  find_standard_errors(steps, scale, generations);
-  advance(generations);
+  end_frame(steps, scale, generations);
 }
 
 void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
-  const auto generation = generations.of_vertices();
   draw_changes(clusters);
-  set_targets();
   std::ranges::fill(next_, Vector3<double>{});
-  advance(generations);
-  std::ranges::transform(generation, standard_errors_.begin(),
-                         [](Index g) { return g == Generations::anchor ? 0 : infinite; });
+  end_frame(next_, infinite, generations);  // 0 for anchors, infinite for all others
 }
 
 void ErrorBars::widen(const Generations& generations, double size) {
@@ -240,7 +207,7 @@ void ErrorBars::read_memory(Reader& reader) {
       energy_.expected < 0) {
     refuse_state("holds standard errors that are none");
   }
-  if (exist()) sizes_.find(workers_);
+  if (exist()) find_sizes();
 }
 
 }  // namespace dynmesh

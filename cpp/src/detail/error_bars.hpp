@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
@@ -28,45 +28,6 @@ struct Energy {
     expected = kept * expected + newest.expected;
   }
   [[nodiscard]] double ratio() const { return expected > 0 ? found / expected : 0; }
-};
-
-/// The size of the changes around each vertex, compared with the mean, which tells busy parts from
-/// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
-/// closer to 1 where there is little energy to tell. Allocates memory only in the constructor.
-class ChangeSizes {
- public:
-  /// `constants` must outlive this object.
-  ChangeSizes(const UncertaintyConstants& constants, std::size_t n_vertices)
-      : constants_(constants),
-        energies_(n_vertices),
-        sizes_(n_vertices, 1.0),
-        averaged_(n_vertices) {}
-  /// Forgets all frames.
-  void reset();
-
-  [[nodiscard]] double of_vertex(std::size_t v) const { return sizes_[v]; }
-
-  /// Adds a frame. `energies` are those at each vertex, found in x and expected in y, for changes
-  /// of the current sizes; they are overwritten. `smoother` averages a field with the neighbours.
-  void learn(std::vector<Vector3<double>>& energies, const DetailOperator& smoother,
-             Workers& workers);
-
-  /// The energies around each vertex, as if all sizes were 1; later sizes depend on nothing else.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto& energy : self.energies_) {
-      visit(energy.found);
-      visit(energy.expected);
-    }
-  }
-  /// Ends reading them: finds the sizes.
-  void find(Workers& workers);
-
- private:
-  const UncertaintyConstants& constants_;
-  std::vector<Energy> energies_;
-  std::vector<double> sizes_;
-  std::vector<Vector3<double>> averaged_;  // of one frame
 };
 
 /// A frame that has been completed, (k,) each.
@@ -115,7 +76,10 @@ class ErrorBars {
       for (auto& one : *members_of) visit(std::span(&one.x, 3));
     }
     if (!self.exist()) return;
-    ChangeSizes::fields(self.sizes_, visit);
+    for (auto& energy : self.energies_) {
+      visit(energy.found);
+      visit(energy.expected);
+    }
     visit(self.energy_.found);
     visit(self.energy_.expected);
     visit(self.frame_);
@@ -124,6 +88,7 @@ class ErrorBars {
   void read_memory(Reader& reader);
 
  private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
   static constexpr std::size_t members = 3;
   /// Members are numbers around 1 that grow slowly; only an invented state has larger ones.
   static constexpr double largest_member = 1e50;
@@ -131,29 +96,29 @@ class ErrorBars {
 
   void begin_again();
   void draw_changes(const Clusters& clusters);
-  void set_targets();
   void set_noise(const Anchors& anchors);
   Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
-  [[nodiscard]] double learn_scale(const Energy& energy);
-  void advance(const Generations& generations);
-  void find_standard_errors(Field steps, double scale, const Generations& generations);
+  void learn_sizes();
+  void find_sizes();
+  void end_frame(Field steps, double scale, const Generations& generations);
 
   const Cells& cells_;
   Workers& workers_;
-  const DetailConstants& constants_;
+  const UncertaintyConstants& constants_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:
-  Members errors_;   // e, of the shape in memory
-  Members changes_;  // eta, how the true shape changes, with unit size
-  ChangeSizes sizes_;
-  Energy energy_;                        // of earlier frames, over the mesh
-  std::uint64_t frame_ = 0;              // the number of frames since the ensemble was begun
+  Members errors_;                // e, of the shape in memory
+  Members changes_;               // eta, how the true shape changes, with unit size
+  std::vector<Energy> energies_;  // (k,) of earlier frames, around each vertex, for sizes of 1
+  std::vector<double> sizes_;     // (k,) of the changes, which follow from these energies
+  Energy energy_;                 // of earlier frames, over the mesh
+  std::uint64_t frame_ = 0;       // the number of frames since the ensemble was begun
   std::vector<double> standard_errors_;  // (k,)
 
   // Of one frame:
   Members targets_, next_, noise_;
-  std::vector<Vector3<double>> energies_;  // (k,) found in x, and expected in y
+  std::vector<Vector3<double>> newest_, averaged_;  // (k,) energies found in x, expected in y
 };
 
 }  // namespace dynmesh

@@ -9,6 +9,113 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// The rows of the rotation matrix of a unit quaternion.
+Covariance matrix_of(const Quaternion& q) {
+  const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
+  const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
+  const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
+  return {{{1 - yy - zz, xy - wz, xz + wy},
+           {xy + wz, 1 - xx - zz, yz - wx},
+           {xz - wy, yz + wx, 1 - xx - yy}}};
+}
+
+/// L of the weights w_ij = -C_ij, with a lower bound, since an edge without weight keeps nothing.
+DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
+  using Row = DetailOperator::Rows::InnerIterator;
+  const auto l = std::make_shared<DetailOperator::Rows>();
+  *l = *k.c;
+  double sum = 0;
+  double n_edges = 0;
+  for (Index i = 0; i < l->rows(); ++i) {
+    for (Row e(*l, i); e; ++e) {
+      if (e.col() == i) continue;
+      sum -= e.value();
+      ++n_edges;
+    }
+  }
+  const double floor = n_edges > 0 ? least_weight * sum / n_edges : 0;
+  for (Index i = 0; i < l->rows(); ++i) {
+    double weights = 0;
+    for (Row e(*l, i); e; ++e) {
+      if (e.col() != i) weights -= e.valueRef() = std::min(e.value(), -floor);
+    }
+    if (weights > 0) l->coeffRef(i, i) = weights;
+  }
+  return {l, std::vector<double>(k.size(), 1.0)};
+}
+
+}  // namespace
+
+FirstOrderStep::FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants,
+                               Workers& workers)
+    : workers_(workers),
+      laplacian_(laplacian_of(k, constants.least_weight)),
+      // It has so few entries that threads would hardly share it.
+      factor_(SparseMatrix(*laplacian_.c), workers),
+      edges_(laplacian_.c->nonZeros()),
+      covariances_(k.size()),
+      quaternions_(k.size()) {
+  factor_.reserve();
+}
+
+/// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
+void FirstOrderStep::fit_rotations(Field positions, Field last) {
+  const OperatorData l = data_of(laplacian_);
+  const RotationData data = {l.offsets,        l.columns,           edges_.data(),
+                             positions.data(), covariances_.data(), quaternions_.data()};
+  const RotationKernels& kernels = best_kernels().rotations;
+  workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()),
+                                [&](Index first, Index end) {
+                                  for (Index i = first; i < end; ++i) {
+                                    for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
+                                      const std::size_t j = at(l.columns[e]);
+                                      edges_[e] = -l.values[e] * (last[j] - last[i]);
+                                    }
+                                    quaternions_[i] = {1, 0, 0, 0};
+                                  }
+                                  kernels.measure(data, first, end);
+                                  kernels.turn(data.covariances, data.quaternions, first, end);
+                                  for (Index i = first; i < end; ++i) {
+                                    covariances_[i] = matrix_of(quaternions_[i]);
+                                  }
+                                });
+}
+
+/// The residual of the equation of vertex v: b_v - (L X)_v.
+Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
+  const OperatorData l = data_of(laplacian_);
+  const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
+    return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
+                           dot(rotation.rows[2], edge)};
+  };
+  Vector3<double> sum, edges;
+  for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
+    const std::size_t j = at(l.columns[e]);
+    const Vector3<double>& edge = edges_[e];  // w_vj (G_j - G_v)
+    edges = edges + edge;
+    sum = sum - 0.5 * turned(covariances_[j], edge) - l.values[e] * (positions[j] - positions[v]);
+  }
+  return sum - 0.5 * turned(covariances_[v], edges);
+}
+
+std::span<Vector3<double>> FirstOrderStep::find(Field positions, Field last,
+                                                std::span<const std::uint8_t> is_free,
+                                                std::span<Vector3<double>> scratch) {
+  factor_.factorize(is_free);
+  fit_rotations(positions, last);
+  const auto rows = factor_.order();
+  const auto solution = scratch.first(positions.size());
+  const auto step = scratch.subspan(positions.size(), positions.size());
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
+    for (Index r = first; r < end; ++r) solution[r] = residual(at(rows[r]), positions);
+  });
+  factor_.solve(solution, 1);
+  std::ranges::fill(step, Vector3<double>{});
+  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
+  return step;
+}
 
 void FirstOrder::Gains::add(const Gains& other, double kept) {
   for (std::size_t q = 0; q < n_shares; ++q) {
@@ -32,8 +139,7 @@ FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const 
       is_free_(k.size()),
       of_detail_(k.size()),
       newest_(sizes_.size()),
-      of_groups_(sizes_.size() + 1),
-      newest_of_groups_(sizes_.size() + 1) {
+      groups_(sizes_.size() + 1) {
   nearby_.reserve(k.size());
   for (const Index c : topology.component) ++sizes_[c];
 }
@@ -59,27 +165,23 @@ bool FirstOrder::is_due() const {
 /// Draws the anchors to leave out. Returns false if there are none.
 bool FirstOrder::draw(const Generations& generations) {
   const auto generation = generations.of_vertices();
+  const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
   std::ranges::fill(drawn_, Drawn{});
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (generation[v] == Generations::anchor) ++drawn_[topology_.component[v]].anchors;
+    drawn_of(v).anchors += generation[v] == Generations::anchor ? 1 : 0;
   }
   const std::uint64_t of_frame = mixed(frame_);
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    Drawn& drawn = drawn_[topology_.component[v]];
     const double probability =
-        std::min(constants_.left_out / drawn.anchors, constants_.largest_left_out);
+        std::min(constants_.left_out / drawn_of(v).anchors, constants_.largest_left_out);
     const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
-    const bool is_anchor = generation[v] == Generations::anchor;
-    is_left_out_[v] = is_anchor && random < probability ? 1 : 0;
-    drawn.left_out += is_left_out_[v];
+    is_left_out_[v] = generation[v] == Generations::anchor && random < probability ? 1 : 0;
+    drawn_of(v).left_out += is_left_out_[v];
   }
-  bool is_any = false;
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    const Drawn& drawn = drawn_[topology_.component[v]];
-    if (drawn.anchors - drawn.left_out < constants_.least_kept) is_left_out_[v] = 0;
-    is_any |= is_left_out_[v] != 0;
+    if (drawn_of(v).anchors - drawn_of(v).left_out < constants_.least_kept) is_left_out_[v] = 0;
   }
-  return is_any;
+  return std::ranges::count(is_left_out_, 1) > 0;
 }
 
 /// Sets what is solved for without the anchors left out: the vertices around them, since those that
@@ -113,8 +215,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
   }
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
-    const bool is_free = generation[v] > 0 || is_left_out_[v] != 0;
-    is_free_[v] = is_free ? kept_.is_solved[v] : 0;
+    is_free_[v] = generation[v] > 0 || is_left_out_[v] != 0 ? kept_.is_solved[v] : 0;
   }
 }
 
@@ -159,28 +260,25 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
   }
   if (!is_finite) return;
 
-  std::ranges::fill(of_groups_, Gains{});
-  std::ranges::fill(newest_of_groups_, Gains{});
+  const auto group_of = [&](std::size_t c) -> Group& {
+    return groups_[components_[c].gains.count >= constants_.least_count ? c + 1 : 0];
+  };
+  std::ranges::fill(groups_, Group{});
   for (std::size_t c = 0; c < components_.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
     if (newest_[c].count > 0) components_[c].gains.add(newest_[c], constants_.kept);
-    of_groups_[group_of(c)].add(components_[c].gains);
-    newest_of_groups_[group_of(c)].add(newest_[c]);
+    group_of(c).gains.add(components_[c].gains);
+    group_of(c).newest.add(newest_[c]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    const std::size_t group = group_of(c);
-    if (newest_of_groups_[group].count == 0) continue;
-    components_[c].share = best_share(of_groups_[group], newest_of_groups_[group]);
+    if (group_of(c).newest.count > 0) components_[c].share = best_share(group_of(c));
   }
-}
-
-std::size_t FirstOrder::group_of(std::size_t component) const {
-  return components_[component].gains.count >= constants_.least_count ? component + 1 : 0;
 }
 
 /// The share with the largest sum of gains, reduced by what may be chance. One that was clearly
 /// worse in the newest test is not taken.
-double FirstOrder::best_share(const Gains& gains, const Gains& newest) const {
+double FirstOrder::best_share(const Group& group) const {
+  const auto& [gains, newest] = group;
   double best = 0;
   double share = 0;
   for (std::size_t q = 0; q < n_shares && gains.count >= constants_.least_count; ++q) {

@@ -1,9 +1,9 @@
-#include "detail/intrinsic_delaunay.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "detail/detail_operator.hpp"
 
 namespace dynmesh {
 namespace {
@@ -45,9 +45,8 @@ class Flipping {
       open.pop_back();
       if (!flip_if_needed(side)) continue;
       --flips_left;
-      const Side other =
-          across(side);  // the new edge; the four edges around it may have to be flipped now
-      for (const Side& half : {side, other}) {
+      // The side is now one of the new edge. The four edges around it may have to be flipped.
+      for (const Side& half : {side, across(side)}) {
         open.push_back({half.triangle, following(half.side)});
         open.push_back({half.triangle, preceding(half.side)});
       }
@@ -76,12 +75,11 @@ class Flipping {
       }
     }
     std::ranges::stable_sort(all, {}, &Directed::edge);
-    for (std::size_t first = 0; first < all.size();) {
-      std::size_t last = first + 1;
-      while (last < all.size() && all[last].edge == all[first].edge) ++last;
-      if (last - first == 2 && all[first].is_ascending != all[first + 1].is_ascending) {
-        across(all[first].side) = all[first + 1].side;
-        across(all[first + 1].side) = all[first].side;
+    for (auto first = all.begin(); first != all.end();) {
+      const auto is_other = [&](const Directed& one) { return one.edge != first->edge; };
+      const auto last = std::find_if(first, all.end(), is_other);
+      if (last - first == 2 && first[0].is_ascending != first[1].is_ascending) {
+        join(first[0].side, first[1].side);
       }
       first = last;
     }
@@ -185,9 +183,7 @@ std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> face
       const auto& a = frame[face[s]];
       const auto& b = frame[face[following(s)]];
       triangle.lengths[s] =
-          std::hypot(static_cast<double>(b.x) / unit - static_cast<double>(a.x) / unit,
-                     static_cast<double>(b.y) / unit - static_cast<double>(a.y) / unit,
-                     static_cast<double>(b.z) / unit - static_cast<double>(a.z) / unit);
+          std::hypot(b.x / unit - a.x / unit, b.y / unit - a.y / unit, b.z / unit - a.z / unit);
     }
     for (std::size_t s = 0; s < 3; ++s) {
       const double excess =

@@ -12,10 +12,6 @@
 namespace dynmesh {
 namespace {
 
-/// Sums of float are short, so that they are as accurate as their terms. The chunks do not depend
-/// on the number of threads, and neither do the sums.
-constexpr Index chunk = 256;
-
 constexpr double unreached = std::numeric_limits<double>::infinity();
 
 /// Farthest-point sampling. There are fewer seeds if all vertices coincide with one.
@@ -88,10 +84,13 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
 
   SurfaceParts parts;
   parts.n_parts = static_cast<Index>(distances.size()) + 1;
-  parts.offsets.assign(frame.size() + 1, 0);
   std::vector<double> weights(distances.size());
   for (std::size_t v = 0; v < frame.size(); ++v) {
-    parts.entries.push_back({0, 1.0});
+    const auto add = [&](std::size_t part, double weight) {
+      parts.parts.push_back(static_cast<Index>(part));
+      parts.weights.push_back(weight);
+    };
+    add(0, 1);
     double sum = 0;
     for (std::size_t c = 0; c < distances.size(); ++c) {
       const double ratio = distances[c][v] / reach;
@@ -104,9 +103,9 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
       kept += weight;
     }
     for (std::size_t c = 0; c < weights.size(); ++c) {
-      if (weights[c] > 0) parts.entries.push_back({static_cast<Index>(c) + 1, weights[c] / kept});
+      if (weights[c] > 0) add(c + 1, weights[c] / kept);
     }
-    parts.offsets[v + 1] = static_cast<Index>(parts.entries.size());
+    parts.offsets.push_back(static_cast<Index>(parts.parts.size()));
   }
   return parts;
 }
@@ -114,21 +113,17 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
 Modes::Modes(const SurfaceParts& parts, double mean_edge)
     : n_coefficients_(static_cast<std::size_t>(modes_of_part * parts.n_parts)),
       offsets_(parts.offsets),
+      parts_(parts.parts),
       unit_(std::exp2(std::ilogb(mean_edge))),
-      values_(3 * modes_of_part * parts.entries.size()),
-      coefficients_(n_coefficients_) {
-  parts_.reserve(parts.entries.size());
-  for (const auto& entry : parts.entries) parts_.push_back(entry.part);
-  const std::size_t k = offsets_.size() - 1;
-  partial_sums_.resize((k + chunk - 1) / chunk * 2 * n_coefficients_);
-}
+      values_(3 * modes_of_part * parts_.size()),
+      coefficients_(n_coefficients_),
+      sums_(offsets_.size() - 1, 2 * n_coefficients_) {}
 
 void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
                  std::size_t n_frames, Workers& workers) {
   const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
-    best_kernels().modes.form(data(), shapes, combinations, values_.data(), i * chunk,
-                              std::min(k, (i + 1) * chunk));
+  workers.for_each_short_chunk(k, [&](Index first, Index last) {
+    best_kernels().modes.form(data(), shapes, combinations, values_.data(), first, last);
   });
   size_ = size;
   n_frames_ = n_frames;
@@ -139,59 +134,32 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   std::ranges::transform(coefficients, coefficients_.begin(),
                          [](double a) { return static_cast<float>(a); });
   const auto k = static_cast<Index>(combined.size());
-  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
-    const Index first = i * chunk;
-    const Index last = std::min(k, first + chunk);
+  workers.for_each_short_chunk(k, [&](Index first, Index last) {
     best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), first, last);
-    for (Index v = first; v < last; ++v) {
-      auto& x = combined[v];
-      x = unit_ * x;
-    }
+    for (Index v = first; v < last; ++v) combined[v] = unit_ * combined[v];
   });
-}
-
-/// Computes `n_sums` partial sums of each chunk of vertices.
-template <class Kernel>
-void Modes::add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel) {
-  const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers.share((k + chunk - 1) / chunk, workers.are_worth_it(k), [&](Index i) {
-    float* sums = &partial_sums_[static_cast<std::size_t>(i) * n_sums];
-    std::fill_n(sums, n_sums, 0.0F);
-    kernel(sums, i * chunk, std::min(k, (i + 1) * chunk));
-  });
-}
-
-/// Adds up the partial sums from the `first` of `n_sums` on, in this unit.
-void Modes::reduce(std::size_t first, std::size_t n_sums, double unit,
-                   std::span<double> sums) const {
-  std::ranges::fill(sums, 0.0);
-  const std::size_t n_chunks = (offsets_.size() - 1 + chunk - 1) / chunk;
-  for (std::size_t i = 0; i < n_chunks; ++i) {
-    for (std::size_t j = 0; j < sums.size(); ++j) {
-      sums[j] += static_cast<double>(partial_sums_[i * n_sums + first + j]);
-    }
-  }
-  for (double& sum : sums) sum *= unit;
 }
 
 void Modes::project(Field field, std::span<double> projected, Workers& workers) {
-  const std::size_t n = n_coefficients_;
-  add_up(n, workers, [&](float* sums, Index first, Index last) {
-    best_kernels().modes.project(data(), field.data(), sums, first, last);
-  });
-  reduce(0, n, unit_, projected);
+  const auto sums =
+      sums_.find(n_coefficients_, workers, [&](float* of_chunk, Index first, Index last) {
+        best_kernels().modes.project(data(), field.data(), of_chunk, first, last);
+      });
+  for (std::size_t j = 0; j < n_coefficients_; ++j) projected[j] = unit_ * sums[j];
 }
 
 void Modes::project_and_weigh(Field field, std::span<const double> weights,
                               std::span<double> projected, std::span<double> squares,
                               Workers& workers) {
   const std::size_t n = n_coefficients_;
-  add_up(2 * n, workers, [&](float* sums, Index first, Index last) {
-    best_kernels().modes.project_and_weigh(data(), field.data(), weights.data(), sums, sums + n,
-                                           first, last);
+  const auto sums = sums_.find(2 * n, workers, [&](float* of_chunk, Index first, Index last) {
+    best_kernels().modes.project_and_weigh(data(), field.data(), weights.data(), of_chunk,
+                                           of_chunk + n, first, last);
   });
-  reduce(0, 2 * n, unit_, projected);
-  reduce(n, 2 * n, unit_ * unit_, squares);
+  for (std::size_t j = 0; j < n; ++j) {
+    projected[j] = unit_ * sums[j];
+    squares[j] = unit_ * unit_ * sums[n + j];
+  }
 }
 
 }  // namespace dynmesh

@@ -1,6 +1,7 @@
 /// Modes: how the shape of each part of the surface varies.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -9,7 +10,7 @@
 
 #include "detail/constants.hpp"
 #include "kernels/kernels.hpp"
-#include "mesh/estimator.hpp"
+#include "support/geometry.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -18,19 +19,56 @@ namespace dynmesh {
 /// offsets[i + 1] - 1. Part 0 is global: it holds every vertex with weight 1. The weights of the
 /// others add up to 1 at every vertex that a seed reaches, and do not reach across components.
 struct SurfaceParts {
-  struct Entry {
-    Index part;
-    double weight;
-  };
   Index n_parts = 1;
-  std::vector<Index> offsets;  ///< (k + 1,)
-  std::vector<Entry> entries;
+  std::vector<Index> offsets = {0};  ///< (k + 1,)
+  std::vector<Index> parts;          ///< of the entries
+  std::vector<double> weights;       ///< of the entries
 };
 
 /// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
 /// all vertices. The weight of a seed decreases with the shortest distance along the edges.
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
                             const TrainingConstants& constants);
+
+/// Sums over the vertices. They are added up in chunks, which do not depend on the number of
+/// threads, and are short, so that sums of float are as accurate as their terms. Allocates memory
+/// only in the constructor.
+template <class Real>
+class VertexSums {
+ public:
+  VertexSums() = default;
+  VertexSums(std::size_t n_vertices, std::size_t most_sums)
+      : k_(static_cast<Index>(n_vertices)),
+        n_chunks_((k_ + chunk - 1) / chunk),
+        partial_sums_(at(n_chunks_) * most_sums),
+        sums_(most_sums) {}
+
+  /// Computes `n_sums` of them: `add(sums, first, last)` adds the terms of the vertices `first` to
+  /// `last` - 1. The result is valid until the next call.
+  template <class Add>
+  std::span<const double> find(std::size_t n_sums, Workers& workers, const Add& add) {
+    workers.share(n_chunks_, workers.are_worth_it(k_), [&](Index i) {
+      Real* sums = &partial_sums_[at(i) * n_sums];
+      std::fill_n(sums, n_sums, Real{});
+      add(sums, i * chunk, std::min(k_, (i + 1) * chunk));
+    });
+    std::ranges::fill(sums_, 0.0);
+    for (std::size_t i = 0; i < at(n_chunks_); ++i) {
+      for (std::size_t j = 0; j < n_sums; ++j) {
+        sums_[j] += static_cast<double>(partial_sums_[i * n_sums + j]);
+      }
+    }
+    return std::span(sums_).first(n_sums);
+  }
+
+ private:
+  static constexpr Index chunk = 256;
+
+  Index k_ = 0;
+  Index n_chunks_ = 0;
+  std::vector<Real> partial_sums_;  // of each chunk
+  std::vector<double> sums_;
+};
 
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
 /// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
@@ -70,9 +108,6 @@ class Modes {
 
  private:
   [[nodiscard]] ModeData data() const { return {offsets_.data(), parts_.data(), values_.data()}; }
-  template <class Kernel>
-  void add_up(std::size_t n_sums, Workers& workers, const Kernel& kernel);
-  void reduce(std::size_t first, std::size_t n_sums, double unit, std::span<double> sums) const;
 
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
@@ -82,7 +117,7 @@ class Modes {
   double unit_ = 1;
   std::vector<float> values_;  // in this unit, so that their squares are in the range of float
   std::vector<float> coefficients_;  // as float
-  std::vector<float> partial_sums_;  // of each chunk of vertices, one or two for each coefficient
+  VertexSums<float> sums_;           // one or two for each coefficient
 };
 
 }  // namespace dynmesh

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
 
@@ -16,24 +17,15 @@ constexpr std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// Random signs, which have variance 1 as normal numbers have, and cost a bit each.
-class Signs {
- public:
-  explicit Signs(std::uint64_t bits) : bits_(bits) {}
-  Vector3<double> next() {
-    const double x = one(), y = one(), z = one();
-    return {x, y, z};
-  }
-
- private:
-  /// Sets the sign bit of 1, since a branch would be taken at random.
-  double one() {
+/// The signs of three of the bits, which have variance 1 as normal numbers have: for i = 0, 1, ...
+/// the first three, the next three, and so on. Sets the sign bit of 1, since a branch would be
+/// taken at random.
+inline Vector3<double> signs_of(std::uint64_t bits, std::size_t i) {
+  const auto sign = [bits](std::size_t bit) {
     constexpr std::uint64_t sign_bit = std::uint64_t{1} << 63;
-    const std::uint64_t sign = bits_ & sign_bit;
-    bits_ <<= 1;
-    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(1.0) | sign);
-  }
-  std::uint64_t bits_;
-};
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(1.0) | ((bits << bit) & sign_bit));
+  };
+  return {sign(3 * i), sign(3 * i + 1), sign(3 * i + 2)};
+}
 
 }  // namespace dynmesh

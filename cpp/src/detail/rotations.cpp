@@ -1,11 +1,88 @@
 #include "detail/rotations.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// The order in which vertices may become centres. Distances are rounded, since the order of a sum
+/// over all vertices affects the mean.
+std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
+  constexpr double steps = 1 << 20;
+  Vector3<double> mean;
+  for (const auto& position : positions) mean = mean + position;
+  mean = (1 / static_cast<double>(positions.size())) * mean;
+  std::vector<double> distances(positions.size());
+  double largest = 0;
+  for (std::size_t v = 0; v < distances.size(); ++v) {
+    distances[v] = std::sqrt(squared_norm(positions[v] - mean));
+    largest = std::max(largest, distances[v]);
+  }
+  if (largest > 0) {
+    for (double& distance : distances) distance = std::round(distance / largest * steps);
+  }
+  std::vector<Index> order(positions.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::ranges::sort(order, std::less{}, [&](Index v) {
+    const Vector3<double>& p = positions[v];
+    return std::tuple(-distances[v], p.x, p.y, p.z, v);
+  });
+  return order;
+}
+
+}  // namespace
+
+Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions) {
+  const auto k = static_cast<Index>(cells.size());
+  Clusters clusters;
+  std::vector<Index> cell_of(at(k), none);
+  const std::vector<Index> order = in_order(positions);
+  for (const Index v : order) {
+    const auto is_taken = [&](Index j) { return cell_of[j] != none; };
+    if (is_taken(v) || std::ranges::any_of(cells[v], is_taken)) continue;
+    cell_of[v] = static_cast<Index>(clusters.size());
+    clusters.centres.push_back(v);
+    for (const Index j : cells[v]) cell_of[j] = cell_of[v];
+  }
+  clusters.of_vertex = cell_of;
+  for (Index v = 0; v < k; ++v) {
+    if (cell_of[v] != none) continue;
+    // A neighbour is in a cell, otherwise this vertex would be a centre. Of several clusters, the
+    // first one.
+    Index first = static_cast<Index>(clusters.size());
+    for (const Index j : cells[v]) {
+      if (cell_of[j] != none) first = std::min(first, cell_of[j]);
+    }
+    clusters.of_vertex[v] = first;
+  }
+  clusters.members = lists_by_key(clusters.size(), [&](const auto& visit) {
+    for (Index v = 0; v < k; ++v) visit(clusters.of_vertex[v], v);
+  });
+  std::vector<Index> last_visitor(clusters.size());
+  clusters.neighbours = lists_by_key(clusters.size(), [&](const auto& visit) {
+    std::ranges::fill(last_visitor, none);
+    for (Index c = 0; c < static_cast<Index>(clusters.size()); ++c) {
+      last_visitor[c] = c;
+      for (const Index v : clusters.members[c]) {
+        for (const Index j : cells[v]) {
+          const Index other = clusters.of_vertex[j];
+          if (last_visitor[other] == c) continue;
+          last_visitor[other] = c;
+          visit(c, other);
+        }
+      }
+    }
+  });
+  return clusters;
+}
 
 Rotations::Rotations(const Cells& cells, Workers& workers,
                      std::span<const Vector3<double>> first_frame, double mean_edge)
@@ -64,17 +141,10 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   });
 }
 
-void Rotations::turn(std::span<const Vector3<double>> field,
-                     std::span<Vector3<double>> turned) const {
+void Rotations::turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,
+                     int fields) const {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), field.data(), 1, turned.data(), first, last);
-  });
-}
-
-void Rotations::turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), side_by_side(terms).data(), 3, side_by_side(turned).data(),
-                  first, last);
+    turning_.turn(quaternions_.data(), field.data(), fields, turned.data(), first, last);
   });
 }
 

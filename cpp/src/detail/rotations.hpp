@@ -46,9 +46,12 @@ class Rotations {
 
   /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
   /// frame. The result may be the same memory.
-  void turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
+  void turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,
+            int fields = 1) const;
   /// The same for three fields.
-  void turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const;
+  void turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
+    turn(side_by_side(terms), side_by_side(turned), 3);
+  }
   /// Multiplies a field (k,) by Q^T. The result may be the same memory.
   void turn_back(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
 

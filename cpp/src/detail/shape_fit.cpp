@@ -41,11 +41,7 @@ ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingCo
     values->resize(n);
   }
   for (auto* values : {&seen_, &averaged_}) values->resize(cells.size());
-  for (AddedShape* added : {&added_, &direction_added_}) {
-    for (auto* fields : {&added->shape, &added->wanted, &added->steps, &added->k_steps}) {
-      fields->resize(cells.size());
-    }
-  }
+  for (AddedShape* added : {&added_, &direction_added_}) added->set_zero(cells.size());
   left_.resize(cells.size());
 }
 
@@ -64,9 +60,7 @@ void ShapeFit::learn(ShapeLibrary& library) {
 
 void ShapeFit::begin_at_zero() {
   std::ranges::fill(coefficients_, 0.0);
-  for (auto* field : {&added_.shape, &added_.wanted, &added_.steps, &added_.k_steps}) {
-    std::ranges::fill(*field, Vector3<double>{});
-  }
+  added_.set_zero(cells_.size());
 }
 
 /// h: the known mask, averaged over the cells.

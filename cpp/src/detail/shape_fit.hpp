@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/blend.hpp"
 #include "detail/constants.hpp"
 #include "detail/modes.hpp"
@@ -26,6 +25,11 @@ struct AddedShape {
   std::vector<Vector3<double>> wanted;   ///< Q B a
   std::vector<Vector3<double>> steps;    ///< Y3, the steps towards it
   std::vector<Vector3<double>> k_steps;  ///< K Y3
+
+  /// That of coefficients 0.
+  void set_zero(std::size_t k) {
+    for (auto* field : {&shape, &wanted, &steps, &k_steps}) field->assign(k, {});
+  }
 };
 
 /// What a frame says about the coefficients.

@@ -18,9 +18,6 @@ namespace {
 
 static_assert(most_shapes <= largest_symmetric);
 
-/// Products are sums over chunks of vertices, which do not depend on the number of threads.
-constexpr Index vertices_of_a_sum = 256;
-
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
 
@@ -57,72 +54,52 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Mo
       n_parts_(static_cast<std::size_t>(parts.n_parts)),
       unit_(modes.unit()),
       offsets_(parts.offsets),
+      parts_(parts.parts),
+      weights_(parts.weights.begin(), parts.weights.end()),
       of_parts_(n_parts_),
       rows_(3 * slots_ * (parts.offsets.size() - 1)),
       products_(n_parts_ * slots_ * slots_),
+      sums_(offsets_.size() - 1, n_parts_ * slots_),
       factors_(n_parts_ * slots_ * modes_of_part),
       order_(slots_) {
   const double least = constants.least_mode * mean_edge / unit_;
   least_eigenvalue_ = least * least + rounding / unit_ / unit_;
-  for (const auto& [part, weight] : parts.entries) {
-    parts_.push_back(part);
-    weights_.push_back(static_cast<float>(weight));
-    of_parts_[part] += weight;
-  }
+  for (std::size_t e = 0; e < parts_.size(); ++e) of_parts_[parts_[e]] += parts.weights[e];
   std::iota(order_.begin(), order_.end(), 0);
-  const std::size_t k = offsets_.size() - 1;
-  partial_products_.resize((k + vertices_of_a_sum - 1) / vertices_of_a_sum * n_parts_ * slots_);
 }
 
 /// Computes the products of the shape in this slot with all others.
 void ShapeLibrary::multiply(Index slot) {
-  std::ranges::fill(partial_products_, 0.0);
   const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
-  const auto k = static_cast<Index>(offsets_.size() - 1);
-  workers_.share((k + vertices_of_a_sum - 1) / vertices_of_a_sum, workers_.are_worth_it(k),
-                 [&](Index i) {
-                   best_kernels().modes.add_products(
-                       entries, shapes(), slot,
-                       &partial_products_[static_cast<std::size_t>(i) * n_parts_ * slots_],
-                       i * vertices_of_a_sum, std::min(k, (i + 1) * vertices_of_a_sum));
-                 });
-  const auto s = static_cast<std::size_t>(slot);
-  for (std::size_t part = 0; part < n_parts_; ++part) {
-    for (std::size_t other = 0; other < slots_; ++other) {
-      double sum = 0;
-      for (std::size_t n = part * slots_ + other; n < partial_products_.size();
-           n += n_parts_ * slots_) {
-        sum += partial_products_[n];
-      }
-      products_[(part * slots_ + s) * slots_ + other] = sum;
-      products_[(part * slots_ + other) * slots_ + s] = sum;
-    }
+  const auto sums =
+      sums_.find(n_parts_ * slots_, workers_, [&](double* of_chunk, Index first, Index last) {
+        best_kernels().modes.add_products(entries, shapes(), slot, of_chunk, first, last);
+      });
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const std::size_t other = i % slots_;
+    const std::size_t first = i - other;  // of the part
+    products_[(first + at(slot)) * slots_ + other] = sums[i];
+    products_[i * slots_ + at(slot)] = sums[i];
   }
 }
 
-/// The older one of the two shapes that are closest over the whole surface.
-std::size_t ShapeLibrary::least_needed() const {
+/// Releases the older one of the two shapes that are closest over the whole surface.
+void ShapeLibrary::release_least_needed() {
   constexpr std::size_t whole = 0;
   const auto squared_norm_of = [&](Index slot) { return product(whole, slot, slot); };
-  std::size_t found = 0;
+  auto found = order_.begin();
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < n_members_; ++i) {
-    for (std::size_t j = i + 1; j < n_members_; ++j) {
-      const Index a = order_[i];
-      const Index b = order_[j];
-      const double distance = squared_norm_of(a) - 2 * product(whole, a, b) + squared_norm_of(b);
-      if (distance < least) {
-        least = distance;
-        found = i;
-      }
+  const auto end = order_.begin() + static_cast<std::ptrdiff_t>(n_members_);
+  for (auto a = order_.begin(); a != end; ++a) {
+    for (auto b = a + 1; b != end; ++b) {
+      const double distance =
+          squared_norm_of(*a) - 2 * product(whole, *a, *b) + squared_norm_of(*b);
+      if (!(distance < least)) continue;
+      least = distance;
+      found = a;
     }
   }
-  return found;
-}
-
-void ShapeLibrary::release(std::size_t member) {
-  const auto slot = order_.begin() + static_cast<std::ptrdiff_t>(member);
-  std::rotate(slot, slot + 1, order_.end());
+  std::rotate(found, found + 1, order_.end());
   --n_members_;
 }
 
@@ -162,10 +139,9 @@ std::size_t ShapeLibrary::find_modes(std::size_t part) {
 }
 
 void ShapeLibrary::recall() {
-  std::vector<Index> all(slots_), ascending = order_;
+  std::vector<Index> all(slots_);
   std::iota(all.begin(), all.end(), 0);
-  std::ranges::sort(ascending);
-  if (ascending != all || n_members_ > most_) {
+  if (!std::ranges::is_permutation(order_, all) || n_members_ > most_) {
     refuse_state("does not contain a valid library of shapes");
   }
   for (std::size_t i = 0; i < n_members_; ++i) multiply(order_[i]);

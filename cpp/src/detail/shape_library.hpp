@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "detail/constants.hpp"
+#include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
-#include "detail/rounding.hpp"
 #include "kernels/kernels.hpp"
 #include "support/workers.hpp"
 
@@ -40,7 +40,7 @@ class ShapeLibrary {
       row[2 * slots_] = static_cast<float>(z.z);
     }
     multiply(slot);
-    if (n_members_ > most_) release(least_needed());
+    if (n_members_ > most_) release_least_needed();
   }
   [[nodiscard]] std::size_t size() const { return n_members_; }
 
@@ -63,8 +63,7 @@ class ShapeLibrary {
                      static_cast<std::size_t>(other)];
   }
   std::size_t find_modes(std::size_t part);
-  [[nodiscard]] std::size_t least_needed() const;
-  void release(std::size_t member);
+  void release_least_needed();
   [[nodiscard]] ShapeData shapes() const {
     return {rows_.data(), static_cast<Index>(slots_), weights_.data()};
   }
@@ -79,12 +78,12 @@ class ShapeLibrary {
   std::vector<Index> offsets_;
   std::vector<Index> parts_;
   std::vector<float> weights_;
-  std::vector<double> of_parts_;          // the sums of the weights of each part
-  std::vector<float> rows_;               // of each vertex, x of all slots, then y, then z
-  std::vector<double> products_;          // (n_parts, slots, slots)
-  std::vector<double> partial_products_;  // (chunks, n_parts, slots)
-  std::vector<float> factors_;            // (n_parts, members, 16), U / sqrt(n)
-  std::vector<Index> order_;  // the slots of the members, the oldest first, and then free ones
+  std::vector<double> of_parts_;  // the sums of the weights of each part
+  std::vector<float> rows_;       // of each vertex, x of all slots, then y, then z
+  std::vector<double> products_;  // (n_parts, slots, slots)
+  VertexSums<double> sums_;       // (n_parts, slots), the products of a shape
+  std::vector<float> factors_;    // (n_parts, members, 16), U / sqrt(n)
+  std::vector<Index> order_;      // the slots of the members, the oldest first, and then free ones
   std::uint64_t n_members_ = 0;
 };
 

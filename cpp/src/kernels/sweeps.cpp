@@ -6,7 +6,7 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-/// Returns 1 / |v_i - v_j|^2 as motion_once.cpp, for one neighbour in each lane
+/// Returns 1 / |v_i - v_j|^2 as MotionOnce, for one neighbour in each lane
 /// of `x`, `y` and `z`, the components of the distances.
 template <class Real, class Vector>
 [[gnu::always_inline]] inline Vector inverse_squares(Vector x, Vector y, Vector z, Real scale) {

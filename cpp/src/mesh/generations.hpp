@@ -26,8 +26,8 @@ class Generations {
   void classify(const Cells& cells, std::span<const std::uint8_t> known);
 
   /// For an estimator that computes the generations itself: it fills in this array (k,) and then
-  /// sets the numbers of anchors and satellites. `satellites()` and `last()` are not updated in
-  /// this case.
+  /// sets the numbers of anchors and satellites. `satellites()` and `last()` are of no use in this
+  /// case.
   [[nodiscard]] std::span<Index> to_fill() { return generation_; }
   void set_counts(std::size_t anchors, std::size_t reached) {
     anchors_ = anchors;
@@ -39,16 +39,12 @@ class Generations {
 
   /// The satellites, those of generation 1 first.
   [[nodiscard]] std::span<const Index> satellites() const {
-    return {satellites_.data(), reached_by(last())};
+    return std::span(satellites_).first(reached_);
   }
 
   /// T, the largest generation, or 0 if there are no satellites.
-  [[nodiscard]] Index last() const { return static_cast<Index>(ends_.size()) - 1; }
-
-  /// The number of satellites that the iterations up to `iteration` reach. They come first in
-  /// `satellites()`.
-  [[nodiscard]] std::size_t reached_by(Index iteration) const {
-    return ends_[iteration < last() ? iteration : last()];
+  [[nodiscard]] Index last() const {
+    return reached_ > 0 ? generation_[satellites_[reached_ - 1]] : 0;
   }
 
   [[nodiscard]] std::size_t anchors() const { return anchors_; }
@@ -58,11 +54,8 @@ class Generations {
   }
 
  private:
-  void reach(Index vertex, Index iteration);
-
   std::vector<Index> generation_;
   std::vector<Index> satellites_;
-  std::vector<std::size_t> ends_;  // ends_[g]: end of generation g in satellites_
   std::size_t reached_ = 0;
   std::size_t anchors_ = 0;
 };

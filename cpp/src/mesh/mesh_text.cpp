@@ -10,8 +10,6 @@
 namespace dynmesh {
 namespace {
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 char lowercase(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 /// Whether the whole word is a number.
@@ -45,17 +43,24 @@ std::string quoted(std::string_view word) {
 
 bool Lines::next() {
   if (begin_ == text_.size()) return false;
-  // Both are remembered, so that a text without one of them is searched only once.
-  const auto find = [&](char c, std::size_t& found) {
-    if (found < begin_ || begin_ == 0) found = std::min(text_.find(c, begin_), text_.size());
-  };
-  find('\n', next_newline_);
-  find('\r', next_return_);
-  const std::size_t end = std::min(next_newline_, next_return_);
-  line_ = text_.substr(begin_, end - begin_);
-  const bool ends_with_both = next_return_ + 1 == next_newline_;
-  begin_ = std::min(end + (ends_with_both ? 2 : 1), text_.size());
+  // The newline is remembered, so that a text without one is searched only once.
+  if (newline_ < begin_ || begin_ == 0) newline_ = std::min(text_.find('\n', begin_), text_.size());
+  line_ = text_.substr(begin_, newline_ - begin_);
+  line_ = line_.substr(0, line_.find('\r'));
+  begin_ += line_.size();
+  is_ended_ = begin_ < text_.size();
+  if (is_ended_) begin_ += text_.substr(begin_).starts_with("\r\n") ? 2 : 1;
   return true;
+}
+
+bool add_words(std::string_view line, std::vector<std::string_view>& words) {
+  const std::size_t before = words.size();
+  for (auto end = line.begin();;) {
+    const auto begin = std::find_if_not(end, line.end(), is_blank);
+    if (begin == line.end()) return words.size() > before;
+    end = std::find_if(begin, line.end(), is_blank);
+    words.emplace_back(begin, end);
+  }
 }
 
 std::optional<double> number_in(std::string_view word) {
@@ -64,8 +69,9 @@ std::optional<double> number_in(std::string_view word) {
   const auto is = [&](std::string_view name) {
     return std::ranges::equal(magnitude, name, {}, lowercase);
   };
+  const char first = magnitude.empty() ? ' ' : magnitude[0];
   double value = 0;
-  if (!magnitude.empty() && (is_digit(magnitude[0]) || magnitude[0] == '.')) {
+  if (first == '.' || (first >= '0' && first <= '9')) {
     if (!parse(magnitude, value)) return std::nullopt;
   } else if (is("nan")) {
     value = std::numeric_limits<double>::quiet_NaN();

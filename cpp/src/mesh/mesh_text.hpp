@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace dynmesh {
 
@@ -34,40 +35,19 @@ class Lines {
   /// Returns the line, without its end.
   [[nodiscard]] std::string_view line() const { return line_; }
   /// Whether the line ends before the text does.
-  [[nodiscard]] bool is_ended() const {
-    return line_.data() + line_.size() < text_.data() + text_.size();
-  }
+  [[nodiscard]] bool is_ended() const { return is_ended_; }
 
  private:
-  std::string_view text_;
-  std::string_view line_;
-  std::size_t begin_ = 0;         // of the next line
-  std::size_t next_newline_ = 0;  // "\n" and "\r" at or after begin_, once they have been found
-  std::size_t next_return_ = 0;
+  std::string_view text_, line_;
+  bool is_ended_ = false;
+  std::size_t begin_ = 0;    // of the next line
+  std::size_t newline_ = 0;  // the first at or after begin_, once it has been found
 };
 
-inline bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+constexpr auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
 
-/// Iterates over the words of a line, which are separated by white space.
-class Words {
- public:
-  explicit Words(std::string_view line) : at_(line.data()), end_(line.data() + line.size()) {}
-
-  /// Moves to the next word. Returns false if there is none.
-  bool next() {
-    while (at_ != end_ && is_blank(*at_)) ++at_;
-    const char* const begin = at_;
-    while (at_ != end_ && !is_blank(*at_)) ++at_;
-    word_ = {begin, static_cast<std::size_t>(at_ - begin)};
-    return !word_.empty();
-  }
-  [[nodiscard]] std::string_view word() const { return word_; }
-
- private:
-  const char* at_;
-  const char* end_;
-  std::string_view word_;
-};
+/// Appends the words of a line, which are separated by white space. Returns whether there are any.
+bool add_words(std::string_view line, std::vector<std::string_view>& words);
 
 /// Returns the value of a decimal number, "nan" or "inf", with or without a sign. Returns nothing
 /// if `word` is anything else or exceeds the range of double. Does not depend on the locale.

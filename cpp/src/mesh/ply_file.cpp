@@ -1,5 +1,3 @@
-#include "mesh/ply_file.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,6 +6,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
 
 namespace dynmesh {
@@ -43,18 +42,16 @@ std::string record_of(const PlyElement& element, std::size_t record) {
          std::to_string(element.n_records);
 }
 
-template <class Named>
-const Named* find_named(const std::vector<Named>& all, std::string_view name) {
-  const auto found = std::ranges::find(all, name, &Named::name);
-  return found == all.end() ? nullptr : &*found;
-}
-
 enum class Format { text, little_endian, big_endian };
 
 /// Parses the header. Its line ends are those of its first line, as the data that follows may begin
 /// with any byte.
 class Header {
  public:
+  std::optional<Format> format;
+  PlyFile file;           ///< the elements, without values, and the comments
+  std::string_view rest;  ///< the data after the header
+
   explicit Header(std::string_view data) : data_(data) {
     const std::string_view newline = data.starts_with("ply\r\n") ? "\r\n"
                                      : data.starts_with("ply\n") ? "\n"
@@ -62,48 +59,41 @@ class Header {
     if (!data.starts_with("ply") || !data.substr(3).starts_with(newline)) {
       throw MalformedFile("is not a PLY file: line 1 is not 'ply'");
     }
-    end_ = 3 + newline.size();
+    rest = data.substr(3 + newline.size());
     while (true) {
-      const std::size_t line_end = data.find(newline, end_);
-      if (line_end == std::string_view::npos) {
+      const std::size_t length = rest.find(newline);
+      if (length == std::string_view::npos) {
         throw MalformedFile("its header is cut or damaged: it has no line 'end_header'");
       }
-      line_ = data.substr(end_, line_end - end_);
-      end_ = line_end + newline.size();
+      line_ = rest.substr(0, length);
+      rest.remove_prefix(length + newline.size());
       if (line_ == "end_header") break;
-      add(line_);
+      add_line();
     }
-    if (!format_) throw MalformedFile("its header names no format");
+    if (!format) throw MalformedFile("its header names no format");
   }
 
-  [[nodiscard]] Format format() const { return *format_; }
-  /// Returns the elements, without values, and the comments.
-  PlyFile take_declared() { return std::move(file_); }
-  /// Returns the data after the header.
-  [[nodiscard]] std::string_view rest() const { return data_.substr(end_); }
-
  private:
-  void add(std::string_view line) {
+  void add_line() {
     std::vector<std::string_view> words;
-    for (Words each(line); each.next();) words.push_back(each.word());
-    const std::string_view keyword = words.empty() ? "" : words[0];
+    const std::string_view keyword = add_words(line_, words) ? words[0] : "";
     if (keyword == "comment" || keyword == "obj_info") {
-      std::string& comment = file_.comments.emplace_back();
+      std::string& comment = file.comments.emplace_back();
       for (std::size_t w = 1; w < words.size(); ++w) {
         comment.append(w > 1 ? " " : "").append(words[w]);
       }
-    } else if (keyword == "format" && words.size() == 3 && words[2] == "1.0" && !format_) {
-      format_ = format_of(words[1]);
-    } else if (keyword == "element" && words.size() == 3 && format_) {
-      refuse_second("element", words[1], file_.elements);
+    } else if (keyword == "format" && words.size() == 3 && words[2] == "1.0" && !format) {
+      format = format_of(words[1]);
+    } else if (keyword == "element" && words.size() == 3 && format) {
+      refuse_second("element", words[1], file.elements);
       const std::optional<std::size_t> count = count_in(words[2]);
       if (!count) refuse("the number of records must be an integer, not " + quoted(words[2]));
-      file_.elements.push_back({std::string(words[1]), *count, {}});
-    } else if (keyword == "property" && words.size() > 1 && !file_.elements.empty()) {
-      refuse_second("property", words.back(), file_.elements.back().properties);
-      file_.elements.back().properties.push_back(property_of(words));
+      file.elements.push_back({std::string(words[1]), *count, {}});
+    } else if (keyword == "property" && words.size() > 1 && !file.elements.empty()) {
+      refuse_second("property", words.back(), file.elements.back().properties);
+      file.elements.back().properties.push_back(property_of(words));
     } else {
-      refuse(quoted(line) + " is not valid here");
+      refuse(quoted(line_) + " is not valid here");
     }
   }
 
@@ -147,9 +137,6 @@ class Header {
 
   std::string_view data_;
   std::string_view line_;
-  std::size_t end_ = 0;
-  std::optional<Format> format_;
-  PlyFile file_;
 };
 
 /// Reads text after the header: a line for each record, a word for each number.
@@ -163,26 +150,30 @@ class Text {
       throw MalformedFile("is cut or damaged: ends before " + record_of(element, record));
     }
     if (!lines_.is_ended()) refuse("the line is cut, or lacks its end");
-    words_ = Words(lines_.line());
+    words_.clear();
+    add_words(lines_.line(), words_);
+    n_read_ = 0;
   }
 
   template <class T>
   void append(std::size_t n, std::vector<T>& values) {
     for (; n > 0; --n) {
-      if (!words_.next()) refuse("has too few words for a record of " + quoted(element_->name));
-      values.push_back(value_of<T>(words_.word()));
+      if (n_read_ == words_.size()) {
+        refuse("has too few words for a record of " + quoted(element_->name));
+      }
+      values.push_back(value_of<T>(words_[n_read_++]));
     }
   }
 
   void end_record() {
-    if (!words_.next()) return;
+    if (n_read_ == words_.size()) return;
     refuse("has more words than a record of " + quoted(element_->name) + ", from " +
-           quoted(words_.word()));
+           quoted(words_[n_read_]));
   }
 
   void end() {
     while (lines_.next()) {
-      if (Words(lines_.line()).next()) refuse("continues after its last element");
+      if (add_words(lines_.line(), words_)) refuse("continues after its last element");
     }
   }
 
@@ -204,7 +195,8 @@ class Text {
 
   std::string_view data_;
   Lines lines_;
-  Words words_{std::string_view()};
+  std::vector<std::string_view> words_;  // of the line
+  std::size_t n_read_ = 0;
   const PlyElement* element_ = nullptr;
 };
 
@@ -292,23 +284,14 @@ void read_elements(Source source, PlyFile& file) {
 
 }  // namespace
 
-const PlyProperty* PlyElement::find(std::string_view property) const {
-  return find_named(properties, property);
-}
-
-const PlyElement* PlyFile::find(std::string_view element) const {
-  return find_named(elements, element);
-}
-
 PlyFile parse_ply(std::string_view data) {
   Header header(data);
-  PlyFile file = header.take_declared();
-  if (header.format() == Format::text) {
-    read_elements(Text(data, header.rest()), file);
+  if (header.format == Format::text) {
+    read_elements(Text(data, header.rest), header.file);
   } else {
-    read_elements(Binary(data, header.rest(), header.format() == Format::big_endian), file);
+    read_elements(Binary(data, header.rest, header.format == Format::big_endian), header.file);
   }
-  return file;
+  return std::move(header.file);
 }
 
 }  // namespace dynmesh

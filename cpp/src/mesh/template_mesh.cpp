@@ -11,9 +11,8 @@
 #include <string>
 #include <type_traits>
 
+#include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
-#include "mesh/obj_file.hpp"
-#include "mesh/ply_file.hpp"
 #include "support/paths.hpp"
 
 namespace dynmesh {
@@ -23,22 +22,15 @@ namespace {
   throw UnreadableFile(path + ": " + why);
 }
 
-std::filesystem::path checked_path(const std::string& path) {
-  try {
-    return path_of(path);
-  } catch (const std::filesystem::filesystem_error&) {
-    refuse_file(path, "is not a name in UTF-8");
-  }
-}
-
 /// Returns the positions and faces of a PLY file.
 PolygonMesh mesh_of_ply(const std::string& data) {
   const PlyFile file = parse_ply(data);
   PolygonMesh mesh;
-  if (const PlyElement* vertices = file.find("vertex")) {
+  if (const PlyElement* vertices = find_named(file.elements, "vertex")) {
     mesh.positions.resize(3 * vertices->n_records);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const PlyProperty* property = vertices->find(std::string_view("xyz").substr(axis, 1));
+      const PlyProperty* property =
+          find_named(vertices->properties, std::string_view("xyz").substr(axis, 1));
       if (!property) throw MalformedFile("its vertices need x, y and z");
       const auto copy = [&](const auto& values) {
         if (property->counts || std::is_integral_v<std::decay_t<decltype(values[0])>>) {
@@ -49,20 +41,21 @@ PolygonMesh mesh_of_ply(const std::string& data) {
       std::visit(copy, property->values);
     }
   }
-  if (const PlyElement* faces = file.find("face"); faces && faces->n_records > 0) {
-    const PlyProperty* property = faces->find("vertex_indices");
-    const PlyProperty* other = faces->find("vertex_index");
-    if (!property == !other) throw MalformedFile("its faces need one list 'vertex_indices'");
-    if (!property) property = other;
+  if (const PlyElement* faces = find_named(file.elements, "face"); faces && faces->n_records > 0) {
+    const PlyProperty* indices = find_named(faces->properties, "vertex_indices");
+    const PlyProperty* index = find_named(faces->properties, "vertex_index");
+    const PlyProperty* list = indices ? indices : index;
+    if ((indices && index) || !list || !list->counts) {
+      throw MalformedFile("its faces need one list 'vertex_indices'");
+    }
     const auto copy = [](const auto& values, std::vector<std::int64_t>& copied) {
       if (std::is_floating_point_v<std::decay_t<decltype(values[0])>>) {
         throw MalformedFile("the vertices of its faces must be integers");
       }
       for (const auto value : values) copied.push_back(static_cast<std::int64_t>(value));
     };
-    if (!property->counts) throw MalformedFile("its faces need one list 'vertex_indices'");
-    std::visit([&](const auto& counts) { copy(counts, mesh.sizes); }, *property->counts);
-    std::visit([&](const auto& values) { copy(values, mesh.corners); }, property->values);
+    std::visit([&](const auto& counts) { copy(counts, mesh.sizes); }, *list->counts);
+    std::visit([&](const auto& values) { copy(values, mesh.corners); }, list->values);
   }
   return mesh;
 }
@@ -111,7 +104,12 @@ std::vector<Index> checked_triangles(const PolygonMesh& mesh) {
 /// Returns what `convert` makes of the mesh of a file.
 template <class Convert>
 auto read_mesh(const std::string& path, const Convert& convert) {
-  const std::filesystem::path system_path = checked_path(path);
+  std::filesystem::path system_path;
+  try {
+    system_path = path_of(path);
+  } catch (const std::filesystem::filesystem_error&) {
+    refuse_file(path, "is not a name in UTF-8");
+  }
   const std::string suffix = lowercase_suffix(path);
   if (suffix != ".obj" && suffix != ".ply" && suffix != ".off") {
     refuse_file(path, "a template must be an .obj, .ply or .off file");
@@ -143,11 +141,7 @@ TemplateMesh read_template(const std::string& path) {
 
 std::vector<float> read_positions(const std::string& path) {
   return read_mesh(path, [](const PolygonMesh& mesh) {
-    std::vector<float> positions;
-    for (const double coordinate : mesh.positions) {
-      positions.push_back(static_cast<float>(coordinate));
-    }
-    return positions;
+    return std::vector<float>(mesh.positions.begin(), mesh.positions.end());
   });
 }
 

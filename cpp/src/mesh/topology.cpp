@@ -3,13 +3,14 @@
 #include <array>
 #include <dynmesh/topology.hpp>
 #include <limits>
-#include <numeric>
 #include <optional>
+#include <span>
 #include <stdexcept>
-#include <tuple>
+#include <string>
 #include <utility>
 
 #include "support/checks.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -36,38 +37,27 @@ void check_indices(Faces faces, std::size_t n_vertices) {
   }
 }
 
-bool is_degenerate(const std::array<Index, 3>& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 /// Returns, for each face, the earlier face with the same three vertices, or -1. Faces are first
-/// sorted into buckets by their smallest vertex, so that comparisons are local and the time is
-/// nearly linear.
+/// listed by their smallest vertex, so that comparisons are local and the time is nearly linear.
 std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
-  std::vector<std::array<Index, 3>> sorted(faces.count);
-  std::vector<std::size_t> bucket_ends(n_vertices + 1, 0);
+  std::vector<Triangle> sorted(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     sorted[f] = faces[f];
-    std::sort(sorted[f].begin(), sorted[f].end());
-    ++bucket_ends[static_cast<std::size_t>(sorted[f][0]) + 1];
+    std::ranges::sort(sorted[f]);
   }
-  std::partial_sum(bucket_ends.begin(), bucket_ends.end(), bucket_ends.begin());
-  const std::vector<std::size_t> bucket_starts = bucket_ends;
-  std::vector<Index> by_bucket(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) {
-    by_bucket[bucket_ends[sorted[f][0]]++] = static_cast<Index>(f);
-  }
+  Cells by_vertex = lists_by_key(n_vertices, [&](const auto& visit) {
+    for (std::size_t f = 0; f < faces.count; ++f) visit(sorted[f][0], static_cast<Index>(f));
+  });
 
-  const auto key = [&](Index f) { return sorted[f]; };
+  const auto key = [&](Index f) { return std::pair(sorted[f], f); };
   std::vector<Index> duplicate_of(faces.count, -1);
   for (std::size_t v = 0; v < n_vertices; ++v) {
-    const auto first = by_bucket.begin() + static_cast<std::ptrdiff_t>(bucket_starts[v]);
-    const auto last = by_bucket.begin() + static_cast<std::ptrdiff_t>(bucket_starts[v + 1]);
-    std::sort(first, last,
-              [&](Index a, Index b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
-    for (auto original = first, it = first; it != last; ++it) {
-      if (key(*it) != key(*original)) original = it;
-      if (it != original) duplicate_of[*it] = *original;
+    const auto first = at(by_vertex.offsets[v]);
+    const auto list = std::span(by_vertex.neighbours).subspan(first, by_vertex[v].size());
+    std::ranges::sort(list, {}, key);
+    for (std::size_t i = 1, original = 0; i < list.size(); ++i) {
+      if (sorted[list[i]] != sorted[list[original]]) original = i;
+      if (i != original) duplicate_of[list[i]] = list[original];
     }
   }
   return duplicate_of;
@@ -98,8 +88,7 @@ bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::Halfedge
 /// Why `face` cannot be inserted into `mesh`; nothing where it can. OpenMesh finds the same out,
 /// but then prints to a stream of the whole process that the host may be using, and gives no
 /// reason.
-std::optional<Reason> refusal(const OpenMesh::TriConnectivity& mesh,
-                              const std::array<Index, 3>& face) {
+std::optional<Reason> refusal(const OpenMesh::TriConnectivity& mesh, const Triangle& face) {
   std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const Index a = face[corner];
@@ -149,7 +138,7 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
   const std::vector<Index> duplicate_of = find_duplicates(faces, n_vertices);
   for (std::size_t f = 0; f < faces.count; ++f) {
     const auto face = faces[f];
-    if (is_degenerate(face)) {
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
       refuse(f, {Refusal::degenerate, "degenerate: vertices " + std::to_string(face[0]) + ", " +
                                           std::to_string(face[1]) + ", " + std::to_string(face[2]) +
                                           " are not distinct"});
@@ -174,34 +163,26 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
 }
 
 Cells collect_cells(const std::vector<Edge>& edges, std::size_t n_vertices) {
-  std::vector<Index> ends(n_vertices + 1, 0);
-  for (const auto& [a, b] : edges) {
-    ++ends[a + 1];
-    ++ends[b + 1];
-  }
-  std::partial_sum(ends.begin(), ends.end(), ends.begin());
-  const std::vector<Index> starts = ends;
-  std::vector<Index> neighbours(2 * edges.size());
-  for (const auto& [a, b] : edges) {
-    neighbours[ends[a]++] = b;
-    neighbours[ends[b]++] = a;
-  }
-
+  Cells cells = lists_by_key(n_vertices, [&](const auto& visit) {
+    for (const auto& [a, b] : edges) {
+      visit(a, b);
+      visit(b, a);
+    }
+  });
   // Edges of refused faces may occur several times. Removing the duplicates moves the rows
   // together.
-  Cells cells;
-  cells.offsets.assign(n_vertices + 1, 0);
-  auto end = neighbours.begin();
+  const auto begin = cells.neighbours.begin();
+  auto end = begin;
+  auto first = begin;
   for (std::size_t v = 0; v < n_vertices; ++v) {
-    const auto first = neighbours.begin() + starts[v];
-    const auto last = neighbours.begin() + starts[v + 1];
+    const auto last = begin + cells.offsets[v + 1];
     std::sort(first, last);
     end = std::unique_copy(first, last, end);
-    cells.offsets[v + 1] = static_cast<Index>(end - neighbours.begin());
+    cells.offsets[v + 1] = static_cast<Index>(end - begin);
+    first = last;
   }
-  neighbours.erase(end, neighbours.end());
-  neighbours.shrink_to_fit();
-  cells.neighbours = std::move(neighbours);
+  cells.neighbours.erase(end, cells.neighbours.end());
+  cells.neighbours.shrink_to_fit();
   return cells;
 }
 
@@ -236,8 +217,7 @@ Topology build_topology(Faces faces, std::size_t n_vertices) {
   topology.cells = collect_cells(edges, n_vertices);
   topology.component = label_components(topology.cells, topology.report.components);
   for (std::size_t v = 0; v < n_vertices; ++v) {
-    const bool isolated = topology.cells.offsets[v] == topology.cells.offsets[v + 1];
-    topology.report.isolated_vertices += isolated ? 1U : 0U;
+    topology.report.isolated_vertices += topology.cells[v].empty() ? 1U : 0U;
   }
   return topology;
 }

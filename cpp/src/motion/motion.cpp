@@ -50,21 +50,26 @@ Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iteratio
     of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
   }
   wide_weights_.resize(wide_neighbours_.size() / 4);
+  data_.neighbours = neighbours_.data();
+  data_.valence = valence_.data();
+  data_.wide = wide_.data();
+  data_.wide_neighbours = wide_neighbours_.data();
   data_.inverse_mean_edge =
       std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
+  data_.weights = &weights_[0].x;
+  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
+  data_.before = &before_[0].x;
+  data_.after = &after_[0].x;
+  data_.visits = visits_.data();
+  data_.rows = rows_.data();
   const auto k = static_cast<Index>(cells.size());
-  Index wide = 0;
+  const auto wide_before = [&](Index v) {
+    return static_cast<Index>(std::ranges::lower_bound(wide_, v) - wide_.begin());
+  };
   const Index chunk = workers.task_sharing().chunk;
   for (Index first = 0; first < k; first += chunk) {
-    Rows rows{};
-    rows.first = first;
-    rows.last = std::min(first + chunk, k);
-    rows.first_wide = wide;
-    while (wide < static_cast<Index>(wide_.size()) && wide_[wide] < rows.last) {
-      ++wide;
-    }
-    rows.last_wide = wide;
-    chunks_.push_back(rows);
+    const Index last = std::min(first + chunk, k);
+    chunks_.push_back({first, last, wide_before(first), wide_before(last), 0, 0, 0, 0});
   }
 }
 
@@ -88,21 +93,10 @@ Index Motion<Real>::sweep(Index t) {
 template <class Real>
 Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
-  data_.neighbours = neighbours_.data();
-  data_.valence = valence_.data();
-  data_.wide = wide_.data();
-  data_.wide_neighbours = wide_neighbours_.data();
   data_.known = known.data();
   data_.previous = &previous[0].x;
   data_.points = &points[0].x;
   data_.generation = generations.to_fill().data();
-  data_.weights = &weights_[0].x;
-  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
-  data_.before = &before_[0].x;
-  data_.after = &after_[0].x;
-  data_.visits = visits_.data();
-  data_.rows = rows_.data();
-
   for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
   Index unknown = 0;
   for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
@@ -132,7 +126,46 @@ Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   return last + extra_iterations_;
 }
 
+template <class Real>
+MotionOnce<Real>::MotionOnce(const Cells& cells, Frame first_frame, Index extra_iterations)
+    : cells_(cells),
+      extra_iterations_(extra_iterations),
+      mean_edge_(mean_edge_length(cells, first_frame)),
+      motions_(cells.size()) {}
+
+/// s_ij = 1 / |v_i - v_j|^2 is in units of the mean edge length. Eq. (4) depends only on ratios,
+/// and in these units the squares of very small and very large coordinates stay within the range of
+/// Real.
+template <class Real>
+Index MotionOnce<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
+                                 std::span<const std::uint8_t> known, Generations& generations) {
+  constexpr auto floor = static_cast<Real>(squared_length_floor);
+  constexpr auto ceiling = static_cast<Real>(squared_length_ceiling);
+  generations.classify(cells_, known);
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < points.size(); ++v) motions_[v] = points[v] - previous[v];
+  for (const Index j : generations.satellites()) {
+    Vector3<Real> sum;
+    Real weights{};
+    for (const Index i : cells_[j]) {
+      if (generation[i] >= generation[j]) continue;  // not reached before this iteration
+      const Vector3<Real> edge = previous[i] - previous[j];
+      const Vector3<Real> scaled = {edge.x / mean_edge_, edge.y / mean_edge_, edge.z / mean_edge_};
+      // w_i is the number of the iteration for an anchor, and 1 for a satellite.
+      const auto w = static_cast<Real>(generation[i] == Generations::anchor ? generation[j] : 1);
+      const Real weight = w / std::clamp(squared_norm(scaled), floor, ceiling);
+      sum = sum + weight * motions_[i];
+      weights += weight;
+    }
+    motions_[j] = (Real{1} / weights) * sum;  // eq. (4)
+    points[j] = previous[j] + motions_[j];    // eq. (3)
+  }
+  return generations.last() + extra_iterations_;
+}
+
 template class Motion<float>;
 template class Motion<double>;
+template class MotionOnce<float>;
+template class MotionOnce<double>;
 
 }  // namespace dynmesh

@@ -7,6 +7,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -85,6 +86,20 @@ Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
 template <class Real>
 Vector3<Real> cross(const Vector3<Real>& a, const Vector3<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// Packs the values of equal keys, from 0 to `n_keys` - 1, into lists: `add(visit)` calls
+/// `visit(key, value)`, the same calls each time. Each list has the order of the calls.
+template <class Add>
+Cells lists_by_key(std::size_t n_keys, const Add& add) {
+  Cells lists;
+  lists.offsets.assign(n_keys + 1, 0);
+  add([&](Index key, Index) { ++lists.offsets[key + 1]; });
+  std::partial_sum(lists.offsets.begin(), lists.offsets.end(), lists.offsets.begin());
+  lists.neighbours.resize(at(lists.offsets[n_keys]));
+  std::vector<Index> filled(lists.offsets.begin(), lists.offsets.end() - 1);
+  add([&](Index key, Index value) { lists.neighbours[filled[key]++] = value; });
+  return lists;
 }
 
 /// Returns how much longer or shorter edges became on average: 1 - the shorter length / the longer

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "detail/intrinsic_delaunay.hpp"
+#include "detail/detail_operator.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {

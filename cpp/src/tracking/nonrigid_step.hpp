@@ -9,11 +9,9 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/rotations.hpp"
-#include "detail/rounding.hpp"
 #include "detail/shape_system.hpp"
 #include "mesh/estimator.hpp"
 #include "mesh/generations.hpp"

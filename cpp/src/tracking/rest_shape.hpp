@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"

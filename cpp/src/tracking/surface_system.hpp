@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/anchors.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "support/workers.hpp"

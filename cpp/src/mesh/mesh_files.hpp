@@ -1,6 +1,7 @@
-/// The parser of PLY files.
+/// The parsers of OBJ, OFF and PLY files.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +11,29 @@
 #include <vector>
 
 namespace dynmesh {
+
+struct PolygonMesh {
+  std::vector<double> positions;      ///< x y z of every vertex, in the order of the file
+  std::vector<std::int64_t> sizes;    ///< the number of corners of each face, at least 3
+  std::vector<std::int64_t> corners;  ///< the vertices of all corners, counted from 0
+};
+
+/// The content of an OBJ file, as far as it is used.
+struct ObjFile {
+  PolygonMesh mesh;
+  std::vector<std::string_view> comments;  ///< at the beginning of the file, without the "#"
+};
+
+/// Parses the text of an OBJ file. Positions may be NaN or infinite. A face may have a vertex
+/// several times, and vertices that follow it. A vertex may have a weight of 1 or a colour. Throws
+/// MalformedFile if a vertex or face is invalid. Takes linear time, and memory of a small multiple
+/// of the size of the text.
+ObjFile parse_obj(std::string_view text);
+
+/// Parses the text of an OFF file or of a variant such as COFF, whose normals, colours and texture
+/// coordinates are skipped. Positions may be NaN or infinite. Throws MalformedFile if the text is
+/// invalid. Takes linear time, and memory of a small multiple of the size of the text.
+PolygonMesh parse_off(std::string_view text);
 
 /// Numbers of one of the types of PLY, in the byte order of the processor.
 using PlyNumbers =
@@ -29,19 +53,20 @@ struct PlyElement {
   std::string name;
   std::size_t n_records = 0;
   std::vector<PlyProperty> properties;  ///< with different names, in the order of the file
-
-  /// Returns the property of this name, or null.
-  [[nodiscard]] const PlyProperty* find(std::string_view property) const;
 };
 
 /// The content of a PLY file. Names and comments are in the encoding of the file.
 struct PlyFile {
   std::vector<PlyElement> elements;   ///< with different names, in the order of the file
   std::vector<std::string> comments;  ///< of the header, with single spaces between the words
-
-  /// Returns the element of this name, or null.
-  [[nodiscard]] const PlyElement* find(std::string_view element) const;
 };
+
+/// Returns the element or property of this name, or null.
+template <class Named>
+const Named* find_named(const std::vector<Named>& all, std::string_view name) {
+  const auto found = std::ranges::find(all, name, &Named::name);
+  return found == all.end() ? nullptr : &*found;
+}
 
 /// Parses a PLY file in text or in either byte order. Numbers may be NaN or infinite. Elements and
 /// properties are not interpreted. Throws MalformedFile if anything is invalid or missing, or
