@@ -42,11 +42,6 @@ TrackingConstants for_coarse(const RegistrationConstants& registration) {
   return constants;
 }
 
-/// What is tried first is kept if others are as good.
-std::pair<bool, double> rank_of(const Pose& pose) {
-  return {pose.has_misplaced_landmarks, pose.misfit()};
-}
-
 }  // namespace
 
 PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers& workers,
@@ -88,11 +83,11 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
       trials, [&](const Trial& trial) { return trial.misfit <= worst && finish(scan, trial); });
 }
 
-/// Draws the template into the scan from a trial, keeps the better pose, and tells whether
-/// that is good.
+/// Draws the template into the scan from a trial, keeps the better pose, of equal ones the first,
+/// and tells whether that is good.
 bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
   Pose pose = finished(scan, trial);
-  if (!pose_ || rank_of(pose) < rank_of(*pose_)) pose_ = std::move(pose);
+  if (!pose_ || pose.misfit() < pose_->misfit()) pose_ = std::move(pose);
   return pose_->is_good();
 }
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/estimator.hpp"
@@ -45,11 +46,11 @@ struct Pose {
   RegistrationQuality quality = RegistrationQuality::ruined;
 
   [[nodiscard]] bool is_good() const { return quality == RegistrationQuality::good; }
-  /// What tells the right pose among several: the share of the points that it does not explain.
-  /// Exchanged limbs and bodies that are turned front to back may explain more of them, but by a
-  /// template that is stretched twice as much.
-  [[nodiscard]] double misfit() const {
-    return agreement.far_share + agreement.disagreeing + stretch;
+  /// What tells the right pose among several, which has the least: the share of the points that it
+  /// does not explain. Exchanged limbs and bodies that are turned front to back may explain more of
+  /// them, but by a template that is stretched twice as much.
+  [[nodiscard]] std::pair<bool, double> misfit() const {
+    return {has_misplaced_landmarks, agreement.far_share + agreement.disagreeing + stretch};
   }
 };
 

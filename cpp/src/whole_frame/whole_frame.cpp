@@ -150,11 +150,10 @@ struct Attempt {
 /// Completes the base by trips from a smooth fill, first with what they learn from the frames, and
 /// if the result is doubtful without. If that is hardly better than the smooth fill, returns it.
 template <class Real>
-Attempt completed_base(Faces faces, const WholeFrameSettings& settings, const Topology& topology,
+Attempt completed_base(Faces faces, const WholeFrameSettings& settings,
+                       std::span<const VertexPair> edges, std::span<const PairLength> lengths,
                        const Window<Real>& window, std::span<const Vector3<double>> start,
                        const Progress& progress, const WholeFrameConstants& constants) {
-  const auto edges = edges_of(topology.cells);
-  const auto lengths = pair_lengths<Real>(edges, window, constants);
   const auto attempt = [&](std::span<const SideResult> results) {
     Attempt made{combine(results, constants), {}};
     made.deviation = deviation_of(edges, lengths, made.combination.positions,
@@ -242,14 +241,15 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   }
 
   const auto start = smooth_fill(topology, known_parts(topology, window, constants), workers);
+  const auto edges = edges_of(cells);
+  const auto lengths = pair_lengths<Real>(edges, window, constants);
   const Attempt made =
-      completed_base(faces, settings, topology, window, start, progress, constants);
-  const double length = typical_length(pair_lengths<Real>(edges_of(cells), window, constants));
+      completed_base<Real>(faces, settings, edges, lengths, window, start, progress, constants);
   const auto& known = window.known[window.base];
   // A smooth fill is made of the known vertices alone.
   const auto errors =
-      standard_errors(made.combination, cells, known, made.is_smooth_fill ? known : seen, length,
-                      settings.noise.has_value(), constants);
+      standard_errors(made.combination, cells, known, made.is_smooth_fill ? known : seen,
+                      typical_length(lengths), settings.noise.has_value(), constants);
   return in_arrays<Real>(made, errors, std::move(survey.seen), window);
 }
 
