@@ -94,13 +94,12 @@ void stop_on(int signal) {
 #ifdef _WIN32
   std::signal(signal, handler);  // reading goes on until the next frame or the end of the input
 #else
-  struct sigaction action {};
-  sigaction(signal, nullptr, &action);
+  struct sigaction before {
+  }, action{};
+  action.sa_handler = handler;  // without SA_RESTART, a blocking read returns
+  sigaction(signal, nullptr, &before);
   // A background job of a shell script ignores interrupts from its start.
-  if (action.sa_handler == SIG_IGN) return;
-  action = {};
-  action.sa_handler = handler;
-  sigaction(signal, &action, nullptr);  // without SA_RESTART, a blocking read returns
+  if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
 #endif
 }
 
@@ -205,7 +204,7 @@ class FrameReader {
   std::size_t n_read_ = 0;
 };
 
-/// A file that has its name only once it is complete. A pipe gets everything at once.
+/// A file that has its name only once it is complete. A pipe gets each frame at once.
 class OutputFile {
  public:
   OutputFile(std::string name, bool overwrite) : name_(std::move(name)) {
@@ -225,13 +224,11 @@ class OutputFile {
 
   void write(const std::string& bytes) {
     const bool is_taken = std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size();
-    const bool has_name = file_.get_deleter().partial.empty();
-    if (is_taken && (!has_name || std::fflush(file_.get()) == 0)) return;
+    if (is_taken && std::fflush(file_.get()) == 0) return;
     refuse_by_system((name_ == "-" ? "standard output" : name_) + ": cannot be written");
   }
 
   void finish() {
-    if (std::fflush(file_.get()) != 0) refuse_by_system(name_ + ": cannot be written");
     const std::string partial = std::exchange(file_.get_deleter().partial, {});
     file_.reset();
     if (partial.empty()) return;
@@ -265,27 +262,19 @@ struct Options {
   bool overwrite = false;
 };
 
-/// Returns what the option of a setting is called. One that is on by default is turned off by
-/// --no-.
-template <class Value>
-std::string option_of(const Setting& setting, Value Settings::*member) {
-  std::string name = setting.name;
-  std::ranges::replace(name, '_', '-');
-  if constexpr (std::is_same_v<Value, bool>) {
-    if (Settings{}.*member) return "--no-" + name;
-  }
-  return "--" + name;
-}
-
 /// Sets the setting of `option`, from what `argument` returns. Returns false if there is none.
 template <class Argument>
 bool set(Settings& settings, const std::string& option, const Argument& argument) {
   bool is_found = false;
   for_each_setting([&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
-    if (option != option_of(setting, member)) return;
-    is_found = true;
+    std::string name = setting.name;
+    std::ranges::replace(name, '_', '-');
     if constexpr (std::is_same_v<Value, bool>) {
-      settings.*member = !(Settings{}.*member);
+      const bool default_value = Settings{}.*member;  // one that is on is turned off by --no-
+      if (option != (default_value ? "--no-" : "--") + name) return;
+      settings.*member = !default_value;
+    } else if (option != "--" + name) {
+      return;
     } else if constexpr (std::is_enum_v<Value>) {
       settings.*member = from_name<Value>(setting.name, argument());
     } else {
@@ -301,6 +290,7 @@ bool set(Settings& settings, const std::string& option, const Argument& argument
       }
       settings.*member = number;
     }
+    is_found = true;
   });
   return is_found;
 }
@@ -379,11 +369,24 @@ void complete(Options& options) {
   if (damage) std::rethrow_exception(damage);
 }
 
-int run(std::span<const std::string> words) {
-  std::optional<Options> options;
+}  // namespace
+
+#ifdef _WIN32
+int wmain(int argc, wchar_t** argv) {
+#else
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that exits is reported as an error
+#endif
+  stop_on(SIGINT);
+  stop_on(SIGTERM);
   int code = 2;
   try {
-    options = parse_options(words);
+    std::vector<std::string> words;
+    for (const fs::path word : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
+      const std::u8string text = word.u8string();
+      words.emplace_back(text.begin(), text.end());
+    }
+    auto options = parse_options(words);
     code = 1;
     if (options) complete(*options);
   } catch (const std::exception& error) {
@@ -399,22 +402,4 @@ int run(std::span<const std::string> words) {
   std::fputs("dynmesh-complete: interrupted; all frames completed so far have been written\n",
              stderr);
   return 128 + caught_signal;
-}
-
-}  // namespace
-
-#ifdef _WIN32
-int wmain(int argc, wchar_t** argv) {
-#else
-int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that exits is reported as an error
-#endif
-  stop_on(SIGINT);
-  stop_on(SIGTERM);
-  std::vector<std::string> words;
-  for (const fs::path word : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
-    const std::u8string text = word.u8string();
-    words.emplace_back(text.begin(), text.end());
-  }
-  return run(words);
 }

@@ -22,8 +22,8 @@
 namespace dynmesh {
 
 namespace py = pybind11;
+using Release = py::call_guard<py::gil_scoped_release>;
 
-void bind_files(py::module_& module);
 void bind_functions(py::module_& module);
 void bind_streams(py::module_& module);
 

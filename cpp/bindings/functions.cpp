@@ -1,4 +1,4 @@
-/// Topology, metrics, baselines, alignment, registration, whole frames and summaries of training.
+/// Topology, metrics, baselines, alignment, registration, whole frames and files.
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/metrics.hpp>
@@ -6,14 +6,15 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/whole_frame.hpp>
 #include <optional>
+#include <tuple>
 #include <variant>
 
 #include "arrays.hpp"
+#include "mesh/mesh_files.hpp"
 
 namespace dynmesh {
 namespace {
 
-using Release = py::call_guard<py::gil_scoped_release>;
 using Positions = Exact<double>;
 
 /// The frames of an array (n, k, 3), one after another.
@@ -55,36 +56,42 @@ void bind_baseline(py::module_& module, const char* name, const Create& create) 
           Release());
 }
 
+/// Points, normals and viewpoints.
 template <class Real>
-struct Request {
-  const Exact<Index>& faces;
-  const Exact<Real>& positions;
-  const Exact<Index>& vertices;
-  const Exact<Real>& landmarks;
-  RegistrationSettings settings;
-  const Training<Real>* training;
+using ScanArrays = std::tuple<Exact<Real>, std::optional<Exact<Real>>, std::optional<Exact<Real>>>;
 
-  template <class Scan>
-  py::tuple registered(const Scan& scan) const {
-    const Registration<Real> found = [&] {
-      const py::gil_scoped_release release;
-      const Landmarks<Real> pairs = {{vertices.data(), static_cast<std::size_t>(vertices.size())},
-                                     view(landmarks)};
-      return register_template<Real>(view(faces), view(positions), scan, pairs, settings, training);
-    }();
-    return py::make_tuple(array_of(found.vertices), array_of(found.observed),
-                          array_of(found.standard_error), fields_of(found));
-  }
-};
+template <class Real>
+py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
+                      const std::variant<ScanArrays<Real>, Images>& scan,
+                      const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align,
+                      bool scale, const Training<Real>* training, bool uncertainty, Index threads) {
+  const Registration<Real> found = [&] {
+    const py::gil_scoped_release release;
+    const Landmarks<Real> pairs = {{vertices.data(), static_cast<std::size_t>(vertices.size())},
+                                   view(landmarks)};
+    const auto registered = [&](const auto& measured) {
+      return register_template<Real>(view(faces), view(positions), measured, pairs,
+                                     {align, scale, uncertainty, threads}, training);
+    };
+    if (const auto* images = std::get_if<Images>(&scan)) {
+      const std::vector<DepthImage> views = view(*images);
+      return registered(std::span<const DepthImage>(views));
+    }
+    return registered(std::apply(scan_of<Real>, std::get<ScanArrays<Real>>(scan)));
+  }();
+  return py::make_tuple(array_of(found.vertices), array_of(found.observed),
+                        array_of(found.standard_error), fields_of(found));
+}
 
 template <class Real>
 py::tuple py_whole_frame(const Exact<Index>& faces, const Exact<Real>& first, std::size_t n_frames,
-                         const py::function& source, const WholeFrameSettings& settings,
+                         const py::function& source, std::optional<std::size_t> frame,
+                         std::optional<double> noise, bool outliers, Index threads,
                          const py::function& progress) {
-  const FrameSource<Real> read = [&](std::size_t frame, Points<Real> points,
+  const FrameSource<Real> read = [&](std::size_t number, Points<Real> points,
                                      std::span<std::uint8_t> known) {
     const py::gil_scoped_acquire acquire;
-    const auto [given, mask] = source(frame).template cast<std::pair<Exact<Real>, Exact<bool>>>();
+    const auto [given, mask] = source(number).template cast<std::pair<Exact<Real>, Exact<bool>>>();
     std::copy_n(given.data(), 3 * points.count, points.data);
     std::copy_n(mask.data(), points.count, known.begin());
   };
@@ -95,7 +102,8 @@ py::tuple py_whole_frame(const Exact<Index>& faces, const Exact<Real>& first, st
   };
   const WholeFrame<Real> whole = [&] {
     const py::gil_scoped_release release;
-    return whole_frame<Real>(view(faces), rows_in(first), n_frames, read, settings, step);
+    return whole_frame<Real>(view(faces), rows_in(first), n_frames, read,
+                             {frame, noise, outliers, threads}, step);
   }();
   return py::make_tuple(array_of(whole.positions), array_of(whole.known), array_of(whole.seen),
                         array_of(whole.standard_error), whole.frame, whole.doubtful);
@@ -103,32 +111,56 @@ py::tuple py_whole_frame(const Exact<Index>& faces, const Exact<Real>& first, st
 
 template <class Real>
 void bind_functions_of(py::module_& module) {
-  module.def(
-      "register",
-      [](const Exact<Index>& faces, const Exact<Real>& positions, const Exact<Real>& points,
-         const std::optional<Exact<Real>>& normals, const std::optional<Exact<Real>>& viewpoints,
-         const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align, bool scale,
-         const Training<Real>* training, bool uncertainty, Index threads) {
-        return Request<Real>{
-            faces, positions, vertices, landmarks, {align, scale, uncertainty, threads}, training}
-            .registered(scan_of(points, normals, viewpoints));
-      });
-  module.def(
-      "register", [](const Exact<Index>& faces, const Exact<Real>& positions, const Images& images,
-                     const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align,
-                     bool scale, const Training<Real>* training, bool uncertainty, Index threads) {
-        const std::vector<DepthImage> views = view(images);
-        return Request<Real>{
-            faces, positions, vertices, landmarks, {align, scale, uncertainty, threads}, training}
-            .registered(std::span<const DepthImage>(views));
-      });
-  module.def("whole_frame", [](const Exact<Index>& faces, const Exact<Real>& first,
-                               std::size_t n_frames, const py::function& source,
-                               std::optional<std::size_t> frame, std::optional<double> noise,
-                               bool outliers, Index threads, const py::function& progress) {
-    return py_whole_frame(faces, first, n_frames, source, {frame, noise, outliers, threads},
-                          progress);
-  });
+  module.def("register", &py_register<Real>);
+  module.def("whole_frame", &py_whole_frame<Real>);
+}
+
+py::array numbers_of(const PlyNumbers& numbers) {
+  return std::visit([](const auto& values) -> py::array { return array_of(values); }, numbers);
+}
+
+/// Files do not state the encoding of names. In Latin-1, any bytes are valid.
+py::str to_text(std::string_view bytes) {
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeLatin1(bytes.data(), static_cast<py::ssize_t>(bytes.size()), nullptr));
+}
+
+template <class Comments>
+py::list to_list(const Comments& comments) {
+  py::list texts;
+  for (const auto& comment : comments) texts.append(to_text(comment));
+  return texts;
+}
+
+py::tuple py_parse_obj(const py::bytes& data) {
+  const std::string_view text = data;
+  const ObjFile file = [&] {
+    const py::gil_scoped_release release;
+    return parse_obj(text);
+  }();
+  return py::make_tuple(array_of(file.mesh.positions).reshape({-1, 3}), array_of(file.mesh.sizes),
+                        array_of(file.mesh.corners), to_list(file.comments));
+}
+
+py::tuple py_parse_ply(const py::bytes& data) {
+  const std::string_view view = data;
+  const PlyFile file = [&] {
+    const py::gil_scoped_release release;
+    return parse_ply(view);
+  }();
+  py::dict elements;
+  for (const PlyElement& element : file.elements) {
+    py::dict columns;
+    for (const PlyProperty& property : element.properties) {
+      py::object column = numbers_of(property.values);
+      if (property.counts) {
+        column = py::make_tuple(numbers_of(*property.counts).attr("astype")("int64"), column);
+      }
+      columns[to_text(property.name)] = column;
+    }
+    elements[to_text(element.name)] = columns;
+  }
+  return py::make_tuple(elements, to_list(file.comments));
 }
 
 }  // namespace
@@ -160,6 +192,8 @@ void bind_functions(py::module_& module) {
                                       objective_from_name(objective), weights_from_name(weights),
                                       reference ? view(*reference) : Points<const double>());
       });
+  module.def("parse_obj", &py_parse_obj);
+  module.def("parse_ply", &py_parse_ply);
   bind_functions_of<float>(module);
   bind_functions_of<double>(module);
 }

@@ -41,7 +41,6 @@ PYBIND11_MODULE(_core, module) {
   py::register_local_exception_translator(&translate_setting_error);
   bind_streams(module);
   bind_functions(module);
-  bind_files(module);
   module.def("_set_task_sharing", &set_task_sharing, py::arg("chunk"), py::arg("short_chunk"),
              py::arg("fewest_pieces"), py::arg("patience"));
   module.def("_pieces_done_by_others", &pieces_done_by_others);

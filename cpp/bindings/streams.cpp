@@ -13,8 +13,6 @@
 namespace dynmesh {
 namespace {
 
-using Release = py::call_guard<py::gil_scoped_release>;
-
 /// Python may call a completer or a tracker while another thread is using it with the GIL released,
 /// which these do not allow.
 template <class Object>

@@ -32,9 +32,9 @@ def laplacian_interpolation(
 ) -> Any: ...
 def find_alignment(faces: _Indices, first_frame: _Doubles, scan: _Doubles) -> dict[str, Any]: ...
 
-# With points, normals and viewpoints, or a list of depth images with their cameras, in the middle.
+# The scan is points, normals and viewpoints, or a list of depth images with their cameras.
 def register(
-    faces: _Indices, template: _Positions, *scan_and_choices: Any
+    faces: _Indices, template: _Positions, scan: Any, *choices: Any
 ) -> tuple[_Positions, _Flags, _Positions, dict[str, Any]]: ...
 def whole_frame(
     faces: _Indices,

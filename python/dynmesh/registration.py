@@ -180,14 +180,14 @@ def register_depth(
     arguments and the errors as for :func:`dynmesh.register`.
     """
     frame = _arrays.first_frame("template", template)
-    scan = (image_arrays(depth, intrinsics, pose),)
+    scan = image_arrays(depth, intrinsics, pose)
     return _registered(faces, frame, scan, landmarks, align, scale, training, uncertainty, threads)
 
 
 def _registered(
     faces: Faces,
     template: Positions,
-    scan: tuple[Any, ...],
+    scan: Any,
     landmarks: Landmarks | None,
     align: bool,
     scale: bool,
@@ -201,7 +201,7 @@ def _registered(
     flat, observed, errors, found = _core.register(
         triangles,
         template,
-        *scan,
+        scan,
         *_landmark_arrays(landmarks, template.dtype),
         align,
         scale,

@@ -6,6 +6,8 @@
 #include <dynmesh/dynmesh.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/template_mesh.hpp>
 #include <dynmesh/tracker.hpp>
@@ -50,10 +52,6 @@ static_assert(std::is_same_v<Index, std::int32_t>);
   throw std::invalid_argument(argument + ": " + why);
 }
 
-inline void check_pointer(const char* argument, const void* pointer) {
-  dynmesh::check_pointer(argument, pointer, 1);
-}
-
 inline std::size_t count_of(const char* argument, std::int64_t count) {
   if (count < 0 || count > std::numeric_limits<Index>::max()) {
     refuse(argument, "cannot have " + std::to_string(count) + " rows");
@@ -61,16 +59,18 @@ inline std::size_t count_of(const char* argument, std::int64_t count) {
   return static_cast<std::size_t>(count);
 }
 
+template <class Real>
+constexpr std::int32_t type_of = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
+
 /// Converts a view, whose type must be that of `reference`. `View` is dynmesh_points for `const
 /// Real` and dynmesh_output for `Real`.
 template <class Real, class View>
 Points<Real> points_of(const char* argument, const View* view,
                        const char* reference = "the first frame") {
-  constexpr std::int32_t type = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
   check_pointer(argument, view);
-  if (view->type != type) {
-    refuse(argument, "type must be " + std::to_string(type) + ", that of " + reference + ", not " +
-                         std::to_string(view->type));
+  if (view->type != type_of<Real>) {
+    refuse(argument, "type must be " + std::to_string(type_of<Real>) + ", that of " + reference +
+                         ", not " + std::to_string(view->type));
   }
   if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
     refuse(argument, "is not aligned to " + std::to_string(alignof(Real)) + " bytes");
@@ -99,14 +99,6 @@ void with_type(const std::string& argument, std::int32_t type, const Call& call)
   }
 }
 
-/// Calls `call` with the positions of a view, which are float or double as its type says.
-template <class Call>
-void with_type_of(const char* argument, const dynmesh_points* view, const Call& call) {
-  check_pointer(argument, view);
-  with_type(std::string(argument) + ": type", view->type,
-            [&]<class Real>(Real) { call(points_of<const Real>(argument, view)); });
-}
-
 inline Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
   return {faces, count_of("faces", n_faces)};
 }
@@ -114,12 +106,6 @@ inline Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
 inline KnownMask mask_of(const dynmesh_mask& mask) {
   const std::int64_t stride = mask.stride == 0 ? 1 : mask.stride;
   return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
-}
-
-inline std::span<const Index> indices_of(const std::int32_t* indices, std::int64_t n_indices) {
-  const std::size_t count = count_of("indices", n_indices);
-  if (count > 0) check_pointer("indices", indices);
-  return {indices, count};
 }
 
 /// A report in C.
@@ -139,39 +125,52 @@ InC to_c(const Report& report) {
   return converted;
 }
 
-inline std::size_t side_of(std::size_t number, const char* side, std::int64_t value) {
-  if (value < 0) {
-    refuse("images", "image " + std::to_string(number) + " cannot have a " + side + " of " +
-                         std::to_string(value));
-  }
-  return static_cast<std::size_t>(value);
-}
-
-inline DepthImage image_of(std::size_t number, const dynmesh_depth_image& given) {
-  DepthImage image;
-  image.data = given.data;
-  image.height = side_of(number, "height", given.height);
-  image.width = side_of(number, "width", given.width);
-  const bool is_packed = given.row_stride == 0;
-  image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
-  image.column_stride =
-      static_cast<std::ptrdiff_t>(is_packed || given.column_stride == 0 ? 1 : given.column_stride);
-  std::ranges::copy(given.intrinsics, image.intrinsics.begin());
-  std::ranges::copy(given.pose, image.pose.begin());
-  return image;
-}
-
 inline std::vector<DepthImage> images_of(const dynmesh_depth_image* images, std::int64_t n_images) {
   const std::size_t count = count_of("images", n_images);
-  if (count > 0) check_pointer("images", images);
-  std::vector<DepthImage> converted(count);
-  for (std::size_t i = 0; i < count; ++i) converted[i] = image_of(i, images[i]);
+  check_pointer("images", images, count);
+  std::vector<DepthImage> converted;
+  for (const dynmesh_depth_image& given : std::span(images, count)) {
+    const auto side = [&](const char* name, std::int64_t value) {
+      if (value >= 0) return static_cast<std::size_t>(value);
+      refuse("images", "image " + std::to_string(converted.size()) + " cannot have a " + name +
+                           " of " + std::to_string(value));
+    };
+    const bool is_packed = given.row_stride == 0;
+    const bool is_dense = is_packed || given.column_stride == 0;
+    DepthImage image;
+    image.data = given.data;
+    image.height = side("height", given.height);
+    image.width = side("width", given.width);
+    image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
+    image.column_stride = static_cast<std::ptrdiff_t>(is_dense ? 1 : given.column_stride);
+    std::ranges::copy(given.intrinsics, image.intrinsics.begin());
+    std::ranges::copy(given.pose, image.pose.begin());
+    converted.push_back(image);
+  }
   return converted;
+}
+
+/// The last message of this thread. It is of fixed size, since reporting that memory is exhausted
+/// must not allocate any.
+inline std::array<char, 1024>& last_message() noexcept {
+  thread_local std::array<char, 1024> message{};
+  return message;
 }
 
 /// Stores `message`, truncated to the available space after a whole character of UTF-8, as the last
 /// message of this thread. Returns `status`.
-dynmesh_status fail(dynmesh_status status, const char* message) noexcept;
+inline dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
+  auto& kept = last_message();
+  std::size_t size = std::strlen(message);
+  if (size >= kept.size()) {
+    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
+    size = kept.size() - 1;
+    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
+  }
+  std::memmove(kept.data(), message, size);
+  kept[size] = '\0';
+  return status;
+}
 
 /// A function of the caller asked for the work to be stopped.
 struct Stopped : std::runtime_error {
@@ -223,18 +222,20 @@ dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   });
 }
 
-/// Calls `call` with positions and a training sequence of their type, or with null for none.
+/// Calls `call` with positions, which are float or double as their type says, and a training
+/// sequence of that type, or with null for none.
 template <class Call>
 void with_training(const char* argument, const dynmesh_points* positions,
                    dynmesh_training* training, const Call& call) {
-  if (training == nullptr) {
-    with_type_of(argument, positions, [&]<class Real>(Points<const Real> given) {
-      call(given, static_cast<const Training<Real>*>(nullptr));
+  if (training != nullptr) {
+    enter(training, [&]<class Real>(const Training<Real>& frames) {
+      call(points_of<const Real>(argument, positions, "the training sequence"), &frames);
     });
     return;
   }
-  enter(training, [&]<class Real>(const Training<Real>& frames) {
-    call(points_of<const Real>(argument, positions, "the training sequence"), &frames);
+  check_pointer(argument, positions);
+  with_type(std::string(argument) + ": type", positions->type, [&]<class Real>(Real) {
+    call(points_of<const Real>(argument, positions), static_cast<const Training<Real>*>(nullptr));
   });
 }
 

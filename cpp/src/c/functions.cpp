@@ -1,25 +1,180 @@
-/// The functions of the C interface beside those of completers and trackers.
+/// The functions of the C interface.
 #include <dynmesh/dynmesh.h>
 
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/whole_frame.hpp>
+#include <optional>
 #include <utility>
 
 #include "c/calls.hpp"
+#include "stream/settings_table.hpp"
 
 namespace dynmesh {
 namespace {
 
-using Message = std::array<char, 1024>;  // of fixed size, since reporting that memory is exhausted
-                                         // must not allocate any
+/// The value of a setting in C: an enumeration or a truth value as int32, and NaN for none.
+template <class Value>
+auto setting_to_c(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return value.value_or(std::numeric_limits<double>::quiet_NaN());
+  } else {
+    return static_cast<std::int32_t>(value);
+  }
+}
 
-Message& last_message() noexcept {
-  thread_local Message message{};
-  return message;
+template <class Value, class Given>
+Value setting_from_c(const char* name, Given given) {
+  if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    return std::isnan(given) ? std::nullopt : Value(given);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    return given != 0;
+  } else if constexpr (std::is_enum_v<Value>) {
+    const auto& names = names_of<Value>;
+    if (given >= 0 && static_cast<std::size_t>(given) < names.size()) {
+      return static_cast<Value>(given);
+    }
+    std::string listed;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      listed += (i == 0 ? "" : " or ") + std::to_string(i) + " (" + std::string(names[i]) + ")";
+    }
+    refuse(name, "must be " + listed + ", not " + std::to_string(given));
+  } else {
+    return given;
+  }
+}
+
+/// Later versions may support several sizes, with default values for the fields that smaller ones
+/// lack.
+void check_settings_size(const char* argument, std::int64_t size) {
+  constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
+  if (size == known) return;
+  refuse(argument, "is " + std::to_string(size) +
+                       ", but this version of dynmesh expects settings of " +
+                       std::to_string(known) + " bytes; call dynmesh_default_settings first");
+}
+
+/// Null means the defaults.
+Settings settings_of(const dynmesh_settings* chosen) {
+  Settings settings;
+  if (chosen == nullptr) return settings;
+  const dynmesh_settings& given = *chosen;
+  check_settings_size("settings.size", given.size);
+  for_each_setting(
+      [&]<class Value>(const Setting& setting, Value Settings::*member, auto member_in_c) {
+        settings.*member = setting_from_c<Value>(setting.name, given.*member_in_c);
+      });
+  return settings;
+}
+
+TrackerSettings settings_of(const TrackerSettings& settings) { return settings; }
+
+/// Creates a completer or a tracker, with training unless that is null.
+template <template <class> class Object, class Given, class Handle>
+dynmesh_status create(const std::int32_t* faces, std::int64_t n_faces,
+                      const dynmesh_points* first_frame, const Given& settings,
+                      dynmesh_training* training, Handle** handle) {
+  return guarded([&] {
+    check_pointer(Handle::name, handle);
+    *handle = nullptr;
+    with_training("first_frame", first_frame, training,
+                  [&]<class Real>(Points<const Real> frame, const Training<Real>* frames) {
+                    const Faces mesh = faces_of(faces, n_faces);
+                    const auto chosen = settings_of(settings);
+                    *handle =
+                        new Handle{frames == nullptr ? Object<Real>(mesh, frame, chosen)
+                                                     : Object<Real>(mesh, frame, chosen, *frames)};
+                  });
+  });
+}
+
+void store(const FrameReport& report, dynmesh_frame_report* where) {
+  *where = to_c<dynmesh_frame_report>(report);
+}
+
+void store(const TrackingReport& report, dynmesh_tracking_report* where) {
+  const auto frame = to_c<dynmesh_frame_report>(static_cast<const FrameReport&>(report));
+  *where = {frame.known,
+            frame.filled,
+            frame.disconnected,
+            frame.iterations,
+            report.recovered ? 1 : 0,
+            to_c<dynmesh_agreement>(report.agreement),
+            frame.seconds};
+}
+
+/// Writes the frame that `call` returns the report of, and that report unless it is not wanted.
+template <class Handle, class ReportInC, class Call>
+dynmesh_status complete(Handle* handle, const dynmesh_output* out, ReportInC* report,
+                        const Call& call) {
+  return with(handle, [&]<template <class> class Object, class Real>(Object<Real>& object) {
+    const auto found = call(object, [&] { return points_of<Real>("out", out); });
+    if (report != nullptr) store(found, report);
+  });
+}
+
+/// The data of an array of the last frame, which `get` returns; null without a valid handle.
+template <class Handle, class Get>
+auto data_of(const Handle* handle, const Get& get) {
+  decltype(get(std::get<0>(handle->any)).data()) data = nullptr;
+  (void)with(handle, [&](const auto& object) { data = get(object).data(); });
+  return data;
+}
+
+template <class Handle>
+dynmesh_status reset(Handle* handle, const dynmesh_points* frame) {
+  return with(handle, [&]<template <class> class Object, class Real>(Object<Real>& object) {
+    object.reset(points_of<const Real>("frame", frame));
+  });
+}
+
+template <class Handle>
+dynmesh_status state_size(const Handle* handle, std::int64_t* size) {
+  return with_constant(handle, [&](const auto& object) {
+    check_pointer("size", size);
+    *size = static_cast<std::int64_t>(object.state_size());
+  });
+}
+
+template <class Handle>
+dynmesh_status write_state(const Handle* handle, void* state, std::int64_t size) {
+  return with(handle, [&](const auto& object) {
+    check_pointer("state", state);
+    const std::size_t needed = object.state_size();
+    if (size < static_cast<std::int64_t>(needed)) {
+      refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
+                          std::to_string(needed));
+    }
+    std::ranges::copy(object.state(), static_cast<std::byte*>(state));
+  });
+}
+
+template <class Handle>
+dynmesh_status restore(Handle* handle, const void* state, std::int64_t size) {
+  return with(handle, [&](auto& object) {
+    check_pointer("state", state);
+    if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
+    object.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
+  });
+}
+
+template <class Handle>
+dynmesh_status standard_error(const Handle* handle, void* values, std::int64_t count,
+                              std::int32_t type) {
+  return with(handle, [&]<template <class> class Object, class Real>(const Object<Real>& object) {
+    check_pointer("values", values);
+    const std::span<const Real> found = object.standard_error();
+    if (count != static_cast<std::int64_t>(found.size())) {
+      refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
+                          std::to_string(found.size()) + " vertices");
+    }
+    if (type != type_of<Real>) {
+      refuse("type", "must be " + std::to_string(type_of<Real>) +
+                         ", that of the first frame, not " + std::to_string(type));
+    }
+    std::ranges::copy(found, static_cast<Real*>(values));
+  });
 }
 
 /// The owner of the arrays to which a dynmesh_template points.
@@ -46,14 +201,14 @@ void give(const std::vector<Real>& found, Points<Real> positions,
 }
 
 WholeFrameSettings settings_of(const dynmesh_whole_frame_request& request) {
-  WholeFrameSettings settings;
   if (request.frame < -1) {
     refuse("frame", "must be -1 or the number of a frame, not " + std::to_string(request.frame));
   }
+  WholeFrameSettings settings = {
+      .noise = setting_from_c<std::optional<double>>("noise", request.noise),
+      .outliers = request.outliers != 0,
+      .threads = request.threads};
   if (request.frame >= 0) settings.frame = static_cast<std::size_t>(request.frame);
-  if (!std::isnan(request.noise)) settings.noise = request.noise;
-  settings.outliers = request.outliers != 0;
-  settings.threads = request.threads;
   return settings;
 }
 
@@ -62,14 +217,14 @@ WholeFrame<Real> put_together(const dynmesh_whole_frame_request& request, Points
   check_view("positions", positions);
   const FrameSource<Real> source = [&](std::size_t frame, Points<Real> points,
                                        std::span<std::uint8_t> known) {
-    const auto number = static_cast<std::int64_t>(frame);
-    if (request.source(request.context, number, points.data, known.data()) != 0) {
+    if (request.source(request.context, static_cast<std::int64_t>(frame), points.data,
+                       known.data()) != 0) {
       throw Stopped("frame " + std::to_string(frame) + ": stopped by the source");
     }
   };
   const Progress progress = [&](std::size_t done, std::size_t of) {
-    if (request.progress == nullptr) return;
-    if (request.progress(request.context, static_cast<std::int64_t>(done),
+    if (request.progress != nullptr &&
+        request.progress(request.context, static_cast<std::int64_t>(done),
                          static_cast<std::int64_t>(of)) != 0) {
       throw Stopped("stopped after " + std::to_string(done) + " of " + std::to_string(of) +
                     " steps");
@@ -108,20 +263,6 @@ Registration<Real> registered(const dynmesh_registration_request& request,
 }
 
 }  // namespace
-
-dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
-  Message& kept = last_message();
-  std::size_t size = std::strlen(message);
-  if (size >= kept.size()) {
-    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
-    size = kept.size() - 1;
-    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
-  }
-  std::memmove(kept.data(), message, size);
-  kept[size] = '\0';
-  return status;
-}
-
 }  // namespace dynmesh
 
 using namespace dynmesh;  // C has no namespaces
@@ -130,15 +271,211 @@ const char* dynmesh_last_message() { return last_message().data(); }
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
+// The functions that completers and trackers have in common, dynmesh_skip and so on.
+#define DYNMESH_STREAM(prefix, Handle, Report)                                             \
+  void prefix##destroy(Handle* handle) { delete handle; }                                  \
+  dynmesh_status prefix##skip(Handle* handle, const dynmesh_output* out, Report* report) { \
+    return complete(handle, out, report, [](auto& o, auto to) { return o.skip(to()); });   \
+  }                                                                                        \
+  dynmesh_status prefix##reset(Handle* handle, const dynmesh_points* frame) {              \
+    return reset(handle, frame);                                                           \
+  }                                                                                        \
+  dynmesh_status prefix##state_size(const Handle* handle, int64_t* size) {                 \
+    return state_size(handle, size);                                                       \
+  }                                                                                        \
+  dynmesh_status prefix##state(const Handle* handle, void* state, int64_t size) {          \
+    return write_state(handle, state, size);                                               \
+  }                                                                                        \
+  dynmesh_status prefix##restore(Handle* handle, const void* state, int64_t size) {        \
+    return restore(handle, state, size);                                                   \
+  }                                                                                        \
+  const int32_t* prefix##generation(const Handle* handle) {                                \
+    return data_of(handle, [](const auto& o) { return o.generation(); });                  \
+  }                                                                                        \
+  const int32_t* prefix##age(const Handle* handle) {                                       \
+    return data_of(handle, [](const auto& o) { return o.age(); });                         \
+  }                                                                                        \
+  dynmesh_status prefix##standard_error(const Handle* handle, void* values, int64_t count, \
+                                        int32_t type) {                                    \
+    return standard_error(handle, values, count, type);                                    \
+  }
+DYNMESH_STREAM(dynmesh_, dynmesh_completer, dynmesh_frame_report)
+DYNMESH_STREAM(dynmesh_tracker_, dynmesh_tracker, dynmesh_tracking_report)
+#undef DYNMESH_STREAM
+
+dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size) {
+  return guarded([&] {
+    check_pointer("settings", settings);
+    check_settings_size("size", size);
+    const Settings defaults;
+    settings->size = size;
+    for_each_setting([&](const Setting&, auto member, auto member_in_c) {
+      settings->*member_in_c = setting_to_c(defaults.*member);
+    });
+  });
+}
+
+dynmesh_status dynmesh_create(const int32_t* faces, int64_t n_faces,
+                              const dynmesh_points* first_frame, const dynmesh_settings* settings,
+                              dynmesh_completer** completer) {
+  return create<Completer>(faces, n_faces, first_frame, settings, nullptr, completer);
+}
+
+dynmesh_status dynmesh_create_trained(const int32_t* faces, int64_t n_faces,
+                                      const dynmesh_points* first_frame,
+                                      const dynmesh_settings* settings, dynmesh_training* training,
+                                      dynmesh_completer** completer) {
+  if (completer != nullptr) *completer = nullptr;
+  if (training == nullptr) return guarded([&] { check_pointer("training", training); });
+  return create<Completer>(faces, n_faces, first_frame, settings, training, completer);
+}
+
+dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
+                                      const dynmesh_points* first_frame, int32_t threads,
+                                      dynmesh_tracker** tracker) {
+  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, 0, nullptr, tracker);
+}
+
+dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
+                                           const dynmesh_points* first_frame, int32_t threads,
+                                           int32_t uncertainty, int32_t recover,
+                                           dynmesh_training* training, dynmesh_tracker** tracker) {
+  const TrackerSettings settings = {
+      .threads = threads, .uncertainty = uncertainty != 0, .recover = recover != 0};
+  return create<Tracker>(faces, n_faces, first_frame, settings, training, tracker);
+}
+
+dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
+                                       dynmesh_training** training) {
+  return guarded([&] {
+    check_pointer("training", training);
+    *training = nullptr;
+    if (n_vertices < 0 || n_vertices > std::numeric_limits<Index>::max()) {
+      refuse("n_vertices", "must be from 0 to 2147483647, not " + std::to_string(n_vertices));
+    }
+    with_type("type", type, [&]<class Real>(Real) {
+      *training = new dynmesh_training{Training<Real>(static_cast<std::size_t>(n_vertices))};
+    });
+  });
+}
+
+dynmesh_status dynmesh_training_add(dynmesh_training* training, const dynmesh_points* frame) {
+  return with(training, [&]<class Real>(Training<Real>& frames) {
+    frames.add(points_of<const Real>("frame", frame, "the training sequence"));
+  });
+}
+
+void dynmesh_training_destroy(dynmesh_training* training) { delete training; }
+
+dynmesh_status dynmesh_push(dynmesh_completer* completer, const dynmesh_points* points,
+                            const dynmesh_mask* known, const dynmesh_output* out,
+                            dynmesh_frame_report* report) {
+  return complete(completer, out, report, [&]<class Real>(Completer<Real>& c, auto to) {
+    const auto given = points_of<const Real>("points", points);
+    return known == nullptr ? c.push(given, to()) : c.push(given, mask_of(*known), to());
+  });
+}
+
+dynmesh_status dynmesh_push_sparse(dynmesh_completer* completer, const int32_t* indices,
+                                   int64_t n_indices, const dynmesh_points* points,
+                                   const dynmesh_output* out, dynmesh_frame_report* report) {
+  return complete(completer, out, report, [&]<class Real>(Completer<Real>& c, auto to) {
+    const std::size_t n = count_of("indices", n_indices);
+    check_pointer("indices", indices, n);
+    return c.push_sparse({indices, n}, points_of<const Real>("points", points), to());
+  });
+}
+
+dynmesh_status dynmesh_tracker_push(dynmesh_tracker* tracker, const dynmesh_points* points,
+                                    const dynmesh_points* normals, const dynmesh_points* viewpoints,
+                                    const dynmesh_output* out, dynmesh_tracking_report* report) {
+  return complete(tracker, out, report, [&]<class Real>(Tracker<Real>& t, auto to) {
+    Scan<Real> scan = {points_of<const Real>("points", points)};
+    if (normals != nullptr) scan.normals = points_of<const Real>("normals", normals);
+    if (viewpoints != nullptr) scan.viewpoints = points_of<const Real>("viewpoints", viewpoints);
+    return t.push(scan, to());
+  });
+}
+
+dynmesh_status dynmesh_tracker_push_depth(dynmesh_tracker* tracker,
+                                          const dynmesh_depth_image* images, int64_t n_images,
+                                          const dynmesh_output* out,
+                                          dynmesh_tracking_report* report) {
+  return complete(tracker, out, report, [&](auto& t, auto to) {
+    return t.push_depth(images_of(images, n_images), to());
+  });
+}
+
+int64_t dynmesh_n_vertices(const dynmesh_completer* completer) {
+  int64_t k = 0;
+  (void)with_constant(completer, [&](const auto& c) { k = static_cast<int64_t>(c.n_vertices()); });
+  return k;
+}
+
+dynmesh_status dynmesh_report(const dynmesh_completer* completer, dynmesh_frame_report* report) {
+  return with(completer, [&](const auto& c) {
+    check_pointer("report", report);
+    store(c.report(), report);
+  });
+}
+
+dynmesh_status dynmesh_topology(const dynmesh_completer* completer,
+                                dynmesh_topology_report* report) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("report", report);
+    const TopologyReport& found = c.topology();
+    *report = {static_cast<int64_t>(found.components),
+               static_cast<int64_t>(found.isolated_vertices),
+               static_cast<int64_t>(found.boundary_edges),
+               static_cast<int64_t>(found.refused_faces.size())};
+  });
+}
+
+dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t number,
+                                    int64_t* face, const char** reason) {
+  return with_constant(completer, [&](const auto& c) {
+    check_pointer("face", face);
+    check_pointer("reason", reason);
+    const auto& refused = c.topology().refused_faces;
+    if (number < 0 || number >= static_cast<int64_t>(refused.size())) {
+      refuse("number", "is " + std::to_string(number) + ", but " + std::to_string(refused.size()) +
+                           " faces were refused, counted from 0");
+    }
+    const RefusedFace& found = refused[number];
+    *face = static_cast<int64_t>(found.index);
+    *reason = found.reason.c_str();
+  });
+}
+
+const uint8_t* dynmesh_tracker_observed(const dynmesh_tracker* tracker) {
+  return data_of(tracker, [](const auto& t) { return t.observed(); });
+}
+
+dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* tracker,
+                                                    dynmesh_agreement* values, int64_t count,
+                                                    int64_t* n_sensors) {
+  return with(tracker, [&](const auto& t) {
+    check_pointer("n_sensors", n_sensors);
+    if (count < 0) refuse("count", "is " + std::to_string(count));
+    check_pointer("values", values, static_cast<std::size_t>(count));
+    const auto found = t.agreement_of_sensors();
+    const auto n = std::min(found.size(), static_cast<std::size_t>(count));
+    std::ranges::transform(found.first(n), values, to_c<dynmesh_agreement, Agreement>);
+    *n_sensors = static_cast<int64_t>(found.size());
+  });
+}
+
 dynmesh_status dynmesh_find_alignment(const int32_t* faces, int64_t n_faces,
                                       const dynmesh_points* first_frame, const dynmesh_points* scan,
                                       dynmesh_alignment* alignment) {
   return guarded([&] {
     check_pointer("alignment", alignment);
-    with_type_of("first_frame", first_frame, [&]<class Real>(Points<const Real> frame) {
-      const auto points = points_of<const Real>("scan", scan);
-      *alignment = to_c<dynmesh_alignment>(find_alignment(faces_of(faces, n_faces), frame, points));
-    });
+    with_training("first_frame", first_frame, nullptr,
+                  [&]<class Real>(Points<const Real> frame, const auto*) {
+                    const auto points = points_of<const Real>("scan", scan);
+                    *alignment = to_c<dynmesh_alignment>(
+                        find_alignment(faces_of(faces, n_faces), frame, points));
+                  });
   });
 }
 

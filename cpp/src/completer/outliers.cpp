@@ -53,7 +53,6 @@ std::size_t Outliers<Real>::drop(Frame previous, Frame points, std::span<std::ui
     if (known[v] == 0) continue;
     const auto nearest = nearest_anchors(static_cast<Index>(v), known);
     if (nearest.size() < fewest_neighbours) continue;
-    std::array<std::array<double, most_neighbours>, 3> motions{};
     const auto motion = [&](std::size_t vertex, std::size_t axis) {
       const Vector3<Real> d = points[vertex] - previous[vertex];
       return static_cast<double>(axis == 0 ? d.x : axis == 1 ? d.y : d.z);
@@ -61,13 +60,12 @@ std::size_t Outliers<Real>::drop(Frame previous, Frame points, std::span<std::ui
     std::array<double, most_neighbours> around{};
     double own = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::array<double, most_neighbours> motions{};
+      for (std::size_t n = 0; n < nearest.size(); ++n) motions[n] = motion(at(nearest[n]), axis);
+      auto sorted = motions;
+      const double middle = median({sorted.data(), nearest.size()});
       for (std::size_t n = 0; n < nearest.size(); ++n) {
-        motions[axis][n] = motion(static_cast<std::size_t>(nearest[n]), axis);
-      }
-      auto copy = motions[axis];
-      const double middle = median({copy.data(), nearest.size()});
-      for (std::size_t n = 0; n < nearest.size(); ++n) {
-        around[n] = std::hypot(around[n], motions[axis][n] - middle);
+        around[n] = std::hypot(around[n], motions[n] - middle);
       }
       own = std::hypot(own, motion(v, axis) - middle);
     }

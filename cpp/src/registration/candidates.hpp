@@ -7,10 +7,24 @@
 #include <vector>
 
 #include "registration/constants.hpp"
-#include "registration/targets.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
+
+/// Vertices of a template, and where they belong.
+struct Targets {
+  std::vector<Index> vertices;
+  std::vector<Vector3<double>> positions;
+
+  void add(Index vertex, const Vector3<double>& position) {
+    vertices.push_back(vertex);
+    positions.push_back(position);
+  }
+  /// Whether there are three that are not on a line.
+  [[nodiscard]] bool determine_a_rotation() const;
+  /// The rigid motion that brings the vertices of `frame` closest to their positions.
+  [[nodiscard]] Eigen::Isometry3d motion_from(std::span<const Vector3<double>> frame) const;
+};
 
 /// A rigid motion of the template, and landmarks between which it then bends: those of the caller,
 /// and rough ones all over the surface, which tell its pose, but no position exactly.
@@ -23,9 +37,10 @@ struct Candidate {
 /// Candidates for a scan in any pose, the most likely first. Distances along the surface do not
 /// change where it bends: the tips of the limbs are paired with those of the scan as these tell, in
 /// the most likely ways, and then places of the template with the points whose distances from
-/// the tips are most alike.
+/// the tips are most alike. All have the landmarks.
 std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
                                           std::span<const Vector3<double>> frame,
-                                          const PointScan& scan, const TipConstants& constants);
+                                          const PointScan& scan, const Targets& landmarks,
+                                          const TipConstants& constants);
 
 }  // namespace dynmesh

@@ -70,9 +70,8 @@ Topology topology_of(const std::vector<Triangle>& faces, std::size_t n_vertices)
 
 CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::size_t most_vertices) {
   CoarseMesh mesh;
-  mesh.vertices.resize(frame.size());
-  std::iota(mesh.vertices.begin(), mesh.vertices.end(), Index{0});
-  mesh.of_vertex = mesh.vertices;
+  mesh.of_vertex.resize(frame.size());
+  std::iota(mesh.of_vertex.begin(), mesh.of_vertex.end(), Index{0});
   mesh.faces.assign(faces.begin(), faces.end());
   mesh.positions.assign(frame.begin(), frame.end());
   mesh.topology = topology_of(mesh.faces, frame.size());
@@ -83,13 +82,8 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
     const auto nearest = nearest_clusters(clusters, finer, mesh.positions);
     for (Index& owner : mesh.of_vertex) owner = nearest[at(owner)];
     mesh.faces = faces_between(mesh.faces, nearest);
-    std::vector<Index> vertices;
     std::vector<Vector3<double>> positions;
-    for (const Index centre : clusters.centres) {
-      vertices.push_back(mesh.vertices[at(centre)]);
-      positions.push_back(mesh.positions[at(centre)]);
-    }
-    mesh.vertices = std::move(vertices);
+    for (const Index centre : clusters.centres) positions.push_back(mesh.positions[at(centre)]);
     mesh.positions = std::move(positions);
     if (mesh.faces.empty()) mesh.faces.push_back({0, 0, 0});
     mesh.topology = topology_of(mesh.faces, mesh.positions.size());
@@ -105,12 +99,14 @@ std::vector<Vector3<double>> CoarseMesh::lifted(Field frame, Field x,
   std::vector<Vector3<double>> result(frame.size());
   for (std::size_t v = 0; v < frame.size(); ++v) {
     const Index owner = of_vertex[v];
+    std::vector<Index> around = {owner};
     const auto ring = topology.cells[owner];
+    around.insert(around.end(), ring.begin(), ring.end());
     const auto arm_from = [&](Index c) { return frame[v] - positions[at(c)]; };
-    double reach = squared_norm(arm_from(owner));
-    for (const Index c : ring) reach = std::max(reach, squared_norm(arm_from(c)));
+    double reach = 0;
+    for (const Index c : around) reach = std::max(reach, squared_norm(arm_from(c)));
     double total = 0;
-    const auto add = [&](Index c) {
+    for (const Index c : around) {
       const auto arm = arm_from(c);
       const double nearness = reach > 0 ? 1 - std::sqrt(squared_norm(arm) / reach) : 1;
       const double weight = nearness * nearness;
@@ -118,9 +114,7 @@ std::vector<Vector3<double>> CoarseMesh::lifted(Field frame, Field x,
       const auto turned = from_eigen(Eigen::Quaterniond(q.w, q.x, q.y, q.z) * to_eigen(arm));
       result[v] = result[v] + weight * (x[at(c)] + turned);
       total += weight;
-    };
-    add(owner);
-    for (const Index c : ring) add(c);
+    }
     result[v] = total > 0 ? (1 / total) * result[v] : x[at(owner)] + arm_from(owner);
   }
   return result;

@@ -9,8 +9,6 @@
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "kernels/kernels.hpp"
-#include "registration/constants.hpp"
-#include "support/workers.hpp"
 
 namespace dynmesh {
 
@@ -18,7 +16,6 @@ namespace dynmesh {
 /// three clusters meet. Clusters that touch without a triangle are joined by faces with a repeated
 /// vertex.
 struct CoarseMesh {
-  std::vector<Index> vertices;   ///< of the template, one for each vertex of the coarse mesh
   std::vector<Index> of_vertex;  ///< (k,) the vertex of the coarse mesh that is nearest along edges
   std::vector<Triangle> faces;
   std::vector<Vector3<double>> positions;

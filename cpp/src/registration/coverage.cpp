@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "support/geometry.hpp"
@@ -119,8 +120,7 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
     is_in_hole[v] = is_measured ? 0 : 1;
   }
   auto shares = areas_of(surface.faces, surface.first_frame);
-  double all = 0;
-  for (const double area : shares) all += area;
+  const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
   for (double& share : shares) share = all > 0 ? share / all : 0;
   coverage.hole = largest_piece(surface.cells, shares, std::move(is_in_hole));
   coverage.overlap = overlapping_area(surface, shares, constants, agreement);

@@ -8,7 +8,6 @@
 
 #include "mesh/generations.hpp"
 #include "registration/rigid_starts.hpp"
-#include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
@@ -17,15 +16,6 @@
 
 namespace dynmesh {
 namespace {
-
-using Cloud = std::vector<Vector3<double>>;
-
-Cloud moved(const Eigen::Isometry3d& motion, std::span<const Vector3<double>> frame) {
-  Cloud result(frame.size());
-  std::ranges::transform(frame, result.begin(),
-                         [&](const auto& x) { return from_eigen(motion * to_eigen(x)); });
-  return result;
-}
 
 /// The shape of the template itself is wanted: nothing was tracked before. A surface that is far
 /// from its place needs all points from the beginning.
@@ -52,25 +42,17 @@ TrackingConstants for_coarse(const RegistrationConstants& registration) {
   return constants;
 }
 
-/// What is tried first is kept if others are as good.
-std::pair<bool, double> rank_of(const Pose& pose) {
-  return {pose.has_misplaced_landmarks, pose.misfit()};
-}
-
 }  // namespace
 
 PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers& workers,
-                       const RegistrationSettings& settings, const RegistrationConstants& constants,
-                       double epsilon)
+                       const RegistrationSettings& settings, double epsilon)
     : template_(given),
       topology_(topology),
       settings_(settings),
-      constants_(constants),
-      edge_(mean_edge_length<double>(topology.cells, given.frame)),
       is_sheet_(find_sheets(given.faces, topology.component)),
-      mesh_(coarse_mesh_of(given.faces, given.frame, constants.most_coarse_vertices)),
-      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse(constants)),
-      fine_(given.faces, topology, workers, given.frame, for_fine(constants), given.training,
+      mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
+      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse(constants_)),
+      fine_(given.faces, topology, workers, given.frame, for_fine(constants_), given.training,
             settings.uncertainty, epsilon) {}
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
@@ -93,20 +75,19 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   }
   std::array<Trial, 2> trials = {best_trial(candidates), {}};
   if (trials[0].misfit < constants_.near_misfit && finish(scan, trials[0])) return true;
-  candidates = candidates_by_tips(template_.faces, template_.frame, scan, constants_.tips);
-  for (Candidate& candidate : candidates) candidate.landmarks = targets;
-  trials[1] = best_trial(candidates);
+  trials[1] = best_trial(
+      candidates_by_tips(template_.faces, template_.frame, scan, targets, constants_.tips));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   const double worst = constants_.alike * trials[0].misfit;
   return std::ranges::any_of(
       trials, [&](const Trial& trial) { return trial.misfit <= worst && finish(scan, trial); });
 }
 
-/// Draws the template into the scan from a trial, keeps the better pose, and tells whether
-/// that is good.
+/// Draws the template into the scan from a trial, keeps the better pose, of equal ones the first,
+/// and tells whether that is good.
 bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
   Pose pose = finished(scan, trial);
-  if (!pose_ || rank_of(pose) < rank_of(*pose_)) pose_ = std::move(pose);
+  if (!pose_ || pose.misfit() < pose_->misfit()) pose_ = std::move(pose);
   return pose_->is_good();
 }
 
@@ -134,19 +115,18 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
     spacings.push_back(std::sqrt(scan.squared_spacing(i, 4)));
   }
   const double reach =
-      std::max(edge_, constants_.held_spacings * quantile(std::move(spacings), 0.5));
+      std::max(fine_.mean_edge(), constants_.held_spacings * quantile(std::move(spacings), 0.5));
   for (std::size_t i = 0; i < targets.vertices.size(); ++i) {
     Targets& kind = scan.distance(targets.positions[i]) < reach ? checked_ : held_;
-    kind.vertices.push_back(targets.vertices[i]);
-    kind.positions.push_back(targets.positions[i]);
+    kind.add(targets.vertices[i], targets.positions[i]);
   }
 }
 
 std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Targets& targets) const {
   std::vector<Candidate> found;
-  for (const RigidStart& start :
+  for (const auto& motion :
        rigid_starts(template_.faces, template_.frame, scan, constants_.rigid)) {
-    found.push_back({start.motion, targets});
+    found.push_back({motion, targets});
   }
   return found;
 }
@@ -172,7 +152,9 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
 
 /// The coarse mesh, moved and bent until its landmarks are at their positions.
 PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
-  coarse_.place(moved(candidate.motion, mesh_.positions), false);
+  Cloud start;
+  for (const auto& x : mesh_.positions) start.push_back(from_eigen(candidate.motion * to_eigen(x)));
+  coarse_.place(start, false);
   auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
   const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
   guides.insert(guides.end(), rough.begin(), rough.end());
@@ -212,15 +194,11 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
   return guides;
 }
 
-/// The template where the coarse mesh is.
-PoseSearch::Cloud PoseSearch::lifted(const Trial& trial) {
-  coarse_.place(trial.x, false);
-  return mesh_.lifted(template_.frame, trial.x, coarse_.shape().rotations().quaternions());
-}
-
 /// Draws the template into the scan from where the coarse mesh is.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
-  fine_.place(lifted(trial), false);
+  coarse_.place(trial.x, false);
+  const auto& rotations = coarse_.shape().rotations().quaternions();
+  fine_.place(mesh_.lifted(template_.frame, trial.x, rotations), false);
   std::vector<Landmark> landmarks;
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
@@ -232,7 +210,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     for (std::size_t v = 0; v < found.x.size(); ++v) {
       moved_by += std::sqrt(squared_norm(found.x[v] - fine_.last()[v]));
     }
-    pose.converged = moved_by < constants_.settled * edge_ * static_cast<double>(found.x.size());
+    pose.converged =
+        moved_by < constants_.settled * fine_.mean_edge() * static_cast<double>(found.x.size());
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());
@@ -255,7 +234,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
 double PoseSearch::unexplained_share(double far_share) const {
   std::vector<double> distances;
   fine_.matches().for_each_near(fine_.constants().far_distance, [&](const Place& place) {
-    distances.push_back(std::sqrt(place.squared) / edge_);
+    distances.push_back(std::sqrt(place.squared) / fine_.mean_edge());
   });
   if (distances.empty()) return 1;
   const double limit = std::max(constants_.unexplained_edges,
@@ -269,7 +248,7 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
   pose.unexplained = unexplained_share(pose.agreement.far_share);
   pose.stretch = mean_stretch(topology_.cells, template_.frame, pose.x);
   pose.coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
-                               fine_.matches().normals(), is_sheet_, edge_},
+                               fine_.matches().normals(), is_sheet_, fine_.mean_edge()},
                               scan, constants_, fine_.constants().agreement);
   const double limit = constants_.misplaced_landmark * size_of(pose.x);
   for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {

@@ -1,42 +1,66 @@
 /// Finds the pose of a template in a scan: tries where it may be, and keeps what fits best.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <cstdint>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "mesh/estimator.hpp"
 #include "registration/candidates.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
-#include "registration/pose.hpp"
-#include "registration/targets.hpp"
+#include "registration/coverage.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
 
 namespace dynmesh {
 
-/// A template, all of it in the internal order.
+/// A template, and other frames of it.
 struct Template {
   std::vector<Triangle> faces;
   std::vector<Vector3<double>> frame;
   TrainingFrames training;
 };
 
+/// A template that was bent into a scan.
+struct Pose {
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< that comes closest to x
+  std::vector<Vector3<double>> x = {};                       ///< (k,)
+  std::vector<std::uint8_t> observed = {};                   ///< (k,)
+  std::vector<double> standard_errors = {};                  ///< (k,), empty if not wanted
+  std::size_t rounds = 0;
+  bool converged = false;
+  Agreement agreement = {};
+  Coverage coverage = {};
+  double unexplained = 0;  ///< the share of the points that noise does not explain
+  double stretch = 0;      ///< of its edges, on average
+  bool has_misplaced_landmarks = false;
+  RegistrationQuality quality = RegistrationQuality::ruined;
+
+  [[nodiscard]] bool is_good() const { return quality == RegistrationQuality::good; }
+  /// What tells the right pose among several, which has the least: the share of the points that it
+  /// does not explain. Exchanged limbs and bodies that are turned front to back may explain more of
+  /// them, but by a template that is stretched twice as much.
+  [[nodiscard]] std::pair<bool, double> misfit() const {
+    return {has_misplaced_landmarks, agreement.far_share + agreement.disagreeing + stretch};
+  }
+};
+
 /// Bends the coarse mesh of a template from many candidates, and then the template from the best
 /// one. Both are drawn to a scan as a tracker does.
 class PoseSearch {
  public:
-  /// `epsilon` is that of the caller's numbers. All arguments but the last must outlive this
-  /// object.
+  /// `epsilon` is that of the caller's numbers. All other arguments must outlive this object.
   PoseSearch(const Template& given, const Topology& topology, Workers& workers,
-             const RegistrationSettings& settings, const RegistrationConstants& constants,
-             double epsilon);
+             const RegistrationSettings& settings, double epsilon);
 
   /// `scan` and the targets are in the unit of the template.
   Pose run(const PointScan& scan, const Targets& targets);
@@ -63,7 +87,6 @@ class PoseSearch {
   [[nodiscard]] std::vector<Landmark> guides_of(const Targets& landmarks,
                                                 const Eigen::Isometry3d& motion,
                                                 double weight) const;
-  [[nodiscard]] Cloud lifted(const Trial& trial);
   Pose finished(const PointScan& scan, const Trial& trial);
   [[nodiscard]] double unexplained_share(double far_share) const;
   void judge(const PointScan& scan, Pose& pose) const;
@@ -71,8 +94,7 @@ class PoseSearch {
   const Template& template_;
   const Topology& topology_;
   const RegistrationSettings& settings_;
-  const RegistrationConstants& constants_;
-  double edge_;
+  RegistrationConstants constants_;
   std::vector<std::uint8_t> is_sheet_;
   CoarseMesh mesh_;
   SurfaceTracking coarse_, fine_;

@@ -9,12 +9,11 @@
 #include <string>
 
 #include "registration/constants.hpp"
-#include "registration/pose.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/register_measurement.hpp"
-#include "registration/targets.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/camera_arguments.hpp"
@@ -26,16 +25,6 @@
 namespace dynmesh {
 namespace {
 
-/// How many times as large as the template the scan is.
-double ratio_of_sizes(std::span<const Vector3<double>> frame, const PointScan& scan) {
-  const double size = size_of(frame);
-  const double ratio = size > 0 ? size_of(scan.points) / size : 1;
-  if (!(ratio > 0) || !std::isfinite(ratio)) {
-    throw std::invalid_argument("points: all are at the same position, as far as can be computed");
-  }
-  return ratio;
-}
-
 void refuse_ratio(double ratio) {
   std::array<char, 200> text{};
   (void)std::snprintf(text.data(), text.size(),
@@ -43,6 +32,58 @@ void refuse_ratio(double ratio) {
                       "unit of length, unless scale is set",
                       ratio);
   throw std::invalid_argument(text.data());
+}
+
+/// Refuses landmarks that contradict each other, or are not of a template with this many vertices.
+template <class Real>
+void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
+  if (landmarks.positions.count != landmarks.vertices.size()) {
+    throw std::invalid_argument("landmarks: there are " +
+                                std::to_string(landmarks.vertices.size()) + " vertices, but " +
+                                std::to_string(landmarks.positions.count) + " positions");
+  }
+  check_scan("landmarks", landmarks.positions);
+  const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
+  for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
+    const Index vertex = landmarks.vertices[i];
+    if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
+      throw std::invalid_argument("landmarks: landmark " + std::to_string(i) + " is of vertex " +
+                                  std::to_string(vertex) + ", but the template has " +
+                                  std::to_string(n_vertices) + " vertices, counted from 0");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string both = "landmarks: landmarks " + std::to_string(j) + " and " +
+                               std::to_string(i) + " contradict each other: ";
+      if (landmarks.vertices[j] == vertex) {
+        throw std::invalid_argument(both + "both are of vertex " + std::to_string(vertex));
+      }
+      if (squared_norm(position(i) - position(j)) == 0) {
+        throw std::invalid_argument(both + "vertices " + std::to_string(landmarks.vertices[j]) +
+                                    " and " + std::to_string(vertex) + " are both at " +
+                                    to_text(position(i)));
+      }
+    }
+  }
+}
+
+/// Refuses positions that are farther outside the box around a scan than a template of this size
+/// can reach, as in another unit or in other axes.
+void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size) {
+  Eigen::AlignedBox3d box;
+  for (const auto& x : scan.points) box.extend(to_eigen(x));
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const auto& x = positions[i];
+    const double distance = box.exteriorDistance(to_eigen(x));
+    // No template reaches farther than twice its size beyond what was measured of it.
+    if (!(distance > 2 * size)) continue;
+    std::array<char, 200> text{};
+    (void)std::snprintf(
+        text.data(), text.size(),
+        "landmarks: the position of landmark %zu, (%.6g, %.6g, %.6g), is %.4g outside "
+        "the scan; it must be in the unit and the axes of the scan",
+        i, x.x, x.y, x.z, distance);
+    throw std::invalid_argument(text.data());
+  }
 }
 
 /// A scan in another unit, with its search tree.
@@ -68,17 +109,15 @@ class Work {
   Work(Faces faces, Points<const Real> positions, const Landmarks<Real>& landmarks,
        const RegistrationSettings& settings, const Training<Real>* training)
       : settings_(settings), workers_(checked(settings).threads) {
-    const auto given = widened(first_frame_of(positions, "template"));
-    topology_ = topology_of(faces, given.size());
+    template_.frame = widened(first_frame_of(positions, "template"));
     template_.faces = triangles_of(faces);
-    template_.frame = given;
-    check_landmarks(landmarks, given.size());
+    topology_ = topology_of(faces, positions.count);
+    check_landmarks(landmarks, positions.count);
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
-      targets_.vertices.push_back(landmarks.vertices[i]);
-      targets_.positions.push_back(in_double(row(landmarks.positions, i)));
+      targets_.add(landmarks.vertices[i], in_double(row(landmarks.positions, i)));
     }
     if (training == nullptr) return;
-    check_training(*training, given.size());
+    check_training(*training, positions.count);
     check_size(*training, positions);
     template_.training = training_in_double(training->frames());
   }
@@ -95,12 +134,16 @@ class Work {
                                   std::to_string(TrackingConstants{}.fewest));
     }
     if (!scan.is_indexed()) scan.index();
-    const double ratio = ratio_of_sizes(template_.frame, scan);
+    const double size = size_of(template_.frame);
+    const double ratio = size > 0 ? size_of(scan.points) / size : 1;  // of the scan to the template
+    if (!(ratio > 0) || !std::isfinite(ratio)) {
+      throw std::invalid_argument(
+          "points: all are at the same position, as far as can be computed");
+    }
     const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
     if (is_other_unit && !settings_.scale) refuse_ratio(ratio);
-    const double size = size_of(template_.frame);
     check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
-    PoseSearch search(template_, topology_, workers_, settings_, constants_,
+    PoseSearch search(template_, topology_, workers_, settings_,
                       std::numeric_limits<Real>::epsilon());
     if (!settings_.scale) return registration_of(search.run(scan, targets_), 1);
     // The search is in the unit of the template.
@@ -109,7 +152,8 @@ class Work {
       const PointScan scaled = scaled_scan(scan, 1 / unit);
       Targets targets = targets_;
       for (auto& position : targets.positions) position = 1 / unit * position;
-      if (i == constants_.scalings) return registration_of(search.run(scaled, targets), unit);
+      if (i == RegistrationConstants{}.scalings)
+        return registration_of(search.run(scaled, targets), unit);
       unit *= search.growth(scaled, targets);
     }
   }
@@ -128,11 +172,9 @@ class Work {
       for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(unit * c));
     }
     result.observed = pose.observed;
-    if (!pose.standard_errors.empty()) {
-      for (const double error : pose.standard_errors) {
-        result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
-                                                          : saturated<Real>(unit * error));
-      }
+    for (const double error : pose.standard_errors) {
+      result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
+                                                        : saturated<Real>(unit * error));
     }
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
     transform = pose.motion.matrix();
@@ -149,7 +191,6 @@ class Work {
     return result;
   }
 
-  RegistrationConstants constants_;
   RegistrationSettings settings_;
   Workers workers_;
   Topology topology_;

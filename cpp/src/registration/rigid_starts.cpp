@@ -1,6 +1,7 @@
 #include "registration/rigid_starts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -9,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "registration/surface_sample.hpp"
 #include "support/eigen_points.hpp"
+#include "support/geometry.hpp"
 #include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/rigid_step.hpp"
@@ -27,17 +28,24 @@ Eigen::Vector3d centre_of(Field points) {
   return sum / static_cast<double>(points.size());
 }
 
+/// A motion of the template, and the mean distance of the nearest pairs after it.
+struct RigidStart {
+  Motion motion = Motion::Identity();
+  double distance = 0;
+};
+
 /// Places of a surface and points of a scan, with a search tree of the places in six dimensions.
 class Pairing {
  public:
-  /// A normal is as long as that share of the mean distance from the centre.
   Pairing(std::span<const Triangle> faces, Field x, std::size_t n_places, const PointScan& scan,
-          std::size_t n_points, double normal_length)
-      : surface_(sample_surface(faces, x, n_places)), scan_(sample_scan(scan, n_points)) {
+          std::size_t n_points, const RigidStartConstants& constants)
+      : constants_(constants),
+        surface_(sample_surface(faces, x, n_places)),
+        scan_(sample_scan(scan, n_points)) {
     const Eigen::Vector3d centre = centre_of(surface_.points);
     double size = 0;
     for (const auto& point : surface_.points) size += (to_eigen(point) - centre).norm();
-    normal_length_ = normal_length * size / static_cast<double>(surface_.points.size());
+    normal_length_ = constants.normal * size / static_cast<double>(surface_.points.size());
     std::vector<Row> rows;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) {
       rows.push_back(row(to_eigen(surface_.points[i]), to_eigen(surface_.normals[i])));
@@ -56,13 +64,12 @@ class Pairing {
     return motion;
   }
 
-  /// Improves a motion with the nearest pairs, of which that share is kept. Points are drawn to
-  /// points or, which lets surfaces slide into place, to planes (Chen and Medioni 1991).
-  [[nodiscard]] RigidStart improved(RigidStart start, int steps, double kept,
-                                    bool to_planes) const {
+  /// Improves a motion with the nearest pairs. Points are drawn to points or, which lets surfaces
+  /// slide into place, to planes (Chen and Medioni 1991).
+  [[nodiscard]] RigidStart improved(RigidStart start, int steps, bool to_planes) const {
     for (int step = 0;; ++step) {
       auto pairs = nearest_pairs(start.motion);
-      const auto n = static_cast<std::size_t>(kept * static_cast<double>(pairs.size()));
+      const auto n = static_cast<std::size_t>(constants_.kept * static_cast<double>(pairs.size()));
       std::ranges::nth_element(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(n), {},
                                &Pair::squared);
       pairs.resize(std::max<std::size_t>(n, 3));
@@ -124,6 +131,7 @@ class Pairing {
     return fit_to_planes(rows, ours) * motion;
   }
 
+  const RigidStartConstants& constants_;
   SurfaceSample surface_;
   PointScan scan_;
   double normal_length_ = 0;
@@ -160,21 +168,73 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts, const RigidStart
 
 }  // namespace
 
-std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces, Field surface,
-                                     const PointScan& scan, const RigidStartConstants& c) {
-  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c.normal);
-  if (fine.empty()) return {{}};
-  const RigidStart in_place = fine.improved({}, c.fine_steps, c.kept, true);
+/// In each face, the places follow the R2 sequence (Roberts 2018).
+SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
+                             std::size_t n) {
+  constexpr double first_step = 0.7548776662466927;
+  constexpr double second_step = 0.5698402909980532;
+  std::vector<double> ends;  // the area up to each face
+  double total = 0;
+  std::vector<Vector3<double>> normals;
+  for (const Triangle& face : faces) {
+    const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
+    const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
+    const double area = std::sqrt(squared_norm(normal));
+    normals.push_back((area > 0 ? 1 / area : 0) * normal);
+    ends.push_back(total += area);
+  }
+  SurfaceSample sample;
+  if (!(total > 0)) return sample;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto number = static_cast<double>(i);
+    const double area = (number + 0.5) / static_cast<double>(n) * total;
+    const auto found =
+        static_cast<std::size_t>(std::ranges::upper_bound(ends, area) - ends.begin());
+    const std::size_t f = std::min(found, faces.size() - 1);
+    const double root = std::sqrt(std::fmod(number * first_step, 1.0));
+    const double along = std::fmod(number * second_step, 1.0);
+    const std::array<double, 3> weights = {1 - root, root * (1 - along), root * along};
+    Vector3<double> point;
+    for (std::size_t c = 0; c < 3; ++c) point = point + weights[c] * x[at(faces[f][c])];
+    sample.points.push_back(point);
+    sample.normals.push_back(normals[f]);
+    sample.vertices.push_back(
+        faces[f][static_cast<std::size_t>(std::ranges::max_element(weights) - weights.begin())]);
+  }
+  return sample;
+}
+
+PointScan sample_scan(const PointScan& scan, std::size_t n) {
+  PointScan sample;
+  const double step = std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n));
+  for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
+    const auto i = static_cast<std::size_t>(next);
+    sample.points.push_back(scan.points[i]);
+    sample.normals.push_back(scan.normals[i]);
+    sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
+  }
+  sample.sensors = scan.sensors;
+  sample.index();
+  return sample;
+}
+
+std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Field surface,
+                                            const PointScan& scan, const RigidStartConstants& c) {
+  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c);
+  if (fine.empty()) return {Eigen::Isometry3d::Identity()};
+  const RigidStart in_place = fine.improved({}, c.fine_steps, true);
   std::vector<RigidStart> starts;
-  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c.normal);
+  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c);
   for (int i = 0; i < c.rotations; ++i) {
-    const Motion motion = coarse.centred(spread_rotation(i, c.rotations));
-    starts.push_back(coarse.improved({motion}, c.coarse_steps, c.kept, false));
+    const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
+    starts.push_back(coarse.improved({motion}, c.coarse_steps, false));
   }
   starts = best_of(std::move(starts), c);
-  for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, c.kept, true);
+  for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, true);
   starts.insert(starts.begin(), in_place);
-  return best_of(std::move(starts), c);
+  std::vector<Eigen::Isometry3d> best;
+  for (const RigidStart& start : best_of(std::move(starts), c)) best.push_back(start.motion);
+  return best;
 }
 
 }  // namespace dynmesh

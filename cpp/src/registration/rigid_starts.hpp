@@ -1,7 +1,8 @@
-/// Rigid motions that may put a template into a scan, from any rotation and position.
+/// Rigid motions that may put a template into a scan, and samples of both, which are compared.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
@@ -11,18 +12,27 @@
 
 namespace dynmesh {
 
-/// A motion of the template, and the mean distance of the nearest pairs after it.
-struct RigidStart {
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  double distance = 0;
+struct SurfaceSample {
+  std::vector<Vector3<double>> points;
+  std::vector<Vector3<double>> normals;  ///< of unit length
+  std::vector<Index> vertices;           ///< the nearest corner of the face of each point
 };
 
-/// The best motions, the best one first, found by iterative closest points (Besl and McKay 1992) in
-/// the six dimensions of position and normal, of which the farthest fifth is ignored (trimmed ICP,
-/// Chetverikov et al. 2002). Surfaces with symmetries have several. Where the template is in place
-/// already, its motion is the first. Equal input gives equal results.
-std::vector<RigidStart> rigid_starts(std::span<const Triangle> faces,
-                                     std::span<const Vector3<double>> surface,
-                                     const PointScan& scan, const RigidStartConstants& constants);
+/// n places, always the same, as many for each area; none if there is no area.
+SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
+                             std::size_t n);
+
+/// About n points of the scan, evenly chosen by their numbers, with their search tree.
+PointScan sample_scan(const PointScan& scan, std::size_t n);
+
+/// The best motions, from any rotation and position, the best one first. They are found by
+/// iterative closest points (Besl and McKay 1992) in the six dimensions of position and normal, of
+/// which the farthest fifth is ignored (trimmed ICP, Chetverikov et al. 2002). Surfaces with
+/// symmetries have several. Where the template is in place already, its motion is the first. Equal
+/// input gives equal results.
+std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces,
+                                            std::span<const Vector3<double>> surface,
+                                            const PointScan& scan,
+                                            const RigidStartConstants& constants);
 
 }  // namespace dynmesh

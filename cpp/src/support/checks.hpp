@@ -23,7 +23,7 @@ std::string to_text(const Vector3<Real>& v) {
 }
 
 /// Throws std::invalid_argument if `data` is null although there are rows.
-inline void check_pointer(const char* argument, const void* data, std::size_t rows) {
+inline void check_pointer(const char* argument, const void* data, std::size_t rows = 1) {
   if (rows > 0 && data == nullptr) {
     throw std::invalid_argument(std::string(argument) + ": is a null pointer");
   }

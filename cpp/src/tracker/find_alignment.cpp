@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "registration/rigid_starts.hpp"
-#include "registration/surface_sample.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/eigen_points.hpp"
@@ -74,8 +73,8 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   if (found.lies_in_scan || found.other_unit) return found;
 
   const auto starts = rigid_starts(faces, frame, scan, {});
-  store(starts.front().motion, found);
-  const double after = distance_between(surface, starts.front().motion, many, constants.seen);
+  store(starts.front(), found);
+  const double after = distance_between(surface, starts.front(), many, constants.seen);
   found.after = after / mean_edge;
   found.matches = after <= std::min(within, far);
   return found;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "support/geometry.hpp"
 
@@ -13,15 +14,13 @@ double log_length(const Vector3<double>& a, const Vector3<double>& b) {
   return std::log(std::hypot(edge.x, edge.y, edge.z));
 }
 
-/// Adds the logarithm of the distance of a pair in each frame that knows both.
+/// The same in a frame, if it knows both ends.
 template <class Real>
-void collect(const VertexPair& pair, const Window<Real>& window, std::vector<double>& logarithms) {
-  logarithms.clear();
-  for (std::size_t t = 0; t < window.size(); ++t) {
-    if (!window.is_known(t, pair[0]) || !window.is_known(t, pair[1])) continue;
-    const double logarithm = log_length(window.position(t, pair[0]), window.position(t, pair[1]));
-    if (std::isfinite(logarithm)) logarithms.push_back(logarithm);
-  }
+std::optional<double> log_length(const VertexPair& pair, const Window<Real>& window,
+                                 std::size_t frame) {
+  const auto [a, b] = pair;
+  if (!window.is_known(frame, a) || !window.is_known(frame, b)) return std::nullopt;
+  return log_length(window.position(frame, a), window.position(frame, b));
 }
 
 /// Of each vertex in one frame: the pairs that enough frames know, and those that contradict them.
@@ -35,14 +34,13 @@ void count_votes(std::span<const VertexPair> pairs, std::span<const PairLength> 
                  const Window<Real>& window, std::size_t frame,
                  const WholeFrameConstants& constants, std::vector<Votes>& votes) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto [a, b] = pairs[i];
     if (lengths[i].frames < constants.fewest_frames) continue;
-    if (!window.is_known(frame, a) || !window.is_known(frame, b)) continue;
-    const double deviation = std::abs(
-        log_length(window.position(frame, a), window.position(frame, b)) - lengths[i].median);
+    const auto logarithm = log_length(pairs[i], window, frame);
+    if (!logarithm) continue;
     const bool contradicts =
-        deviation > constants.outlier_distance + constants.outlier_spreads * lengths[i].spread;
-    for (const Index v : {a, b}) {
+        std::abs(*logarithm - lengths[i].median) >
+        constants.outlier_distance + constants.outlier_spreads * lengths[i].spread;
+    for (const Index v : pairs[i]) {
       ++votes[v].all;
       if (contradicts) ++votes[v].against;
     }
@@ -92,7 +90,11 @@ std::vector<PairLength> pair_lengths(std::span<const VertexPair> pairs, const Wi
   std::vector<PairLength> lengths(pairs.size());
   std::vector<double> values;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    collect(pairs[i], window, values);
+    values.clear();
+    for (std::size_t t = 0; t < window.size(); ++t) {
+      const auto logarithm = log_length(pairs[i], window, t);
+      if (logarithm && std::isfinite(*logarithm)) values.push_back(*logarithm);
+    }
     if (values.empty()) continue;
     PairLength& length = lengths[i];
     length.frames = values.size();

@@ -41,14 +41,10 @@ struct SideResult {
   std::vector<std::uint8_t> seen;      ///< 1 if the base or a frame of this side knows it
 };
 
-/// The sides to which the trips go: in turn, beginning and ending with the frames before, or always
-/// the same one if the window has no other.
-template <class Real>
-std::vector<Side> sides_of(const Window<Real>& window, const WholeFrameConstants& constants);
-
-/// The number of frames that the trips complete.
-template <class Real>
-std::size_t steps_of(const Window<Real>& window, std::span<const Side> sides);
+/// The sides to which the trips from a frame go, which has so many other frames on each: in turn,
+/// beginning and ending with those before, or always the same one if there is no other.
+std::vector<Side> sides_of(std::size_t n_before, std::size_t n_after,
+                           const WholeFrameConstants& constants);
 
 /// Makes the trips, one after another, each from the frame with which the last one came back; the
 /// first starts from `start`. A trip is two sequences of a completer: one from the base to the end

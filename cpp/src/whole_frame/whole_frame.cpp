@@ -57,15 +57,12 @@ Survey survey_of(const FrameSource<Real>& source, std::size_t n_frames, std::siz
 
 /// The frame that knows most vertices; of several, the one that is nearest to the middle.
 std::size_t best_frame(const std::vector<std::size_t>& counts) {
-  const auto most = *std::ranges::max_element(counts);
-  const auto from_middle = [&](std::size_t t) {
-    return std::max(2 * t + 1, counts.size()) - std::min(2 * t + 1, counts.size());
+  const std::size_t n = counts.size();
+  const auto rank = [&](std::size_t t) {
+    return std::pair(counts[t], n - (std::max(2 * t + 1, n) - std::min(2 * t + 1, n)));
   };
-  std::size_t best = counts.size();
-  for (std::size_t t = 0; t < counts.size(); ++t) {
-    if (counts[t] != most) continue;
-    if (best == counts.size() || from_middle(t) < from_middle(best)) best = t;
-  }
+  std::size_t best = 0;
+  for (std::size_t t = 1; t < n; ++t) best = rank(t) > rank(best) ? t : best;
   return best;
 }
 
@@ -115,12 +112,7 @@ Window<Real> window_around(const FrameSource<Real>& source, std::size_t base, st
 }
 
 Settings settings_of_completer(const WholeFrameSettings& chosen, bool learn) {
-  Settings settings;
-  settings.noise = chosen.noise;
-  settings.threads = chosen.threads;
-  settings.uncertainty = true;
-  settings.learn = learn;
-  return settings;
+  return {.noise = chosen.noise, .learn = learn, .uncertainty = true, .threads = chosen.threads};
 }
 
 template <class Real>
@@ -147,34 +139,6 @@ std::vector<std::uint8_t> seen_in(const Window<Real>& window) {
   return seen;
 }
 
-/// Vertices of which only outliers were known in these frames do not count as seen.
-template <class Real>
-void drop_outliers(const Cells& cells, Window<Real>& window, std::vector<std::uint8_t>& seen,
-                   const WholeFrameConstants& constants) {
-  const auto before = seen_in(window);
-  drop_outliers(cells, window, constants);
-  const auto after = seen_in(window);
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    if (before[v] != after[v]) seen[v] = 0;
-  }
-}
-
-/// Counts the steps and calls `progress`.
-class Steps {
- public:
-  Steps(const Progress& progress, std::size_t of) : progress_(progress), of_(of) {}
-  void extend(std::size_t by) { of_ += by; }
-  void operator()() {
-    if (progress_) progress_(done_, of_);
-    ++done_;
-  }
-
- private:
-  const Progress& progress_;
-  std::size_t done_ = 0;
-  std::size_t of_;
-};
-
 /// A whole frame, and whether its edges are far from their usual lengths.
 struct Attempt {
   Combination combination;
@@ -186,11 +150,10 @@ struct Attempt {
 /// Completes the base by trips from a smooth fill, first with what they learn from the frames, and
 /// if the result is doubtful without. If that is hardly better than the smooth fill, returns it.
 template <class Real>
-Attempt completed_base(Faces faces, const WholeFrameSettings& settings, const Topology& topology,
+Attempt completed_base(Faces faces, const WholeFrameSettings& settings,
+                       std::span<const VertexPair> edges, std::span<const PairLength> lengths,
                        const Window<Real>& window, std::span<const Vector3<double>> start,
                        const Progress& progress, const WholeFrameConstants& constants) {
-  const auto edges = edges_of(topology.cells);
-  const auto lengths = pair_lengths<Real>(edges, window, constants);
   const auto attempt = [&](std::span<const SideResult> results) {
     Attempt made{combine(results, constants), {}};
     made.deviation = deviation_of(edges, lengths, made.combination.positions,
@@ -208,20 +171,25 @@ Attempt completed_base(Faces faces, const WholeFrameSettings& settings, const To
   Attempt fill = attempt(std::vector{SideResult{
       {start.begin(), start.end()}, std::vector<double>(k), std::vector<std::uint8_t>(k, 1)}});
   fill.is_smooth_fill = true;
-  const auto sides = sides_of(window, constants);
+  const auto sides = sides_of(window.base, window.size() - 1 - window.base, constants);
   const bool is_whole =
       std::ranges::find(window.known[window.base], 0) == window.known[window.base].end();
   if (sides.empty() || (is_whole && !settings.noise)) return fill;  // there is nothing to improve
 
-  const std::size_t n_steps = steps_of(window, std::span<const Side>(sides));
-  Steps step(progress, n_steps);
+  std::size_t done = 0;
+  std::size_t n_steps = 0;
+  for (const Side side : sides) n_steps += 2 * frames_of(window, side).size();
+  const auto step = [&] {
+    if (progress) progress(done, n_steps);
+    ++done;
+  };
   const auto after_trips = [&](bool learn) {
     return attempt(make_trips<Real>(faces, settings_of_completer(settings, learn), window, start,
-                                    sides, std::ref(step)));
+                                    sides, step));
   };
   Attempt best = after_trips(true);
   if (!best.is_doubtful) return best;
-  step.extend(n_steps);
+  n_steps *= 2;
   Attempt other = after_trips(false);
   if (is_better(other, best)) best = std::move(other);
   if (!best.is_doubtful || is_better(best, fill)) return best;
@@ -261,21 +229,27 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   Survey survey = survey_of(source, n_frames, n_vertices);
   const std::size_t base = settings.frame.value_or(best_frame(survey.counts));
   Window<Real> window = window_around(source, base, n_frames, n_vertices, constants);
-  if (settings.outliers) drop_outliers(cells, window, survey.seen, constants);
+  const auto before = seen_in(window);
+  if (settings.outliers) drop_outliers(cells, window, constants);
   const auto seen = seen_in(window);
+  // Vertices of which only outliers were known in these frames do not count as seen.
+  for (std::size_t v = 0; v < n_vertices; ++v) {
+    if (before[v] != seen[v]) survey.seen[v] = 0;
+  }
   if (std::ranges::find(seen, 1) == seen.end()) {
     throw std::invalid_argument("frames: no vertex is known in any of them");
   }
 
   const auto start = smooth_fill(topology, known_parts(topology, window, constants), workers);
+  const auto edges = edges_of(cells);
+  const auto lengths = pair_lengths<Real>(edges, window, constants);
   const Attempt made =
-      completed_base(faces, settings, topology, window, start, progress, constants);
-  const double length = typical_length(pair_lengths<Real>(edges_of(cells), window, constants));
+      completed_base<Real>(faces, settings, edges, lengths, window, start, progress, constants);
   const auto& known = window.known[window.base];
   // A smooth fill is made of the known vertices alone.
   const auto errors =
-      standard_errors(made.combination, cells, known, made.is_smooth_fill ? known : seen, length,
-                      settings.noise.has_value(), constants);
+      standard_errors(made.combination, cells, known, made.is_smooth_fill ? known : seen,
+                      typical_length(lengths), settings.noise.has_value(), constants);
   return in_arrays<Real>(made, errors, std::move(survey.seen), window);
 }
 
