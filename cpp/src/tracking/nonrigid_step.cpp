@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "support/geometry.hpp"
-#include "tracking/ties.hpp"
 
 namespace dynmesh {
 namespace {
@@ -72,9 +71,6 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
   surface_system_.emplace(system_, topology.cells, workers, constants,
                           find_ties(topology, first_frame, mean_edge, constants), first_frame,
                           rotations_.clusters());
-  for (const Tie& tie : surface_system_->ties()) {
-    tied_.push_back(first_frame[tie.i] - first_frame[tie.j]);
-  }
 }
 
 void NonrigidStep::begin_frame() {
@@ -106,11 +102,9 @@ void NonrigidStep::find_forces(Field x) {
   for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
-  const auto ties = surface_system_->ties();
-  for (std::size_t t = 0; t < ties.size(); ++t) {
-    const Tie& tie = ties[t];
-    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tied_[t]) +
-                               rotated(rotations_.quaternions()[tie.j], tied_[t]));
+  for (const Tie& tie : surface_system_->ties()) {
+    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tie.kept) +
+                               rotated(rotations_.quaternions()[tie.j], tie.kept));
     const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;

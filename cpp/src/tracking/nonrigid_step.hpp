@@ -102,7 +102,6 @@ class NonrigidStep {
   Membrane membrane_;
   std::optional<SurfaceSystem> surface_system_;
   std::vector<double> pulls_;           // (k,) the share of frame 0 in the wanted shape
-  std::vector<Vector3<double>> tied_;   // what the ties keep, in frame 0
   std::vector<Quaternion> remembered_;  // Q of the last frame
 
   // Of the current frame:
