@@ -307,8 +307,7 @@ double slope_of_rows_after(int steps) {
   const Field points = random_field(2 * k, 2);
   for (std::uint32_t r = 0; r < 2 * k; ++r) {
     const auto a = r % static_cast<std::uint32_t>(k);
-    rows.rows.push_back({{a, (a + 1) % 144, (a + 12) % 144},
-                         {0.5, 0.2, 0.3},
+    rows.rows.push_back({{0, {a, (a + 1) % 144, (a + 12) % 144}, {0.5, 0.2, 0.3}},
                          (1 / std::sqrt(squared_norm(normals[r]))) * normals[r],
                          points[r],
                          0.7});

@@ -68,12 +68,12 @@ void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) 
       if (is_boundary_[v] == 0) continue;
       const double along = dot(conormals[v], rows[r].on(x) - x[v]) / mean_edge_;
       outermost[v] = std::max(outermost[v], along);
-      if (!rows[r].is_end || rows[r].shares[s] == 0) continue;
+      if (!contains(rows[r]) || rows[r].shares[s] == 0) continue;
       beyond[v] = std::max(beyond[v], std::sqrt(squared_norm(outwards(rows[r]))) / mean_edge_);
     }
   }
   for (std::size_t r = 0; r < n; ++r) {
-    if (!rows[r].is_end) continue;
+    if (!contains(rows[r])) continue;
     SurfaceRow row = rows[r];
     const auto direction = outwards(row);
     const double length = std::sqrt(squared_norm(direction));

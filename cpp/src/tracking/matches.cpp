@@ -161,13 +161,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * points_[i].normal + match.normal;
-      rows[i] = {match.place.corners,
-                 match.place.shares,
-                 (1 / std::sqrt(squared_norm(mean))) * mean,
-                 points_[i].position,
-                 1,
-                 std::sqrt(match.place.squared) / mean_edge_,
-                 boundary_.contains(match.place)};
+      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
     }
   };
   const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
@@ -194,7 +188,10 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
     return static_cast<std::size_t>(topology_.component[row.corners[0]]);
   };
   for (SurfaceRow& row : rows) {
-    const double ratio = row.distance / (usual.empty() ? search.scale : usual[cluster_of(row)]);
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double ratio =
+        distance /
+        (usual.empty() ? search.scale : usual[clusters_.of_vertex[row.nearest_corner()]]);
     const double far = 1 + ratio * ratio;
     row.weight = points_of_row / (usual.empty() ? far : far * far);
     sums[component(row)] += row.weight;
@@ -221,14 +218,15 @@ std::vector<double> Matches::usual_distances() const {
   const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
   std::vector<Histogram> histograms(clusters_.size());
   for (const SurfaceRow& row : rows_.rows) {
-    const double bin = std::min(row.distance / width, static_cast<double>(n_bins));
-    ++histograms[cluster_of(row)][static_cast<std::size_t>(bin)];
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double bin = std::min(distance / width, static_cast<double>(n_bins));
+    ++histograms[clusters_.of_vertex[row.nearest_corner()]][static_cast<std::size_t>(bin)];
   }
   std::vector<double> usual(clusters_.size());
   for (std::size_t c = 0; c < usual.size(); ++c) {
     Histogram around = histograms[c];
-    for (const Index other : clusters_.neighbours[static_cast<Index>(c)]) {
-      const Histogram& of_other = histograms[static_cast<std::size_t>(other)];
+    for (const Index other : clusters_.neighbours[c]) {
+      const Histogram& of_other = histograms[other];
       for (std::size_t bin = 0; bin <= n_bins; ++bin) around[bin] += of_other[bin];
     }
     double left = std::accumulate(around.begin(), around.end(), 0.0) / 2;

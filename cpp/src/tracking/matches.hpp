@@ -87,12 +87,6 @@ class Matches {
                               const Search& search) const;
   void weigh(Field x, const Search& search, double points_of_row);
   [[nodiscard]] std::vector<double> usual_distances() const;
-  /// The cluster of the nearest corner.
-  [[nodiscard]] std::size_t cluster_of(const SurfaceRow& row) const {
-    const auto nearest = std::ranges::max_element(row.shares) - row.shares.begin();
-    return static_cast<std::size_t>(
-        clusters_.of_vertex[row.corners[static_cast<std::size_t>(nearest)]]);
-  }
 
   std::span<const Triangle> faces_;
   const Topology& topology_;

@@ -80,7 +80,7 @@ void NonrigidStep::begin_frame() {
 
 bool NonrigidStep::take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
                         std::span<Vector3<double>> x) {
-  if (rows.empty() && landmarks.empty()) return false;
+  if (rows.rows.empty() && landmarks.empty()) return false;
   rotations_.fit(x);
   if (mode_weights > 0 && rest_.is_trained()) {
     fit_modes(rows, mode_weights, x);

@@ -4,11 +4,25 @@
 #include <cmath>
 #include <utility>
 
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "tracking/cloth.hpp"
-#include "tracking/rigid_step.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// Moves a frame, and returns the largest distance that a vertex moved.
+double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame) {
+  double largest = 0;
+  for (auto& x : frame) {
+    const Eigen::Vector3d moved = motion * to_eigen(x);
+    largest = std::max(largest, (moved - to_eigen(x)).squaredNorm());
+    x = from_eigen(moved);
+  }
+  return std::sqrt(largest);
+}
+
+}  // namespace
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, Field first_frame,
