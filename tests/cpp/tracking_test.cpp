@@ -26,7 +26,6 @@
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_places.hpp"
 #include "tracking/surface_system.hpp"
-#include "tracking/vertex_normals.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -453,11 +452,10 @@ struct Tori {
   Mesh<double> torus = bumpy_torus(24);
   Mesh<double> mesh = all();
   std::vector<Triangle> faces = triangles_of(mesh);
-  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame, normals;
+  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame;
+  std::vector<Vector3<double>> normals = vertex_normals(faces, frame);
   Topology topology = build_topology(mesh.faces(), mesh.size());
   PointScan scan;
-
-  Tori() : normals(mesh.size()) { find_vertex_normals(faces, frame, normals); }
 
   [[nodiscard]] Mesh<double> all() const {
     Mesh<double> found = torus;

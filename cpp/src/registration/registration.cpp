@@ -20,7 +20,6 @@
 #include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
 #include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {

@@ -16,7 +16,6 @@
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
 #include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {

@@ -7,9 +7,6 @@
 #include <numeric>
 
 #include "support/geometry.hpp"
-#include "tracking/cloth.hpp"
-#include "tracking/robust_size.hpp"
-#include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
 namespace {
@@ -93,7 +90,7 @@ void Matches::begin(const PointScan& measurement) {
 }
 
 void Matches::find_normals(Field x) {
-  find_vertex_normals(faces_, x, normals_);
+  normals_ = vertex_normals(faces_, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
     normals_[v] = outside_[static_cast<std::size_t>(topology_.component[v])] * normals_[v];
   }

@@ -12,7 +12,7 @@
 #include "detail/rotations.hpp"
 #include "support/workers.hpp"
 #include "tracking/agreement.hpp"
-#include "tracking/cloth_boundary.hpp"
+#include "tracking/cloth.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_places.hpp"

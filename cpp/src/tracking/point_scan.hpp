@@ -1,4 +1,4 @@
-/// What sensors measured in one frame: points with normals.
+/// What sensors measured in one frame: points with normals. Sizes of point sets.
 #pragma once
 
 #include <array>
@@ -80,5 +80,15 @@ class PointScan {
 
   mutable std::unique_ptr<PointTree<3>> tree_;
 };
+
+/// The value below which this share of the values is, interpolated linearly. There must be one.
+double quantile(std::vector<double> values, double share);
+
+/// The median of each coordinate.
+Vector3<double> median_of(std::span<const Vector3<double>> points);
+
+/// Twice the distance from the median point within which nine of ten points are, since a few points
+/// may lie elsewhere.
+double size_of(std::span<const Vector3<double>> points);
 
 }  // namespace dynmesh
