@@ -19,7 +19,6 @@
 #include "scans.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
-#include "tracking/agreement.hpp"
 #include "tracking/cloth.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/membrane.hpp"

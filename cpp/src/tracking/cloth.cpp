@@ -90,11 +90,11 @@ ClothBoundary::ClothBoundary(std::span<const Triangle> faces, const Topology& to
 
 /// Whether a place is on the boundary of cloth: a vertex or a side of it.
 bool ClothBoundary::contains(const Place& place) const {
+  if (is_boundary_[place.nearest_corner()] == 0) return false;
   const auto n_zero = std::ranges::count(place.shares, 0.0);
   const auto zero = std::ranges::find(place.shares, 0.0) - place.shares.begin();
   const std::size_t side = 3 * place.face + static_cast<std::size_t>(zero);
-  return is_boundary_[place.nearest_corner()] != 0 &&
-         (n_zero == 2 || (n_zero == 1 && next_sides_[side] == side));
+  return n_zero == 2 || (n_zero == 1 && next_sides_[side] == side);
 }
 
 /// The unit direction in which the cloth ends at a vertex of its boundary; 0 where it has none.

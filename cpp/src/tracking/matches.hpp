@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/rotations.hpp"
 #include "support/workers.hpp"
-#include "tracking/agreement.hpp"
 #include "tracking/cloth.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/point_scan.hpp"
@@ -33,6 +33,12 @@ struct Search {
   bool has_arrived = false;
   bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
   double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+};
+
+/// How well a surface explains what was measured of it: all points, and those of each sensor.
+struct Agreements {
+  Agreement all;
+  std::vector<Agreement> of_sensors;
 };
 
 /// The matches of the points of one frame with a surface X. Places that were found before in the
@@ -72,7 +78,7 @@ class Matches {
   /// The root mean square distance of the far points; one without a place is as far as any search
   /// goes. 0 if none is far.
   [[nodiscard]] double distance_of_far() const;
-  /// How well X explains the points.
+  /// How well X explains the points, on the side that the sensors see, and of sheets on both.
   [[nodiscard]] Agreements agreements() const;
 
  private:

@@ -59,9 +59,14 @@ std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
 }
 
 SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
-    : faces_(faces), next_sides_(next_sides(faces)), faces_at_(frame.size()) {
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (const Index v : faces[f]) faces_at_[v].push_back(f);
+    : faces_(faces), next_sides_(next_sides(faces)) {
+  std::vector<std::vector<Index>> faces_at(frame.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (const Index v : faces[f]) faces_at[v].push_back(static_cast<Index>(f));
+  }
+  for (const auto& around : faces_at) {
+    faces_at_.neighbours.insert(faces_at_.neighbours.end(), around.begin(), around.end());
+    faces_at_.offsets.push_back(static_cast<Index>(faces_at_.neighbours.size()));
   }
   divide(frame);
 }
@@ -80,7 +85,7 @@ Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t f
       const std::uint32_t side = here.shares[0] == 0 ? 0 : here.shares[1] == 0 ? 1 : 2;
       try_face(next_sides_[3 * here.face + side] / 3);
     } else {
-      for (const std::uint32_t face : faces_at_[here.nearest_corner()]) try_face(face);
+      for (const Index face : faces_at_[here.nearest_corner()]) try_face(face);
     }
     if (!(best.squared < here.squared)) return here;
     here = best;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <span>
@@ -153,7 +154,7 @@ class SurfacePlaces {
   std::vector<Node> nodes_;  // children after their parents
   std::vector<std::uint32_t> order_;
   std::vector<std::uint32_t> next_sides_;
-  std::vector<std::vector<std::uint32_t>> faces_at_;  // of each vertex
+  Cells faces_at_;  // the faces at each vertex, instead of its neighbours
 };
 
 inline Place SurfacePlaces::place_on(Field x, std::uint32_t face,
