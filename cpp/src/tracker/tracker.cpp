@@ -15,7 +15,6 @@
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
-#include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/scan_arguments.hpp"
@@ -89,7 +88,6 @@ struct Tracker<Real>::Parts {
   SurfaceTracking surface;
   Recovery<Real> recovery;
   PointScan scan;
-  DepthImages images;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
   TrackingReport report;
   std::vector<Agreement> of_sensors;
@@ -246,15 +244,10 @@ template <class Real>
 TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
-  DepthImages& measured = parts_->images;
-  measured.clear();
-  for (const DepthImage& image : images) {
-    copy_depths(image, measured.add(camera_of(image), image.height, image.width));
-  }
+  check_depth_images(images);
   const TrackingConstants& constants = parts_->surface.constants();
-  measured.convert(constants.jump * parts_->surface.mean_edge(),
-                   constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
+  convert(images, constants.jump * parts_->surface.mean_edge(),
+          constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
   return parts_->track(parts_->scan, tracked, start);
 }
 
