@@ -130,10 +130,10 @@ struct Packed {
 };
 
 /// The pixels of the same surface around one: itself where there is none on that side.
-struct Neighbours {
+struct PixelsAround {
   std::size_t left, right, above, below;
 
-  Neighbours(const Packed& image, std::size_t row, std::size_t column, double jump) {
+  PixelsAround(const Packed& image, std::size_t row, std::size_t column, double jump) {
     const std::size_t width = image.given.width;
     const std::size_t pixel = row * width + column;
     const float here = image.depths[pixel];
@@ -187,12 +187,12 @@ void convert(std::span<const DepthImage> images, double jump, std::size_t most, 
     for (std::size_t column = 0; column < row.image->given.width; column += step) {
       const std::size_t pixel = row.row * row.image->given.width + column;
       if (!(row.image->depths[pixel] > 0)) continue;
-      const Neighbours around(*row.image, row.row, column, jump);
+      const PixelsAround around(*row.image, row.row, column, jump);
       if (around.have_a_plane()) work(pixel, around);
     }
   };
   workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
-    visit(rows[r], [&](std::size_t, const Neighbours&) { ++rows[r].first; });
+    visit(rows[r], [&](std::size_t, const PixelsAround&) { ++rows[r].first; });
   });
   std::size_t n = 0;
   for (Row& row : rows) n += std::exchange(row.first, n);
@@ -202,7 +202,7 @@ void convert(std::span<const DepthImage> images, double jump, std::size_t most, 
   scan.undecided.clear();
   workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     std::size_t i = rows[r].first;
-    visit(rows[r], [&](std::size_t pixel, const Neighbours& around) {
+    visit(rows[r], [&](std::size_t pixel, const PixelsAround& around) {
       const Packed& image = *rows[r].image;
       scan.points[i] = image.at(pixel);
       const auto normal = cross(image.at(around.below) - image.at(around.above),

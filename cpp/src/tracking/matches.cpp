@@ -19,17 +19,12 @@ constexpr std::size_t in_a_row = 256;
 /// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
 std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
                                   std::span<const Vector3<double>> frame, double mean_edge) {
-  const auto component = [&](Index v) {
-    return static_cast<std::size_t>(topology.component[static_cast<std::size_t>(v)]);
-  };
   std::vector<double> volumes(topology.report.components);
   std::vector<Vector3<double>> origins(volumes.size());
-  for (std::size_t v = frame.size(); v-- > 0;) origins[component(static_cast<Index>(v))] = frame[v];
+  for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
   for (const Triangle& face : faces) {
-    const std::size_t c = component(face[0]);
-    const auto arm = [&](std::size_t s) {
-      return (1 / mean_edge) * (frame[static_cast<std::size_t>(face[s])] - origins[c]);
-    };
+    const Index c = topology.component[face[0]];
+    const auto arm = [&](std::size_t s) { return (1 / mean_edge) * (frame[face[s]] - origins[c]); };
     volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
   }
   for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
@@ -127,7 +122,7 @@ void Matches::begin(const PointScan& measurement) {
 void Matches::find_normals(Field x) {
   normals_ = vertex_normals(faces_, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
-    normals_[v] = outside_[static_cast<std::size_t>(topology_.component[v])] * normals_[v];
+    normals_[v] = outside_[topology_.component[v]] * normals_[v];
   }
 }
 
@@ -198,9 +193,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   };
   const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
   const auto find_blocks = [&](Index first, Index last) {
-    for (Index block = first; block < last; ++block) {
-      find_in_a_row(static_cast<std::size_t>(block) * in_a_row);
-    }
+    for (Index block = first; block < last; ++block) find_in_a_row(at(block) * in_a_row);
   };
   workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
   std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
@@ -216,9 +209,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
   std::vector<std::uint8_t> touched(normals_.size());
   std::vector<double> sums(topology_.report.components);
-  const auto component = [&](const SurfaceRow& row) {
-    return static_cast<std::size_t>(topology_.component[row.corners[0]]);
-  };
+  const auto component = [&](const SurfaceRow& row) { return topology_.component[row.corners[0]]; };
   for (SurfaceRow& row : rows) {
     const double distance = std::sqrt(row.squared) / mean_edge_;
     const double ratio =

@@ -35,7 +35,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_, training,
              has_uncertainty, epsilon),
       matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
-               shape_.clusters()),
+               shape_.rotations().clusters()),
       is_all_cloth_(std::ranges::count(is_cloth_, 0) == 0),
       any_cloth_(std::ranges::count(is_cloth_, 1) > 0),
       last_(first_frame.begin(), first_frame.end()),
