@@ -18,14 +18,12 @@
 #include "scans.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
-#include "tracking/agreement.hpp"
 #include "tracking/cloth.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/membrane.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_places.hpp"
 #include "tracking/surface_system.hpp"
-#include "tracking/vertex_normals.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -46,38 +44,42 @@ TEST_CASE("a point of a scan counts for the viewpoint that its normal turns to")
 constexpr std::size_t image_height = 48;
 constexpr std::size_t image_width = 64;
 
-/// A camera at the origin whose numbers all differ.
-Camera oblique_camera() {
-  return {70, 60, 31.3, 22.7, 25, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 0}};
-}
+/// An image of a camera at the origin whose numbers all differ.
+struct ObliqueImage {
+  std::vector<float> pixels;
 
-/// The depth, in a pixel, of the plane z = distance + 0.2 x + 0.1 y.
-float depth_of_plane(const Camera& camera, std::size_t row, std::size_t column, double distance) {
-  const auto ray = camera.at(row, column, 1);
-  return static_cast<float>(distance / (1 - 0.2 * ray.x - 0.1 * ray.y));
-}
-
-std::span<float> add_plane(DepthImages& images, const Camera& camera, double distance) {
-  const auto pixels = images.add(camera, image_height, image_width);
-  for (std::size_t row = 0; row < image_height; ++row) {
-    for (std::size_t column = 0; column < image_width; ++column) {
-      pixels[row * image_width + column] = depth_of_plane(camera, row, column, distance);
+  /// It shows the plane z = distance + 0.2 x + 0.1 y.
+  explicit ObliqueImage(double distance) {
+    for (std::size_t row = 0; row < image_height; ++row) {
+      for (std::size_t column = 0; column < image_width; ++column) {
+        const double y = (static_cast<double>(row) - 22.7) / 60;
+        const double x = (static_cast<double>(column) - 31.3 - 25 * y) / 70;
+        pixels.push_back(static_cast<float>(distance / (1 - 0.2 * x - 0.1 * y)));
+      }
     }
   }
-  return pixels;
-}
+  [[nodiscard]] DepthImage view() const {
+    return {pixels.data(),
+            image_height,
+            image_width,
+            image_width,
+            1,
+            {70, 25, 31.3, 0, 60, 22.7, 0, 0, 1},
+            {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
+  }
+};
 
 const Vector3<double> towards_camera = (1 / std::sqrt(1.05)) * Vector3<double>{0.2, 0.1, -1};
 
 TEST_CASE("the points of a depth image lie on its surface, with its normal") {
   Workers workers(1);
-  DepthImages images;
-  const auto pixels = add_plane(images, oblique_camera(), 5);
-  pixels[20 * image_width + 30] = 0;
-  add_plane(images, oblique_camera(), 50);
+  ObliqueImage near(5);
+  const ObliqueImage far(50);
+  near.pixels[20 * image_width + 30] = 0;
+  const std::vector<DepthImage> images = {near.view(), far.view()};
   PointScan scan;
   // Of the neighbours of the hole, each has others on its other sides.
-  images.convert(1, 2 * image_height * image_width, workers, scan);
+  convert(images, 1, 2 * image_height * image_width, workers, scan);
   CHECK(scan.size() == 2 * image_height * image_width - 1);
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const auto point = scan.points[i];
@@ -85,17 +87,17 @@ TEST_CASE("the points of a depth image lie on its surface, with its normal") {
     CHECK(point.z == doctest::Approx(distance + 0.2 * point.x + 0.1 * point.y).epsilon(1e-6));
     CHECK(dot(scan.normals[i], towards_camera) > 1 - 1e-6);
   }
-  images.convert(1, 2 * image_height * image_width / 9, workers, scan);
+  convert(images, 1, 2 * image_height * image_width / 9, workers, scan);
   CHECK(scan.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
 }
 
 TEST_CASE("pixels beyond a jump are of other surfaces") {
   Workers workers(1);
-  DepthImages images;
-  const auto pixels = add_plane(images, oblique_camera(), 5);
-  pixels[20 * image_width + 30] = 9;
+  ObliqueImage image(5);
+  image.pixels[20 * image_width + 30] = 9;
+  const std::vector<DepthImage> images = {image.view()};
   PointScan scan;
-  images.convert(1, image_height * image_width, workers, scan);
+  convert(images, 1, image_height * image_width, workers, scan);
   CHECK(scan.size() == image_height * image_width - 1);
 }
 
@@ -306,8 +308,7 @@ double slope_of_rows_after(int steps) {
   const Field points = random_field(2 * k, 2);
   for (std::uint32_t r = 0; r < 2 * k; ++r) {
     const auto a = r % static_cast<std::uint32_t>(k);
-    rows.rows.push_back({{a, (a + 1) % 144, (a + 12) % 144},
-                         {0.5, 0.2, 0.3},
+    rows.rows.push_back({{0, {a, (a + 1) % 144, (a + 12) % 144}, {0.5, 0.2, 0.3}},
                          (1 / std::sqrt(squared_norm(normals[r]))) * normals[r],
                          points[r],
                          0.7});
@@ -453,11 +454,10 @@ struct Tori {
   Mesh<double> torus = bumpy_torus(24);
   Mesh<double> mesh = all();
   std::vector<Triangle> faces = triangles_of(mesh);
-  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame, normals;
+  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame;
+  std::vector<Vector3<double>> normals = vertex_normals(faces, frame);
   Topology topology = build_topology(mesh.faces(), mesh.size());
   PointScan scan;
-
-  Tori() : normals(mesh.size()) { find_vertex_normals(faces, frame, normals); }
 
   [[nodiscard]] Mesh<double> all() const {
     Mesh<double> found = torus;

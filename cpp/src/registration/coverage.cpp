@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "support/geometry.hpp"
-#include "tracking/robust_size.hpp"
 
 namespace dynmesh {
 namespace {

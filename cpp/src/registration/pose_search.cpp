@@ -12,7 +12,6 @@
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/cloth.hpp"
-#include "tracking/robust_size.hpp"
 
 namespace dynmesh {
 namespace {

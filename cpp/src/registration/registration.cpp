@@ -16,10 +16,8 @@
 #include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
-#include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
 #include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {
@@ -231,15 +229,11 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const RegistrationSettings& settings,
                                      const Training<Real>* training) {
   Work<Real> work(faces, positions, landmarks, settings, training);
-  DepthImages measured;
-  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
-  for (const DepthImage& image : images) {
-    copy_depths(image, measured.add(camera_of(image), image.height, image.width));
-  }
+  check_depth_images(images);
   const TrackingConstants constants;
   PointScan scan;
-  measured.convert(constants.jump * work.mean_edge(), constants.pixels_per_vertex * positions.count,
-                   work.workers(), scan);
+  convert(images, constants.jump * work.mean_edge(), constants.pixels_per_vertex * positions.count,
+          work.workers(), scan);
   return work.run(scan);
 }
 

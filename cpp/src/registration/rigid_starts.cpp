@@ -14,7 +14,7 @@
 #include "support/geometry.hpp"
 #include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
-#include "tracking/rigid_step.hpp"
+#include "tracking/surface_rows.hpp"
 
 namespace dynmesh {
 namespace {
@@ -126,7 +126,7 @@ class Pairing {
       const auto i = static_cast<std::uint32_t>(ours.size());
       const Eigen::Vector3d normal = motion.linear() * to_eigen(surface_.normals[pair.place]);
       ours.push_back(from_eigen(motion * to_eigen(surface_.points[pair.place])));
-      rows.push_back({{i, i, i}, {1, 0, 0}, from_eigen(normal), scan_.points[pair.point], 1});
+      rows.push_back({{0, {i, i, i}}, from_eigen(normal), scan_.points[pair.point], 1});
     }
     return fit_to_planes(rows, ours) * motion;
   }

@@ -15,13 +15,11 @@
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
 #include "tracking/scan_arguments.hpp"
 
 namespace dynmesh {
 namespace {
 
-using Cloud = std::vector<Vector3<double>>;
 using Motion = Eigen::Isometry3d;
 
 /// The share of the points that, after a motion, have one of the others within a distance is
@@ -84,18 +82,16 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
 
 template <class Real>
 Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<const Real> scan) {
-  const Cloud frame = widened(first_frame_of(first_frame));
+  const auto frame = widened(first_frame_of(first_frame));
   const Topology topology = topology_of(faces, frame.size());
   check_scan("scan", scan);
   if (scan.count == 0) throw std::invalid_argument("scan: has no points");
-  Cloud points;
-  copy(scan, points);
   const auto triangles = triangles_of(faces);
 
   PointScan measured;
-  const std::size_t step = 1 + points.size() / AlignmentConstants().most_points;
-  for (std::size_t i = 0; i < points.size(); i += step) {
-    measured.points.push_back(points[i]);
+  const std::size_t step = 1 + scan.count / AlignmentConstants().most_points;
+  for (std::size_t i = 0; i < scan.count; i += step) {
+    measured.points.push_back(in_double(row(scan, i)));
   }
   measured.index();
   Workers alone(1);

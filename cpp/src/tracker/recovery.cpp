@@ -63,16 +63,13 @@ std::optional<std::vector<Vector3<double>>> Recovery<Real>::registered(
   std::vector<Real> coordinates;
   for (const auto& x : good_) coordinates.insert(coordinates.end(), {x.x, x.y, x.z});
   const auto faces = surface.faces();
-  std::vector<Vector3<double>> positions(good_.size());
+  std::vector<Vector3<double>> positions;
   try {
     const auto found = register_measurement<Real>({faces.data()->data(), faces.size()},
                                                   {coordinates.data(), good_.size()}, measurement,
                                                   {.threads = threads_});
-    for (std::size_t v = 0; v < positions.size(); ++v) {
-      const Real* x = &found.vertices[3 * v];
-      positions[v] = {static_cast<double>(x[0]), static_cast<double>(x[1]),
-                      static_cast<double>(x[2])};
-    }
+    const Points<const Real> rows(found.vertices.data(), good_.size());
+    for (std::size_t v = 0; v < rows.count; ++v) positions.push_back(in_double(row(rows, v)));
   } catch (const std::invalid_argument&) {
     return std::nullopt;
   }

@@ -15,10 +15,8 @@
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
-#include "tracking/camera_arguments.hpp"
 #include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/robust_size.hpp"
 #include "tracking/scan_arguments.hpp"
 #include "tracking/surface_tracking.hpp"
 
@@ -31,20 +29,13 @@ using Clock = std::chrono::steady_clock;
 /// The last character is the version of the format.
 constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '8'}, "tracker"};
 
-void write(Writer& writer, const Agreement& agreement) {
-  writer.write(static_cast<std::uint64_t>(agreement.points));
-  writer.write(agreement.far_share);
-  writer.write(agreement.disagreeing);
-  writer.write(agreement.distance);
-}
-
-Agreement read_agreement(Reader& reader) {
-  Agreement found;
-  found.points = static_cast<std::size_t>(reader.read<std::uint64_t>());
-  found.far_share = reader.read<double>();
-  found.disagreeing = reader.read<double>();
-  found.distance = reader.read<double>();
-  return found;
+/// What a state keeps of an agreement. Without points, there are numbers that are NaN.
+template <class Self, class Visit>
+void for_each_number(Self& agreement, const Visit& visit) {
+  visit(agreement.points);
+  visit(agreement.far_share);
+  visit(agreement.disagreeing);
+  visit(agreement.distance);
 }
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
@@ -76,12 +67,98 @@ template <class Real>
 struct Tracker<Real>::Parts {
   using Frame = std::vector<Vector3<Real>>;
 
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame first_frame);
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame first_frame)
+      : mesh(std::move(of_all)),
+        settings(chosen),
+        stream(*mesh, std::move(first_frame), DisconnectedRule::follow),
+        surface(mesh->faces, mesh->topology, mesh->workers, widened(stream.first_frame),
+                TrackingConstants{}, mesh->training, settings.uncertainty,
+                std::numeric_limits<Real>::epsilon()),
+        recovery(stream.first_frame, settings),
+        completed(stream.n_vertices()) {
+    stream.keep(surface.shape().error_bars().of_vertices());
+    stream.count(report);
+    Writer writer;
+    write(writer);
+    state_size = writer.take_sealed().size();
+  }
 
-  TrackingReport track(const PointScan& measurement, Points<Real> tracked, Clock::time_point start);
-  [[nodiscard]] double mean_standard_error() const;
-  void write(Writer& writer) const;
-  void read(Reader& reader);
+  /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between
+  /// calls changes before it is done.
+  TrackingReport track(const PointScan& measurement, Points<Real> tracked,
+                       Clock::time_point start) {
+    SurfaceTracking::Found found = surface.track(measurement);
+    if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
+    const bool is_lost = recovery.is_due(found.agreements.all);
+    const bool recovered = is_lost && recovery.improve(surface, measurement, found);
+    std::ranges::copy(found.observed, stream.current_known.begin());
+    stream.generations.classify(mesh->topology.cells, stream.current_known);
+    const auto generation = stream.generations.of_vertices();
+    for (std::size_t v = 0; v < stream.current.size(); ++v) {
+      const Vector3<double>& x = found.x[v];
+      const bool is_found = generation[v] != Generations::disconnected;
+      stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
+    }
+    stream.write(tracked);
+    surface.measure_errors(stream.generations,
+                           found.agreements.all.far_share > surface.constants().lost_far);
+    std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
+    surface.remember(completed, stream.generations.anchors() > 0);
+    stream.advance();
+    stream.keep(surface.shape().error_bars().of_vertices());
+    recovery.remember(stream.previous, found.agreements.all, is_lost);
+    TrackingReport made;
+    stream.count(made);
+    made.iterations = static_cast<std::size_t>(found.iterations);
+    made.agreement = found.agreements.all;
+    made.recovered = recovered;
+    made.stages.prior_weight = surface.shape().rest().prior_weight();
+    made.stages.prior_share = surface.shape().rest().prior_share();
+    made.standard_error = mean_standard_error();
+    made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report = made;
+    of_sensors = std::move(found.agreements.of_sensors);
+    return report;
+  }
+
+  /// The root mean square of the standard errors that are finite; 0 without any.
+  [[nodiscard]] double mean_standard_error() const {
+    double sum = 0;
+    std::size_t n = 0;
+    for (const double value : surface.shape().error_bars().of_vertices()) {
+      if (!std::isfinite(value)) continue;
+      sum += value * value;
+      ++n;
+    }
+    return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+  }
+
+  /// Writes everything that later frames depend on.
+  void write(Writer& writer) const {
+    begin_state(writer, kind, traits());
+    writer.write(stream.first_frame);
+    for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
+    write_fields(writer, stream);
+    for_each_number(report.agreement, [&](const auto& number) { writer.write(number); });
+    writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
+    surface.write_memory(writer);
+    recovery.write_memory(writer);
+  }
+
+  /// Reads what follows frame 0.
+  void read(Reader& reader) {
+    for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
+    read_fields(reader, stream);
+    stream.recall();
+    for_each_number(report.agreement, [&](auto& number) { reader.read(std::span(&number, 1)); });
+    report.recovered = reader.read<std::uint8_t>() != 0;
+    surface.read_memory(reader, widened(stream.previous));
+    recovery.read_memory(reader);
+    stream.keep(surface.shape().error_bars().of_vertices());
+    stream.count(report);
+    report.standard_error = mean_standard_error();
+  }
+
   [[nodiscard]] std::vector<Trait> traits() const { return traits_of<Real>(kind, *mesh, settings); }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
@@ -90,110 +167,11 @@ struct Tracker<Real>::Parts {
   SurfaceTracking surface;
   Recovery<Real> recovery;
   PointScan scan;
-  DepthImages images;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
   TrackingReport report;
   std::vector<Agreement> of_sensors;
   std::size_t state_size = 0;
 };
-
-template <class Real>
-Tracker<Real>::Parts::Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
-                            Frame first_frame)
-    : mesh(std::move(of_all)),
-      settings(chosen),
-      stream(*mesh, std::move(first_frame), DisconnectedRule::follow),
-      surface(mesh->faces, mesh->topology, mesh->workers, widened(stream.first_frame),
-              TrackingConstants{}, mesh->training, settings.uncertainty,
-              std::numeric_limits<Real>::epsilon()),
-      recovery(stream.first_frame, settings),
-      completed(stream.n_vertices()) {
-  stream.keep(surface.shape().error_bars().of_vertices());
-  stream.count(report);
-  Writer writer;
-  write(writer);
-  state_size = writer.take_sealed().size();
-}
-
-/// Finds the frame in what was measured. Only this can fail, and nothing that is kept between calls
-/// changes before it is done.
-template <class Real>
-TrackingReport Tracker<Real>::Parts::track(const PointScan& measurement, Points<Real> tracked,
-                                           Clock::time_point start) {
-  SurfaceTracking::Found found = surface.track(measurement);
-  if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
-  const bool is_lost = recovery.is_due(found.agreements.all);
-  const bool recovered = is_lost && recovery.improve(surface, measurement, found);
-  std::ranges::copy(found.observed, stream.current_known.begin());
-  stream.generations.classify(mesh->topology.cells, stream.current_known);
-  const auto generation = stream.generations.of_vertices();
-  for (std::size_t v = 0; v < stream.current.size(); ++v) {
-    const Vector3<double>& x = found.x[v];
-    const bool is_found = generation[v] != Generations::disconnected;
-    stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
-  }
-  stream.write(tracked);
-  surface.measure_errors(stream.generations,
-                         found.agreements.all.far_share > surface.constants().lost_far);
-  std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
-  surface.remember(completed, stream.generations.anchors() > 0);
-  stream.advance();
-  stream.keep(surface.shape().error_bars().of_vertices());
-  recovery.remember(stream.previous, found.agreements.all, is_lost);
-  TrackingReport made;
-  stream.count(made);
-  made.iterations = static_cast<std::size_t>(found.iterations);
-  made.agreement = found.agreements.all;
-  made.recovered = recovered;
-  made.stages.prior_weight = surface.shape().rest().prior_weight();
-  made.stages.prior_share = surface.shape().rest().prior_share();
-  made.standard_error = mean_standard_error();
-  made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  report = made;
-  of_sensors = std::move(found.agreements.of_sensors);
-  return report;
-}
-
-/// The root mean square of the standard errors that are finite; 0 without any.
-template <class Real>
-double Tracker<Real>::Parts::mean_standard_error() const {
-  double sum = 0;
-  std::size_t n = 0;
-  for (const double value : surface.shape().error_bars().of_vertices()) {
-    if (!std::isfinite(value)) continue;
-    sum += value * value;
-    ++n;
-  }
-  return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
-}
-
-/// Writes everything that later frames depend on.
-template <class Real>
-void Tracker<Real>::Parts::write(Writer& writer) const {
-  begin_state(writer, kind, traits());
-  writer.write(stream.first_frame);
-  for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
-  write_fields(writer, stream);
-  dynmesh::write(writer, report.agreement);
-  writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
-  surface.write_memory(writer);
-  recovery.write_memory(writer);
-}
-
-/// Reads what follows frame 0.
-template <class Real>
-void Tracker<Real>::Parts::read(Reader& reader) {
-  for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
-  read_fields(reader, stream);
-  stream.recall();
-  report.agreement = read_agreement(reader);
-  report.recovered = reader.read<std::uint8_t>() != 0;
-  surface.read_memory(reader, widened(stream.previous));
-  recovery.read_memory(reader);
-  stream.keep(surface.shape().error_bars().of_vertices());
-  stream.count(report);
-  report.standard_error = mean_standard_error();
-}
 
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
@@ -247,15 +225,10 @@ template <class Real>
 TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
-  DepthImages& measured = parts_->images;
-  measured.clear();
-  for (const DepthImage& image : images) {
-    copy_depths(image, measured.add(camera_of(image), image.height, image.width));
-  }
+  check_depth_images(images);
   const TrackingConstants& constants = parts_->surface.constants();
-  measured.convert(constants.jump * parts_->surface.mean_edge(),
-                   constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
+  convert(images, constants.jump * parts_->surface.mean_edge(),
+          constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
   return parts_->track(parts_->scan, tracked, start);
 }
 

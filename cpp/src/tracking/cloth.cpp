@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "support/geometry.hpp"
 #include "support/symmetric_eigen.hpp"
-#include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
 namespace {
@@ -39,35 +39,17 @@ double slippage(std::span<const std::size_t> vertices, Field x, Field normals) {
 
 }  // namespace
 
-std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces) {
-  std::vector<std::array<Index, 2>> edges;
-  edges.reserve(3 * faces.size());
-  for (const Triangle& face : faces) {
-    for (std::size_t e = 0; e < 3; ++e) {
-      edges.push_back({std::min(face[e], face[(e + 1) % 3]), std::max(face[e], face[(e + 1) % 3])});
-    }
-  }
-  std::ranges::sort(edges);
-  std::vector<std::array<Index, 2>> single;
-  for (auto first = edges.begin(); first != edges.end();) {
-    const auto next = std::upper_bound(first, edges.end(), *first);
-    if (next - first == 1) single.push_back(*first);
-    first = next;
-  }
-  return single;
-}
-
 std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
                                       std::span<const Index> component) {
   std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
-  for (const auto& edge : boundary_edges(faces)) {
-    n_boundary[static_cast<std::size_t>(component[static_cast<std::size_t>(edge[0])])] += 1;
+  const auto next = next_sides(faces);
+  for (std::size_t side = 0; side < next.size(); ++side) {
+    if (next[side] == side) n_boundary[component[faces[side / 3][(side + 1) % 3]]] += 1;
   }
-  for (const Index of : component) n_vertices[static_cast<std::size_t>(of)] += 1;
-  std::vector<std::uint8_t> is_sheet(component.size());
-  for (std::size_t v = 0; v < component.size(); ++v) {
-    const auto of = static_cast<std::size_t>(component[v]);
-    is_sheet[v] = n_boundary[of] * n_boundary[of] >= n_vertices[of] ? 1 : 0;
+  for (const Index of : component) n_vertices[of] += 1;
+  std::vector<std::uint8_t> is_sheet;
+  for (const Index of : component) {
+    is_sheet.push_back(n_boundary[of] * n_boundary[of] >= n_vertices[of] ? 1 : 0);
   }
   return is_sheet;
 }
@@ -76,11 +58,10 @@ std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
                                      std::span<const Index> component, Field first_frame,
                                      const TrackingConstants& constants) {
   std::vector<std::uint8_t> is_cloth = find_sheets(faces, component);
-  std::vector<Vector3<double>> normals(first_frame.size());
-  find_vertex_normals(faces, first_frame, normals);
+  const auto normals = vertex_normals(faces, first_frame);
   std::vector<std::vector<std::size_t>> sheets(component.size());  // by component
   for (std::size_t v = 0; v < component.size(); ++v) {
-    if (is_cloth[v] != 0) sheets[static_cast<std::size_t>(component[v])].push_back(v);
+    if (is_cloth[v] != 0) sheets[component[v]].push_back(v);
   }
   for (const auto& vertices : sheets) {
     if (vertices.empty()) continue;
@@ -88,6 +69,94 @@ std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
     for (const std::size_t v : vertices) is_cloth[v] = slides ? 1 : 0;
   }
   return is_cloth;
+}
+
+ClothBoundary::ClothBoundary(std::span<const Triangle> faces, const Topology& topology,
+                             double mean_edge, std::span<const std::uint8_t> is_cloth,
+                             const TrackingConstants& constants)
+    : topology_(topology),
+      constants_(constants),
+      mean_edge_(mean_edge),
+      next_sides_(next_sides(faces)),
+      is_boundary_(is_cloth.size()) {
+  for (std::size_t side = 0; side < next_sides_.size(); ++side) {
+    if (next_sides_[side] != side) continue;
+    for (const std::size_t end : {side + 1, side + 2}) {
+      const Index v = faces[side / 3][end % 3];
+      is_boundary_[v] = is_cloth[v];
+    }
+  }
+}
+
+/// Whether a place is on the boundary of cloth: a vertex or a side of it.
+bool ClothBoundary::contains(const Place& place) const {
+  if (is_boundary_[place.nearest_corner()] == 0) return false;
+  const auto n_zero = std::ranges::count(place.shares, 0.0);
+  const auto zero = std::ranges::find(place.shares, 0.0) - place.shares.begin();
+  const std::size_t side = 3 * place.face + static_cast<std::size_t>(zero);
+  return n_zero == 2 || (n_zero == 1 && next_sides_[side] == side);
+}
+
+/// The unit direction in which the cloth ends at a vertex of its boundary; 0 where it has none.
+Vector3<double> ClothBoundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
+  Vector3<double> sum;
+  for (const Index other : topology_.cells[vertex]) {
+    sum = sum + (1 / mean_edge_) * (x[vertex] - x[other]);
+  }
+  sum = sum - dot(sum, normals[vertex]) * normals[vertex];
+  const double length = std::sqrt(squared_norm(sum));
+  return length > 0 ? (1 / length) * sum : Vector3<double>{};
+}
+
+void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
+  const std::size_t n = rows.size();
+  std::vector<Vector3<double>> conormals(x.size());
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    if (is_boundary_[v] != 0) conormals[v] = conormal(v, x, normals);
+  }
+  const auto outwards = [&](const SurfaceRow& row) {
+    const auto offset = row.point - row.on(x);
+    return offset - dot(offset, row.normal) * row.normal;
+  };
+  // Of the points around a boundary vertex, along its conormal: the outermost place, and how far
+  // points lie beyond it.
+  std::vector<double> outermost(x.size(), -std::numeric_limits<double>::infinity());
+  std::vector<double> beyond(x.size());
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      const auto v = rows[r].corners[s];
+      if (is_boundary_[v] == 0) continue;
+      const double along = dot(conormals[v], rows[r].on(x) - x[v]) / mean_edge_;
+      outermost[v] = std::max(outermost[v], along);
+      if (!contains(rows[r]) || rows[r].shares[s] == 0) continue;
+      beyond[v] = std::max(beyond[v], std::sqrt(squared_norm(outwards(rows[r]))) / mean_edge_);
+    }
+  }
+  for (std::size_t r = 0; r < n; ++r) {
+    if (!contains(rows[r])) continue;
+    SurfaceRow row = rows[r];
+    const auto direction = outwards(row);
+    const double length = std::sqrt(squared_norm(direction));
+    // Where the points go on farther, it is the template that ends, as at a cut limb.
+    bool draws = length > 0;
+    for (std::size_t s = 0; s < 3; ++s) {
+      draws = draws && (row.shares[s] == 0 || beyond[row.corners[s]] < constants_.farthest_end);
+    }
+    if (!draws) continue;
+    row.normal = (1 / length) * direction;
+    row.weight *= constants_.boundary_weight;
+    rows.push_back(row);
+  }
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    const double end = outermost[v];
+    if (!(end > -constants_.farthest_overshoot && end < -constants_.least_overshoot)) continue;
+    SurfaceRow row;
+    row.corners = {v, v, v};
+    row.normal = conormals[v];
+    row.point = x[v] + mean_edge_ * (end + constants_.least_overshoot) * conormals[v];
+    row.weight = constants_.boundary_weight;
+    rows.push_back(row);
+  }
 }
 
 }  // namespace dynmesh

@@ -1,7 +1,8 @@
-/// Which parts of a surface are sheets, and which of these are cloth.
+/// Which parts of a surface are sheets, which of these are cloth, and where cloth ends, compared
+/// with where the measured points end.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -9,11 +10,10 @@
 #include <vector>
 
 #include "tracking/constants.hpp"
+#include "tracking/surface_places.hpp"
+#include "tracking/surface_rows.hpp"
 
 namespace dynmesh {
-
-/// The edges of exactly one face, by their ends in ascending order.
-std::vector<std::array<Index, 2>> boundary_edges(std::span<const Triangle> faces);
 
 /// (k,) whether the component of each vertex is a sheet, whose back can be seen: its boundary has
 /// at least as many edges as the square root of the number of its vertices. Smaller holes, as of a
@@ -28,5 +28,31 @@ std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
                                      std::span<const Index> component,
                                      std::span<const Vector3<double>> first_frame,
                                      const TrackingConstants& constants);
+
+/// Cloth slides along itself without leaving the planes of its points; its boundary must lie where
+/// the points end.
+class ClothBoundary {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// All arguments must outlive this object. (k,) `is_cloth` are the vertices of cloth.
+  ClothBoundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
+                std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants);
+
+  /// Adds to the rows of points those that draw the boundary of X: outwards to the points whose
+  /// place is on it, and inwards where it lies beyond the last point. `normals` (k,) are those of
+  /// X.
+  void draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const;
+
+ private:
+  [[nodiscard]] bool contains(const Place& place) const;
+  [[nodiscard]] Vector3<double> conormal(std::uint32_t vertex, Field x, Field normals) const;
+
+  const Topology& topology_;
+  const TrackingConstants& constants_;
+  double mean_edge_;
+  std::vector<std::uint32_t> next_sides_;
+  std::vector<std::uint8_t> is_boundary_;  // (k,)
+};
 
 }  // namespace dynmesh

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Sparse>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -43,36 +42,18 @@ class CoarseSpace {
   void add(Field residual, std::span<Vector3<double>> x);
 
  private:
-  /// The value of the function of a patch at a vertex.
-  struct Share {
-    std::uint32_t patch = 0;
-    double value = 0;
-  };
-  /// Two patches whose functions meet in N; the first has the larger number, or both are the same.
-  struct Pair {
-    std::array<std::uint32_t, 2> patches{};
-    double n = 0;  ///< their entry of Psi^T N Psi
-  };
-  using Block = std::array<double, 6>;  // of a symmetric matrix: xx, xy, xz, yy, yz, zz
   using Matrix = Eigen::SparseMatrix<double>;
+  using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  using Blocks = std::vector<Eigen::Matrix3d>;
 
-  void find_shares(const Cells& cells, std::span<const std::uint32_t> patch_of);
-  void find_pairs(std::size_t n_patches, const Multiply& multiply);
-  [[nodiscard]] std::span<const Share> shares_of(std::size_t vertex) const {
-    return std::span(shares_).subspan(ends_[vertex], ends_[vertex + 1] - ends_[vertex]);
-  }
+  void multiply_functions(const Multiply& multiply);
+  [[nodiscard]] Matrix with_blocks(const Blocks& blocks) const;
 
-  std::vector<std::uint32_t> ends_;  // vertex v has shares_[ends_[v]] to shares_[ends_[v + 1] - 1]
-  std::vector<Share> shares_;        // of a vertex, by ascending patches
-  std::vector<Pair> pairs_;
-  std::vector<std::uint32_t>
-      pair_of_;  // of each two shares of a vertex, in the order of a triangle
-  std::vector<Block> at_vertices_, blocks_;  // of the rows, at vertices and for pairs
-  Matrix matrix_;
-  std::vector<std::array<double*, 9>>
-      entries_;  // in the matrix, of each pair; null above diagonals
+  Functions psi_;
+  Matrix n_;  // the lower triangle of Psi^T N Psi, in which the three coordinates are alike
+  // Of each two patches whose functions meet at a vertex, the number of their entry in n_.
+  std::vector<std::uint32_t> entry_of_;
   Eigen::SimplicialLLT<Matrix> factor_;
-  Eigen::VectorXd right_side_, solution_;
 };
 
 }  // namespace dynmesh

@@ -1,77 +1,198 @@
 #include "tracking/depth_images.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+namespace {
 
-Vector3<double> Camera::from_camera(const Vector3<double>& local) const {
-  return position + local.x * axes[0] + local.y * axes[1] + local.z * axes[2];
+/// How far the rows of a rotation may be from orthonormal. Poses are often stored with six digits.
+constexpr double rounding = 1e-3;
+
+/// Larger images are a mistake.
+constexpr std::size_t most_pixels = 1U << 28U;
+
+[[noreturn]] void refuse_image(const char* argument, std::size_t number, const std::string& why) {
+  throw std::invalid_argument(std::string(argument) + ": of image " + std::to_string(number) + " " +
+                              why);
 }
 
-Vector3<double> Camera::at(std::size_t row, std::size_t column, double depth) const {
-  const double y = (static_cast<double>(row) - cy) / fy;
-  const double x = (static_cast<double>(column) - cx - skew * y) / fx;
-  return from_camera({depth * x, depth * y, depth});
+std::string in_words(double value) {
+  std::array<char, 32> text{};
+  (void)std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
 }
 
-void DepthImages::clear() {
-  images_.clear();
-  depths_.clear();
+/// Checks a matrix whose entries must be finite, and 0 or 1 where `expected` says so.
+void check_entries(const char* argument, std::size_t number, std::span<const double> matrix,
+                   std::size_t columns, const char* expected, const char* form) {
+  for (std::size_t e = 0; e < matrix.size(); ++e) {
+    const bool is_good = expected[e] == 'x' ? std::abs(matrix[e]) <= largest_coordinate<double>
+                                            : matrix[e] == expected[e] - '0';
+    if (is_good) continue;
+    refuse_image(argument, number,
+                 "must be " + std::string(form) + " with finite numbers below 1e200, but row " +
+                     std::to_string(e / columns) + ", column " + std::to_string(e % columns) +
+                     " is " + in_words(matrix[e]));
+  }
 }
 
-std::span<float> DepthImages::add(const Camera& camera, std::size_t height, std::size_t width) {
-  images_.push_back({camera, height, width, depths_.size()});
-  depths_.resize(depths_.size() + height * width);
-  return std::span(depths_).last(height * width);
+void check_intrinsics(std::size_t number, const std::array<double, 9>& k) {
+  check_entries("intrinsics", number, k, 3, "xxx0xx001", "[[fx, s, cx], [0, fy, cy], [0, 0, 1]]");
+  if (k[0] > 0 && k[4] > 0) return;
+  refuse_image("intrinsics", number,
+               "are singular: the focal lengths are " + in_words(k[0]) + " and " + in_words(k[4]) +
+                   " pixels, but must be positive");
 }
 
-DepthImages::Neighbours DepthImages::neighbours(const Image& image, std::size_t row,
-                                                std::size_t column, double jump) const {
-  const std::size_t pixel = image.first + row * image.width + column;
-  const float here = depths_[pixel];
-  const auto near = [&](bool is_inside, std::size_t other) {
-    const bool is_near = is_inside && depths_[other] > 0 &&
-                         std::abs(static_cast<double>(depths_[other] - here)) <= jump;
-    return is_near ? other : pixel;
-  };
-  return {near(column > 0, pixel - 1), near(column + 1 < image.width, pixel + 1),
-          near(row > 0, pixel - image.width), near(row + 1 < image.height, pixel + image.width)};
+/// Columns 0 to 2 of a pose are the directions right, down and ahead; column 3 is the position.
+Vector3<double> axis(const std::array<double, 16>& pose, std::size_t column) {
+  return {pose[column], pose[4 + column], pose[8 + column]};
+}
+
+void check_pose(std::size_t number, const std::array<double, 16>& pose) {
+  check_entries("pose", number, pose, 4, "xxxxxxxxxxxx0001", "[[R, t], [0, 0, 0, 1]]");
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double length = squared_norm(axis(pose, c));
+    if (std::abs(length - 1) <= rounding) continue;
+    refuse_image("pose", number,
+                 "is not rigid: an axis has the squared length " + in_words(length) + ", not 1");
+  }
+  const double volume = dot(axis(pose, 0), cross(axis(pose, 1), axis(pose, 2)));
+  if (std::abs(volume - 1) <= rounding) return;
+  refuse_image("pose", number, "is not rigid: its determinant is " + in_words(volume) + ", not 1");
+}
+
+float depth_at(const DepthImage& image, std::size_t row, std::size_t column) {
+  return image.data[static_cast<std::ptrdiff_t>(row) * image.row_stride +
+                    static_cast<std::ptrdiff_t>(column) * image.column_stride];
+}
+
+void check_depth_image(std::size_t number, const DepthImage& image) {
+  if (image.height == 0 || image.width == 0 || image.height > most_pixels / image.width) {
+    refuse_image("depth", number,
+                 "has " + std::to_string(image.height) + " rows and " +
+                     std::to_string(image.width) + " columns, which is no image");
+  }
+  check_pointer("depth", image.data, image.height);
+  if ((image.height > 1 && image.row_stride == 0) ||
+      (image.width > 1 && image.column_stride == 0)) {
+    refuse_image("depth", number, "has a stride of 0, with which its pixels would be the same");
+  }
+  check_intrinsics(number, image.intrinsics);
+  check_pose(number, image.pose);
+  for (std::size_t r = 0; r < image.height; ++r) {
+    for (std::size_t c = 0; c < image.width; ++c) {
+      const float depth = depth_at(image, r, c);
+      if (!(depth < 0)) continue;
+      refuse_image("depth", number,
+                   "row " + std::to_string(r) + ", column " + std::to_string(c) + " is " +
+                       in_words(static_cast<double>(depth)) +
+                       ", but depths are positive, or 0 or NaN where nothing was measured");
+    }
+  }
+}
+
+/// An image whose depths are packed row by row, and 0 where nothing was measured.
+struct Packed {
+  const DepthImage& given;
+  std::vector<float> depths;
+
+  explicit Packed(const DepthImage& image) : given(image) {
+    for (std::size_t r = 0; r < image.height; ++r) {
+      for (std::size_t c = 0; c < image.width; ++c) {
+        const float depth = depth_at(image, r, c);
+        // Far beyond what any sensor measures, squares would not be finite.
+        depths.push_back(depth > 0 && depth < 1e18F ? depth : 0);
+      }
+    }
+  }
+
+  /// The point that a pixel measured.
+  [[nodiscard]] Vector3<double> at(std::size_t pixel) const {
+    const auto& k = given.intrinsics;
+    const auto depth = static_cast<double>(depths[pixel]);
+    const double y = (static_cast<double>(pixel / given.width) - k[5]) / k[4];
+    const double x = (static_cast<double>(pixel % given.width) - k[2] - k[1] * y) / k[0];
+    return axis(given.pose, 3) + depth * x * axis(given.pose, 0) + depth * y * axis(given.pose, 1) +
+           depth * axis(given.pose, 2);
+  }
+};
+
+/// The pixels of the same surface around one: itself where there is none on that side.
+struct PixelsAround {
+  std::size_t left, right, above, below;
+
+  PixelsAround(const Packed& image, std::size_t row, std::size_t column, double jump) {
+    const std::size_t width = image.given.width;
+    const std::size_t pixel = row * width + column;
+    const float here = image.depths[pixel];
+    const auto near = [&](bool is_inside, std::size_t other) {
+      const bool is_near = is_inside && image.depths[other] > 0 &&
+                           std::abs(static_cast<double>(image.depths[other] - here)) <= jump;
+      return is_near ? other : pixel;
+    };
+    left = near(column > 0, pixel - 1);
+    right = near(column + 1 < width, pixel + 1);
+    above = near(row > 0, pixel - width);
+    below = near(row + 1 < image.given.height, pixel + width);
+  }
+
+  [[nodiscard]] bool have_a_plane() const { return left != right && above != below; }
+};
+
+}  // namespace
+
+void check_depth_images(std::span<const DepthImage> images) {
+  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
 }
 
 /// The points are stored without gaps, since most pixels measure nothing: each row is counted
 /// first.
-void DepthImages::convert(double jump, std::size_t most, Workers& workers, PointScan& scan) const {
-  const auto measured =
-      static_cast<double>(std::ranges::count_if(depths_, [](float depth) { return depth > 0; }));
+void convert(std::span<const DepthImage> images, double jump, std::size_t most, Workers& workers,
+             PointScan& scan) {
+  const std::vector<Packed> packed(images.begin(), images.end());
+  double measured = 0;
+  for (const Packed& image : packed) {
+    measured += static_cast<double>(
+        std::ranges::count_if(image.depths, [](float depth) { return depth > 0; }));
+  }
   const auto step = static_cast<std::size_t>(
       std::max(1.0, std::floor(std::sqrt(measured / static_cast<double>(most)))));
   struct Row {
-    const Image* image;
+    const Packed* image;
     std::uint32_t sensor;
     std::size_t row;
     std::size_t first;  // of its points
   };
   std::vector<Row> rows;
   scan.sensors.clear();
-  for (const Image& image : images_) {
-    for (std::size_t r = 0; r < image.height; r += step) {
+  for (const Packed& image : packed) {
+    for (std::size_t r = 0; r < image.given.height; r += step) {
       rows.push_back({&image, static_cast<std::uint32_t>(scan.sensors.size()), r, 0});
     }
-    scan.sensors.push_back(image.camera.position);
+    scan.sensors.push_back(axis(image.given.pose, 3));
   }
   const auto visit = [&](const Row& row, const auto& work) {
-    for (std::size_t column = 0; column < row.image->width; column += step) {
-      if (!(depths_[row.image->first + row.row * row.image->width + column] > 0)) continue;
-      const auto around = neighbours(*row.image, row.row, column, jump);
-      if (around.have_a_plane()) work(column, around);
+    for (std::size_t column = 0; column < row.image->given.width; column += step) {
+      const std::size_t pixel = row.row * row.image->given.width + column;
+      if (!(row.image->depths[pixel] > 0)) continue;
+      const PixelsAround around(*row.image, row.row, column, jump);
+      if (around.have_a_plane()) work(pixel, around);
     }
   };
   workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
-    visit(rows[r], [&](std::size_t, const Neighbours&) { ++rows[r].first; });
+    visit(rows[r], [&](std::size_t, const PixelsAround&) { ++rows[r].first; });
   });
   std::size_t n = 0;
   for (Row& row : rows) n += std::exchange(row.first, n);
@@ -80,23 +201,17 @@ void DepthImages::convert(double jump, std::size_t most, Workers& workers, Point
   scan.sensor_numbers.resize(n);
   scan.undecided.clear();
   workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
-    const Row& row = rows[r];
-    const Camera& camera = row.image->camera;
-    const auto at = [&](std::size_t pixel) {
-      const std::size_t offset = pixel - row.image->first;
-      return camera.at(offset / row.image->width, offset % row.image->width,
-                       static_cast<double>(depths_[pixel]));
-    };
-    std::size_t i = row.first;
-    visit(row, [&](std::size_t column, const Neighbours& around) {
-      scan.points[i] = at(row.image->first + row.row * row.image->width + column);
-      const auto normal =
-          cross(at(around.below) - at(around.above), at(around.right) - at(around.left));
+    std::size_t i = rows[r].first;
+    visit(rows[r], [&](std::size_t pixel, const PixelsAround& around) {
+      const Packed& image = *rows[r].image;
+      scan.points[i] = image.at(pixel);
+      const auto normal = cross(image.at(around.below) - image.at(around.above),
+                                image.at(around.right) - image.at(around.left));
       const double length = std::sqrt(squared_norm(normal));
       const bool is_plane = length > 0 && std::isfinite(length);
-      const bool is_away = dot(normal, camera.position - scan.points[i]) < 0;
+      const bool is_away = dot(normal, axis(image.given.pose, 3) - scan.points[i]) < 0;
       scan.normals[i] = is_plane ? ((is_away ? -1 : 1) / length) * normal : Vector3<double>{};
-      scan.sensor_numbers[i] = row.sensor;
+      scan.sensor_numbers[i] = rows[r].sensor;
       ++i;
     });
   });

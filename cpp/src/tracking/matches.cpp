@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <iterator>
 #include <numeric>
+#include <utility>
 
 #include "support/geometry.hpp"
-#include "tracking/cloth.hpp"
-#include "tracking/robust_size.hpp"
-#include "tracking/vertex_normals.hpp"
 
 namespace dynmesh {
 namespace {
@@ -21,17 +19,12 @@ constexpr std::size_t in_a_row = 256;
 /// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
 std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
                                   std::span<const Vector3<double>> frame, double mean_edge) {
-  const auto component = [&](Index v) {
-    return static_cast<std::size_t>(topology.component[static_cast<std::size_t>(v)]);
-  };
   std::vector<double> volumes(topology.report.components);
   std::vector<Vector3<double>> origins(volumes.size());
-  for (std::size_t v = frame.size(); v-- > 0;) origins[component(static_cast<Index>(v))] = frame[v];
+  for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
   for (const Triangle& face : faces) {
-    const std::size_t c = component(face[0]);
-    const auto arm = [&](std::size_t s) {
-      return (1 / mean_edge) * (frame[static_cast<std::size_t>(face[s])] - origins[c]);
-    };
+    const Index c = topology.component[face[0]];
+    const auto arm = [&](std::size_t s) { return (1 / mean_edge) * (frame[face[s]] - origins[c]); };
     volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
   }
   for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
@@ -64,6 +57,40 @@ std::vector<std::uint32_t> along_curve(std::span<const Vector3<double>> points, 
   return order;
 }
 
+/// An agreement that has numbers of points in the place of shares, and a sum of squares in that of
+/// the distance.
+Agreement no_points() { return {0, 0, 0, 0}; }
+
+void average(Agreement& sums, double mean_edge) {
+  const auto n = static_cast<double>(sums.points);
+  sums.distance = mean_edge * std::sqrt(sums.distance / (n - sums.far_share));
+  sums.far_share /= n;
+  sums.disagreeing /= n;
+}
+
+/// (n,) which of the points of a scan are of no surface, such as outliers: they are not near the
+/// mesh, and have fewer points around them than most.
+std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std::uint8_t> is_near,
+                                      const TrackingConstants& constants) {
+  const std::size_t n = is_near.size();
+  std::vector<std::uint8_t> strays(n);
+  const auto neighbours = static_cast<std::size_t>(constants.stray_neighbours);
+  if (n <= neighbours || std::ranges::find(is_near, 0) == is_near.end()) return strays;
+  if (!scan.is_indexed()) scan.index();
+  constexpr std::size_t enough = 256;
+  std::vector<double> usual;
+  for (std::size_t i = 0; i < n; i += 1 + n / enough) {
+    usual.push_back(scan.squared_spacing(i, neighbours));
+  }
+  const auto middle = usual.begin() + std::ssize(usual) / 2;
+  std::ranges::nth_element(usual, middle);
+  const double limit = constants.stray_spacing * constants.stray_spacing * *middle;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_near[i] == 0 && scan.squared_spacing(i, neighbours) > limit) strays[i] = 1;
+  }
+  return strays;
+}
+
 }  // namespace
 
 Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
@@ -93,9 +120,9 @@ void Matches::begin(const PointScan& measurement) {
 }
 
 void Matches::find_normals(Field x) {
-  find_vertex_normals(faces_, x, normals_);
+  normals_ = vertex_normals(faces_, x);
   for (std::size_t v = 0; v < x.size(); ++v) {
-    normals_[v] = outside_[static_cast<std::size_t>(topology_.component[v])] * normals_[v];
+    normals_[v] = outside_[topology_.component[v]] * normals_[v];
   }
 }
 
@@ -164,20 +191,12 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * points_[i].normal + match.normal;
-      rows[i] = {match.place.corners,
-                 match.place.shares,
-                 (1 / std::sqrt(squared_norm(mean))) * mean,
-                 points_[i].position,
-                 1,
-                 std::sqrt(match.place.squared) / mean_edge_,
-                 boundary_.contains(match.place)};
+      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
     }
   };
   const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
   const auto find_blocks = [&](Index first, Index last) {
-    for (Index block = first; block < last; ++block) {
-      find_in_a_row(static_cast<std::size_t>(block) * in_a_row);
-    }
+    for (Index block = first; block < last; ++block) find_in_a_row(at(block) * in_a_row);
   };
   workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
   std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
@@ -193,11 +212,12 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
   std::vector<std::uint8_t> touched(normals_.size());
   std::vector<double> sums(topology_.report.components);
-  const auto component = [&](const SurfaceRow& row) {
-    return static_cast<std::size_t>(topology_.component[row.corners[0]]);
-  };
+  const auto component = [&](const SurfaceRow& row) { return topology_.component[row.corners[0]]; };
   for (SurfaceRow& row : rows) {
-    const double ratio = row.distance / (usual.empty() ? search.scale : usual[cluster_of(row)]);
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double ratio =
+        distance /
+        (usual.empty() ? search.scale : usual[clusters_.of_vertex[row.nearest_corner()]]);
     const double far = 1 + ratio * ratio;
     row.weight = points_of_row / (usual.empty() ? far : far * far);
     sums[component(row)] += row.weight;
@@ -224,14 +244,15 @@ std::vector<double> Matches::usual_distances() const {
   const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
   std::vector<Histogram> histograms(clusters_.size());
   for (const SurfaceRow& row : rows_.rows) {
-    const double bin = std::min(row.distance / width, static_cast<double>(n_bins));
-    ++histograms[cluster_of(row)][static_cast<std::size_t>(bin)];
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double bin = std::min(distance / width, static_cast<double>(n_bins));
+    ++histograms[clusters_.of_vertex[row.nearest_corner()]][static_cast<std::size_t>(bin)];
   }
   std::vector<double> usual(clusters_.size());
   for (std::size_t c = 0; c < usual.size(); ++c) {
     Histogram around = histograms[c];
-    for (const Index other : clusters_.neighbours[static_cast<Index>(c)]) {
-      const Histogram& of_other = histograms[static_cast<std::size_t>(other)];
+    for (const Index other : clusters_.neighbours[c]) {
+      const Histogram& of_other = histograms[other];
       for (std::size_t bin = 0; bin <= n_bins; ++bin) around[bin] += of_other[bin];
     }
     double left = std::accumulate(around.begin(), around.end(), 0.0) / 2;
@@ -274,9 +295,38 @@ double Matches::distance_of_far() const {
 }
 
 Agreements Matches::agreements() const {
+  const PointScan& scan = *measurement_;
   std::vector<Place> places(found_.size());
   for (std::size_t i = 0; i < found_.size(); ++i) places[order_[i]] = found_[i];
-  return compare(*measurement_, places, normals_, is_sheet_, mean_edge_, constants_);
+  const double squared_far = std::pow(constants_.far_distance * mean_edge_, 2);
+  std::vector<std::uint8_t> is_near;
+  for (const Place& place : places) is_near.push_back(place.squared <= squared_far ? 1 : 0);
+  const auto agrees = [&](std::size_t i) {
+    const auto corner = places[i].nearest_corner();
+    const double cosine = dot(scan.normals[i], normals_[corner]);
+    return scan.is_undecided(i) || is_sheet_[corner] != 0
+               ? std::abs(cosine) >= constants_.least_undecided_cosine
+               : cosine >= constants_.least_cosine;
+  };
+  const auto strays = find_strays(scan, is_near, constants_);
+  Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (strays[i] != 0) continue;
+    const auto add_to = [&](Agreement& sums) {
+      ++sums.points;
+      if (is_near[i] == 0) {
+        ++sums.far_share;
+        return;
+      }
+      sums.disagreeing += agrees(i) ? 0 : 1;
+      sums.distance += places[i].squared / (mean_edge_ * mean_edge_);
+    };
+    add_to(found.all);
+    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(i)]);
+  }
+  average(found.all, mean_edge_);
+  for (Agreement& sums : found.of_sensors) average(sums, mean_edge_);
+  return found;
 }
 
 }  // namespace dynmesh

@@ -5,14 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/rotations.hpp"
 #include "support/workers.hpp"
-#include "tracking/agreement.hpp"
-#include "tracking/cloth_boundary.hpp"
+#include "tracking/cloth.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_places.hpp"
@@ -33,6 +33,12 @@ struct Search {
   bool has_arrived = false;
   bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
   double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+};
+
+/// How well a surface explains what was measured of it: all points, and those of each sensor.
+struct Agreements {
+  Agreement all;
+  std::vector<Agreement> of_sensors;
 };
 
 /// The matches of the points of one frame with a surface X. Places that were found before in the
@@ -72,7 +78,7 @@ class Matches {
   /// The root mean square distance of the far points; one without a place is as far as any search
   /// goes. 0 if none is far.
   [[nodiscard]] double distance_of_far() const;
-  /// How well X explains the points.
+  /// How well X explains the points, on the side that the sensors see, and of sheets on both.
   [[nodiscard]] Agreements agreements() const;
 
  private:
@@ -87,12 +93,6 @@ class Matches {
                               const Search& search) const;
   void weigh(Field x, const Search& search, double points_of_row);
   [[nodiscard]] std::vector<double> usual_distances() const;
-  /// The cluster of the nearest corner.
-  [[nodiscard]] std::size_t cluster_of(const SurfaceRow& row) const {
-    const auto nearest = std::ranges::max_element(row.shares) - row.shares.begin();
-    return static_cast<std::size_t>(
-        clusters_.of_vertex[row.corners[static_cast<std::size_t>(nearest)]]);
-  }
 
   std::span<const Triangle> faces_;
   const Topology& topology_;

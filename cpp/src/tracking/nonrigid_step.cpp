@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "support/geometry.hpp"
-#include "tracking/ties.hpp"
 
 namespace dynmesh {
 namespace {
@@ -60,6 +59,9 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       membrane_(faces, first_frame, mean_edge,
                 chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
+      surface_system_(system_, topology.cells, workers, constants,
+                      find_ties(topology, first_frame, mean_edge, constants), first_frame,
+                      rotations_.clusters()),
       pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
       remembered_(rotations_.quaternions().begin(), rotations_.quaternions().end()),
       anchors_(first_frame.size(), true),
@@ -69,12 +71,6 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       planes_(first_frame.size()),
       forces_(first_frame.size()) {
   system_.take_planes(constants.steps);
-  surface_system_.emplace(system_, topology.cells, workers, constants,
-                          find_ties(topology, first_frame, mean_edge, constants), first_frame,
-                          rotations_.clusters());
-  for (const Tie& tie : surface_system_->ties()) {
-    tied_.push_back(first_frame[tie.i] - first_frame[tie.j]);
-  }
 }
 
 void NonrigidStep::begin_frame() {
@@ -84,18 +80,18 @@ void NonrigidStep::begin_frame() {
 
 bool NonrigidStep::take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
                         std::span<Vector3<double>> x) {
-  if (rows.empty() && landmarks.empty()) return false;
+  if (rows.rows.empty() && landmarks.empty()) return false;
   rotations_.fit(x);
   if (mode_weights > 0 && rest_.is_trained()) {
     fit_modes(rows, mode_weights, x);
-    surface_system_->factorize_again();
+    surface_system_.factorize_again();
   }
   for (std::size_t v = 0; v < x.size(); ++v) {
     wanted_[v] = shape_[v] + pulls_[v] * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
   find_forces(x);
-  const Field steps = surface_system_->solve(rows, landmarks, x, forces_);
+  const Field steps = surface_system_.solve(rows, landmarks, x, forces_);
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
   return true;
 }
@@ -106,11 +102,9 @@ void NonrigidStep::find_forces(Field x) {
   for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
-  const auto ties = surface_system_->ties();
-  for (std::size_t t = 0; t < ties.size(); ++t) {
-    const Tie& tie = ties[t];
-    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tied_[t]) +
-                               rotated(rotations_.quaternions()[tie.j], tied_[t]));
+  for (const Tie& tie : surface_system_.ties()) {
+    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tie.kept) +
+                               rotated(rotations_.quaternions()[tie.j], tie.kept));
     const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;
@@ -121,9 +115,7 @@ void NonrigidStep::find_forces(Field x) {
 /// nearest to the vertex.
 void NonrigidStep::observe_planes(const SurfaceRows& rows, Field x) {
   std::vector<std::uint8_t> is_drawn(topology_.report.components);
-  const auto component = [&](std::size_t v) {
-    return static_cast<std::size_t>(topology_.component[v]);
-  };
+  const auto component = [&](std::size_t v) { return at(topology_.component[v]); };
   std::vector<double> along(x.size());
   std::ranges::fill(planes_, Vector3<double>{});
   std::ranges::fill(anchors_.weights, 0.0);

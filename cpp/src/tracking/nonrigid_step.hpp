@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,7 +45,7 @@ class NonrigidStep {
   /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
   /// about their weights times `factor`.
   void factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks, double factor) {
-    surface_system_->factorize(rows, landmarks, factor);
+    surface_system_.factorize(rows, landmarks, factor);
   }
   /// Finds Q for X, and then X for the rows and landmarks. Without any, X stays and the result is
   /// false. If `mode_weights` is not 0, the modes of the training sequence are fitted first, with
@@ -67,7 +66,6 @@ class NonrigidStep {
 
   [[nodiscard]] const RestShape& rest() const { return rest_; }
   [[nodiscard]] const Rotations& rotations() const { return rotations_; }
-  [[nodiscard]] const Clusters& clusters() const { return rotations_.clusters(); }
   [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
 
   /// What later frames depend on, beside frame 0, the last frame and the error bars, which write
@@ -98,9 +96,8 @@ class NonrigidStep {
   RestShape rest_;
   ErrorBars error_bars_;
   Membrane membrane_;
-  std::optional<SurfaceSystem> surface_system_;
+  SurfaceSystem surface_system_;
   std::vector<double> pulls_;           // (k,) the share of frame 0 in the wanted shape
-  std::vector<Vector3<double>> tied_;   // what the ties keep, in frame 0
   std::vector<Quaternion> remembered_;  // Q of the last frame
 
   // Of the current frame:

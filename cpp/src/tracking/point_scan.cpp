@@ -5,11 +5,27 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
+
+/// The points of a local plane, the one in question included. Fewer follow the noise, more round
+/// off edges.
+struct PlanePoints {
+  static constexpr std::size_t most = 12;
+  std::array<std::uint32_t, most> numbers{};
+  std::array<double, most> distances{};
+  std::size_t size;
+
+  PlanePoints(const PointTree<3>& tree, const Vector3<double>& position)
+      : size(tree.nearest(array_of(position), numbers, distances)) {}
+  [[nodiscard]] std::span<const std::uint32_t> chosen() const {
+    return std::span(numbers).first(size);
+  }
+};
 
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line.
 Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
@@ -50,29 +66,29 @@ void PointScan::estimate_normals(Workers& workers) {
   undecided.resize(points.size());
   std::vector<std::uint8_t> has_repeated(points.size());
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
-    const Neighbours near = neighbours_of(points[i]);
+    const PlanePoints near(*tree_, points[i]);
     has_repeated[i] = any_repeated(points, near.chosen(), near.distances) ? 1 : 0;
     set_normal(i, plane_normal(points, near.chosen()));
   });
   if (std::ranges::find(has_repeated, 1) == has_repeated.end()) return;
   // Copies of few points tell no plane, so these normals follow from distinct positions.
   const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
-  PointScan distinct;
-  distinct.points = points;
-  std::ranges::sort(distinct.points, {}, place);
-  const auto copies = std::ranges::unique(distinct.points, {}, place);
-  distinct.points.erase(copies.begin(), copies.end());
-  distinct.index();
+  auto distinct = points;
+  std::ranges::sort(distinct, {}, place);
+  const auto copies = std::ranges::unique(distinct, {}, place);
+  distinct.erase(copies.begin(), copies.end());
+  const PointTree<3> tree(arrays_of(distinct));
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
     if (has_repeated[i] == 0) return;
-    set_normal(i, plane_normal(distinct.points, distinct.neighbours_of(points[i]).chosen()));
+    set_normal(i, plane_normal(distinct, PlanePoints(tree, points[i]).chosen()));
   });
 }
 
-PointScan::Neighbours PointScan::neighbours_of(const Vector3<double>& position) const {
-  Neighbours near;
-  near.size = tree_->nearest(array_of(position), near.numbers, near.distances);
-  return near;
+/// The cosine between the normal of a point and the direction to a sensor; 0 where there is none.
+double PointScan::cosine_to(const Vector3<double>& sensor, std::size_t i) const {
+  const auto view = sensor - points[i];
+  const double length = std::sqrt(squared_norm(view));
+  return length > 0 ? dot(normals[i], view) / length : 0;
 }
 
 void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
@@ -80,9 +96,7 @@ void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
   double least = 1;  // of the cosines between the normal and the sensors
   double most = -1;
   for (const auto& sensor : sensors) {
-    const auto view = sensor - points[i];
-    const double length = std::sqrt(squared_norm(view));
-    const double cosine = length > 0 ? dot(normal, view) / length : 0;
+    const double cosine = cosine_to(sensor, i);
     least = std::min(least, cosine);
     most = std::max(most, cosine);
   }
@@ -96,9 +110,7 @@ std::size_t PointScan::sensor_of(std::size_t i) const {
   std::size_t found = 0;
   double most = -1;
   for (std::size_t s = 0; sensors.size() > 1 && s < sensors.size(); ++s) {
-    const auto view = sensors[s] - points[i];
-    const double length = std::sqrt(squared_norm(view));
-    const double cosine = length > 0 ? dot(normals[i], view) / length : 0;
+    const double cosine = cosine_to(sensors[s], i);
     const double turned = is_undecided(i) ? std::abs(cosine) : cosine;
     if (!(turned > most)) continue;
     most = turned;
@@ -129,6 +141,35 @@ bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double
     return any ? 0 : radius * radius;
   });
   return any;
+}
+
+double quantile(std::vector<double> values, double share) {
+  const double place = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(values.begin(), at, values.end());
+  if (below + 1 == values.size()) return *at;
+  const double above = *std::min_element(at + 1, values.end());
+  return *at + (place - static_cast<double>(below)) * (above - *at);
+}
+
+Vector3<double> median_of(std::span<const Vector3<double>> points) {
+  const auto of = [&](double Vector3<double>::*coordinate) {
+    std::vector<double> values(points.size());
+    std::ranges::transform(points, values.begin(), coordinate);
+    return quantile(std::move(values), 0.5);
+  };
+  return {of(&Vector3<double>::x), of(&Vector3<double>::y), of(&Vector3<double>::z)};
+}
+
+double size_of(std::span<const Vector3<double>> points) {
+  const auto middle = median_of(points);
+  std::vector<double> distances;
+  for (const auto& point : points) {
+    const auto arm = point - middle;
+    distances.push_back(std::hypot(arm.x, arm.y, arm.z));
+  }
+  return 2 * quantile(std::move(distances), 0.9);
 }
 
 }  // namespace dynmesh

@@ -1,7 +1,6 @@
-/// What sensors measured in one frame: points with normals.
+/// What sensors measured in one frame: points with normals. Sizes of point sets.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -62,23 +61,21 @@ class PointScan {
   std::vector<std::uint8_t> undecided;
 
  private:
-  /// The number of points of a local plane, the point itself included. Fewer follow the noise, more
-  /// round off edges.
-  static constexpr std::size_t plane_points = 12;
-  struct Neighbours {
-    std::array<std::uint32_t, plane_points> numbers{};
-    std::array<double, plane_points> distances{};
-    std::size_t size = 0;
-
-    [[nodiscard]] std::span<const std::uint32_t> chosen() const {
-      return std::span(numbers).first(size);
-    }
-  };
-  [[nodiscard]] Neighbours neighbours_of(const Vector3<double>& position) const;
+  [[nodiscard]] double cosine_to(const Vector3<double>& sensor, std::size_t i) const;
   /// Sets a normal, turned to the sensors, and whether that was possible.
   void set_normal(std::size_t i, const Vector3<double>& normal);
 
   mutable std::unique_ptr<PointTree<3>> tree_;
 };
+
+/// The value below which this share of the values is, interpolated linearly. There must be one.
+double quantile(std::vector<double> values, double share);
+
+/// The median of each coordinate.
+Vector3<double> median_of(std::span<const Vector3<double>> points);
+
+/// Twice the distance from the median point within which nine of ten points are, since a few points
+/// may lie elsewhere.
+double size_of(std::span<const Vector3<double>> points);
 
 }  // namespace dynmesh

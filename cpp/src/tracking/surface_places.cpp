@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -18,40 +19,56 @@ Vector3<double> largest(const Vector3<double>& a, const Vector3<double>& b) {
 
 }  // namespace
 
-SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
-    : faces_(faces), across_(3 * faces.size()), ends_(frame.size() + 1) {
-  find_neighbours(frame.size());
-  divide(frame);
-}
-
-void SurfacePlaces::find_neighbours(std::size_t n_vertices) {
-  for (const Triangle& face : faces_) {
-    for (const Index v : face) ++ends_[static_cast<std::size_t>(v) + 1];
-  }
-  for (std::size_t v = 0; v < n_vertices; ++v) ends_[v + 1] += ends_[v];
-  faces_at_.resize(3 * faces_.size());
-  auto next = ends_;
+std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces) {
   struct Side {
     std::array<Index, 2> ends;
     std::uint32_t number;
   };
   std::vector<Side> sides;
-  for (std::uint32_t f = 0; f < faces_.size(); ++f) {
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
     for (std::uint32_t s = 0; s < 3; ++s) {
-      faces_at_[next[static_cast<std::size_t>(faces_[f][s])]++] = f;
-      const auto [a, b] = std::minmax(faces_[f][(s + 1) % 3], faces_[f][(s + 2) % 3]);
+      const auto [a, b] = std::minmax(faces[f][(s + 1) % 3], faces[f][(s + 2) % 3]);
       sides.push_back({{a, b}, 3 * f + s});
     }
   }
   std::ranges::stable_sort(sides, {}, &Side::ends);
+  std::vector<std::uint32_t> next(sides.size());
   for (auto first = sides.begin(); first != sides.end();) {
     const auto end = std::find_if(first, sides.end(),
                                   [&](const Side& side) { return side.ends != first->ends; });
     for (auto side = first; side != end; ++side) {
-      across_[side->number] = (side + 1 == end ? first : side + 1)->number / 3;
+      next[side->number] = (side + 1 == end ? first : side + 1)->number;
     }
     first = end;
   }
+  return next;
+}
+
+std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
+                                            std::span<const Vector3<double>> frame) {
+  std::vector<Vector3<double>> normals(frame.size());
+  for (const auto& [a, b, c] : faces) {
+    const auto normal = cross(frame[b] - frame[a], frame[c] - frame[a]);
+    for (const Index v : {a, b, c}) normals[v] = normals[v] + normal;
+  }
+  for (auto& normal : normals) {
+    const double length = std::sqrt(squared_norm(normal));
+    normal = length > 0 && std::isfinite(length) ? (1 / length) * normal : Vector3<double>{};
+  }
+  return normals;
+}
+
+SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
+    : faces_(faces), next_sides_(next_sides(faces)) {
+  std::vector<std::vector<Index>> faces_at(frame.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (const Index v : faces[f]) faces_at[v].push_back(static_cast<Index>(f));
+  }
+  for (const auto& around : faces_at) {
+    faces_at_.neighbours.insert(faces_at_.neighbours.end(), around.begin(), around.end());
+    faces_at_.offsets.push_back(static_cast<Index>(faces_at_.neighbours.size()));
+  }
+  divide(frame);
 }
 
 Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t from) const {
@@ -66,10 +83,9 @@ Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t f
     };
     if (n_zero == 1) {
       const std::uint32_t side = here.shares[0] == 0 ? 0 : here.shares[1] == 0 ? 1 : 2;
-      try_face(across_[3 * here.face + side]);
+      try_face(next_sides_[3 * here.face + side] / 3);
     } else {
-      const auto v = here.nearest_corner();
-      for (std::uint32_t i = ends_[v]; i < ends_[v + 1]; ++i) try_face(faces_at_[i]);
+      for (const Index face : faces_at_[here.nearest_corner()]) try_face(face);
     }
     if (!(best.squared < here.squared)) return here;
     here = best;
@@ -81,7 +97,7 @@ void SurfacePlaces::divide(Field frame) {
   std::vector<Vector3<double>> centres;
   for (const Triangle& face : faces_) {
     Vector3<double> sum;
-    for (const Index v : face) sum = sum + frame[static_cast<std::size_t>(v)];
+    for (const Index v : face) sum = sum + frame[v];
     centres.push_back(sum);
   }
   order_.resize(n);
@@ -121,11 +137,11 @@ void SurfacePlaces::follow(Field x) {
       node->most = largest(left.most, right.most);
       continue;
     }
-    node->least = node->most = x[static_cast<std::size_t>(faces_[order_[node->first]][0])];
+    node->least = node->most = x[faces_[order_[node->first]][0]];
     for (std::uint32_t i = node->first; i < node->first + node->count; ++i) {
       for (const Index v : faces_[order_[i]]) {
-        node->least = smallest(node->least, x[static_cast<std::size_t>(v)]);
-        node->most = largest(node->most, x[static_cast<std::size_t>(v)]);
+        node->least = smallest(node->least, x[v]);
+        node->most = largest(node->most, x[v]);
       }
     }
   }

@@ -1,10 +1,11 @@
-/// The places of a surface that are nearest to given points.
+/// The sides and the normals of a surface, and its places that are nearest to given points.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <span>
@@ -13,6 +14,15 @@
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+
+/// (3 n,) of each side of each triangle, numbered as the corner opposite: the next one with the
+/// same ends, and after the last one the first. A side of the boundary is its own.
+std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces);
+
+/// (k,) the mean of the normals of the faces around each vertex, weighted by area, of unit length;
+/// 0 where that is not defined.
+std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
+                                            std::span<const Vector3<double>> frame);
 
 /// A place on a surface: the sum of the corners of a triangle times their shares, which add up to 1
 /// (barycentric coordinates).
@@ -115,7 +125,6 @@ class SurfacePlaces {
   [[nodiscard]] Place place_on(Field x, std::uint32_t face, const Vector3<double>& point) const;
 
  private:
-  void find_neighbours(std::size_t n_vertices);
   void divide(Field frame);
 
   // Halves have equal sizes, so that a tree of 2^32 triangles has no more.
@@ -144,10 +153,8 @@ class SurfacePlaces {
   std::span<const Triangle> faces_;
   std::vector<Node> nodes_;  // children after their parents
   std::vector<std::uint32_t> order_;
-  std::vector<std::uint32_t> across_;  // of each side of a face, opposite its corner: the next face
-  std::vector<std::uint32_t>
-      ends_;  // the faces at vertex v are faces_at_[ends_[v] to ends_[v + 1]]
-  std::vector<std::uint32_t> faces_at_;
+  std::vector<std::uint32_t> next_sides_;
+  Cells faces_at_;  // the faces at each vertex, instead of its neighbours
 };
 
 inline Place SurfacePlaces::place_on(Field x, std::uint32_t face,

@@ -4,11 +4,25 @@
 #include <cmath>
 #include <utility>
 
+#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "tracking/cloth.hpp"
-#include "tracking/rigid_step.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// Moves a frame, and returns the largest distance that a vertex moved.
+double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame) {
+  double largest = 0;
+  for (auto& x : frame) {
+    const Eigen::Vector3d moved = motion * to_eigen(x);
+    largest = std::max(largest, (moved - to_eigen(x)).squaredNorm());
+    x = from_eigen(moved);
+  }
+  return std::sqrt(largest);
+}
+
+}  // namespace
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, Field first_frame,
@@ -21,7 +35,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_, training,
              has_uncertainty, epsilon),
       matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
-               shape_.clusters()),
+               shape_.rotations().clusters()),
       is_all_cloth_(std::ranges::count(is_cloth_, 0) == 0),
       any_cloth_(std::ranges::count(is_cloth_, 1) > 0),
       last_(first_frame.begin(), first_frame.end()),

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "support/workers.hpp"
-#include "tracking/agreement.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/matches.hpp"
 #include "tracking/nonrigid_step.hpp"
