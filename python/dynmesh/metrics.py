@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import Positions, floats, packed, triangles
-from ._checks import as_array
+from ._arrays import Positions, first_frame, floats, packed, triangles
 from ._errors import InputError
 from .polygons import Faces
 
@@ -27,7 +26,7 @@ class ErrorSummary:
 
 def bounding_box_diagonal(frame: Positions) -> float:
     """Returns the length of the diagonal of the axis-aligned bounding box of a (k, 3) frame."""
-    points = np.asarray(as_array("frame", frame), np.float64)
+    points = first_frame("frame", frame).astype(np.float64)
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 

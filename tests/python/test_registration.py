@@ -549,19 +549,33 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
     size = np.ptp(TORUS.vertices, axis=0).max()
     floor = rng.uniform(-3, 3, (1000, 3)) * size * [1, 1, 0] + points.min(axis=0) * [0, 0, 1]
     room = np.concatenate([points, floor])
-    wrong = {
-        "landmarks say where": PointScan(2 * rng.normal(size=(1000, 3)), None, None),
-        ": the normals of the scan point inwards": PointScan(points, -normals, None),
-        "such as a floor; --remove-planes": PointScan(room, None, None),
+    marks = [{"vertex": v, "position": list(TORUS.vertices[v] + size)} for v in (5, 120, 260)]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    landmarks = ("--landmarks", tmp_path / "marks.json")
+    wrong: dict[str, tuple[PointScan, tuple[Any, ...]]] = {
+        "landmarks say where": (PointScan(2 * rng.normal(size=(1000, 3)), None, None), ()),
+        ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
+        "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
+        "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
+        "not moved into the scan, which --align": (
+            PointScan(points + 9 * size, normals, None),
+            ("--no-align",),
+        ),
+        ": all landmarks are ": (PointScan(points, normals, None), landmarks),
     }
     made = tmp_path / "made.obj"
-    for cause, one in wrong.items():
+    for cause, (one, options) in wrong.items():
         write_ply(tmp_path / "wrong.ply", one)
         words = (tmp_path / "body.obj", tmp_path / "wrong.ply", made)
-        said = run("register", *words, "--overwrite", code=3).stderr
+        said = run("register", *words, *options, "--overwrite", code=3).stderr
         assert re.search("made.obj: (doubtful|ruined): ", said)
         assert cause in said
+        assert ("--remove-planes" in said) == ("--remove-planes" in cause)
         assert made.exists()
+    marks[0]["vertex"] = 99999
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    said = run("register", *words, *landmarks, "--overwrite", code=1).stderr
+    assert "marks.json: landmarks: landmark 0 is of vertex 99999" in said
 
 
 @pytest.mark.parametrize(

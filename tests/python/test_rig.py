@@ -115,6 +115,17 @@ def test_what_is_wrong_is_told_as_json(folder: Path, tmp_path: Path) -> None:
     assert told["stated"]["far"] > told["meant"]["far"]
 
 
+def test_how_far_the_points_are_is_told_where_nothing_explains_it(
+    folder: Path, tmp_path: Path
+) -> None:
+    right = read_cameras(folder / "depth" / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", scaled(0.25, 1, right))
+    words = ("rig", folder / "depth", "--template", folder / "body.obj")
+    said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
+    assert "no usual misreading" in said
+    assert min(map(float, re.findall(r"far and (\S+) edges away", said))) > 10
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Path) -> None:
     options = [f"--seed={seed}", f"--cameras={1 + seed}", f"--noise={(0.02, 0.2)[seed % 2]}"]

@@ -177,7 +177,12 @@ def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
     numbers = [int(number[0]) for number in found if number]
     steps = [after - before for before, after in pairwise(numbers)]
     step = min(steps, default=1)
-    if step == 0 or any(one % step for one in steps) or not numbers:
+    if 0 in steps:
+        one = steps.index(0)
+        raise ValueError(
+            f"{files[one].name} and {files[one + 1].name} have the same number; move one elsewhere"
+        )
+    if any(one % step for one in steps) or not numbers:
         if gaps == "lost":
             raise ValueError(
                 "the names of its files do not end in evenly spaced numbers, so lost frames cannot "

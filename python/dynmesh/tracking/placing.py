@@ -61,7 +61,12 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
     if scan is None:
         return tracker.skip()
     if isinstance(scan, PointScan):
-        return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        try:
+            return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
+        except ValueError as error:
+            if told := inside_out(scan):
+                raise InputError(f"{told}: {error}") from error
+            raise
     return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
 
 

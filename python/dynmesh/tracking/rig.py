@@ -197,11 +197,13 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     clouds = [_subject(cloud, surface) for cloud in scan.clouds]
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
-    if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
-        return Fit(1.0, (1.0,) * len(clouds), (1.0,) * len(clouds))
-    found = find_alignment(surface.faces, surface.points, cloud)
+    ways = [cloud]
     most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
-    ways = [cloud, (cloud - found.shift) @ found.rotation][: 1 + moves]
+    if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
+        most = -1.0  # so small a scan is far, wherever it is
+    elif moves:
+        found = find_alignment(surface.faces, surface.points, cloud)
+        ways.append((cloud - found.shift) @ found.rotation)
     away = min((surface.distances(one) for one in ways), key=lambda one: np.mean(one > most))
     each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
     each = [one if len(one) else np.zeros(1) for one in each]
@@ -265,7 +267,7 @@ class RigReport(Report):
         if self.stated is None:
             return self.cameras
         each = zip(self.cameras, self.stated.by_camera, self.stated.distances, strict=True)
-        return tuple(f"{name}: {far:.0%} far and {away:.2g} edges away" for name, far, away in each)
+        return tuple(f"{name}: {far:.0%} far and {away:.3g} edges away" for name, far, away in each)
 
     @property
     def told(self) -> str:

@@ -146,7 +146,11 @@ def register_file(
             try:
                 found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
-                raise InputError("; ".join(filter(None, [str(error), sizes]))) from error
+                about = marked[0] if str(error).startswith("landmarks: ") else None
+                told = "; ".join(filter(None, [str(error), sizes]))
+                raise InputError(told, file=about) from error
+            if sizes and found.quality != "good" and not scale:
+                sizes += "; `scale` finds it in any size"
         header = replace(
             mesh.header,
             n_frames=1,
@@ -172,7 +176,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_reason(found, Sequence(first[None], mesh.faces), left, marks),
+        reason=_reason(found, Sequence(first[None], mesh.faces), left, marks, align, scale),
         remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -189,15 +193,27 @@ def _opened(template: PathLike) -> Reader:
         raise InputError(told, file=Path(template)) from error
 
 
-def _reason(found: Registration, mesh: Sequence, scan: Scan, landmarks: Landmarks | None) -> str:
+def _reason(
+    found: Registration,
+    mesh: Sequence,
+    scan: Scan,
+    landmarks: Landmarks | None,
+    align: bool,
+    scale: bool,
+) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    wrong = inside_out(scan) or _plane_in(scan, mesh)
+    # A plane in the scan of a subject of another size may be a part of it.
+    any_size = scale or found.cause == "size"
+    wrong = inside_out(scan) or ("" if any_size else _plane_in(scan, mesh))
     if landmarks is not None:
-        wrong = wrong or exchanged(mesh[0], landmarks) or _misplaced(found, landmarks)
+        wrong = wrong or exchanged(mesh[0], landmarks) or _elsewhere(landmarks, scan)
+        wrong = wrong or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
-    if landmarks is None and found.cause in ("pose", "place"):
+    if found.cause in ("pose", "place") and not align:
+        told += "; the template was not moved into the scan, which `align` does"
+    elif found.cause in ("pose", "place") and landmarks is None:
         told += "; landmarks say where head, hands and feet, for example, belong"
     return told
 
@@ -211,6 +227,17 @@ def _plane_in(scan: Scan, mesh: Sequence) -> str:
         "leaves it out"
     )
     return told if room.planes else ""
+
+
+def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:
+    """Says that no landmark is near the scan; empty if one is."""
+    away = min(np.linalg.norm(scan.cloud - one, axis=1).min() for one in landmarks[1])
+    if away <= _MISPLACED * size_of(scan.cloud):
+        return ""
+    return (
+        f"all landmarks are {away:.3g} or farther from the points of the scan; their positions "
+        "must be in its unit and its axes"
+    )
 
 
 def _misplaced(found: Registration, landmarks: Landmarks) -> str:
