@@ -79,8 +79,8 @@ class Motion:
             places = np.flatnonzero(self._astray)
             yield Finding.at(
                 "outliers",
-                f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from all "
-                f"neighbours, at most {self._farthest:.3g}, in "
+                f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from the "
+                f"surface around them, at most {self._farthest:.3g}, in "
                 f"{frames_listed(self._astray_frames, self._header)}: {listed('vertex', places)}.",
                 "They displace the vertices that are estimated around them. Let completion reject "
                 "outliers, or mark them as missing in the known mask.",
@@ -100,11 +100,13 @@ class Motion:
         if not len(far):
             return
         k = len(points)
-        n_far = np.bincount(ends[far].reshape(-1), minlength=k)
         both = observed[ends].all(axis=1)
-        n_known = np.bincount(ends[both].reshape(-1), minlength=k)
-        astray = (n_far == n_known) & (n_known >= 2)
         share = len(far) / int(both.sum())
+        near = np.copy(both)
+        near[far] = False
+        whole, part = _parts(ends[both], k), _parts(ends[near], k)
+        # A part that long edges tear off is astray, as holes are that were filled with one place.
+        astray = 2 * np.bincount(part)[part] < np.bincount(whole)[whole]
         if share > _SCRAMBLED:
             self._scrambled.append(number)
             self._worst_share = max(self._worst_share, share)
@@ -118,7 +120,7 @@ class Motion:
             nearest = np.full(k, np.inf)
             for end in ends[pairs].T:
                 np.minimum.at(nearest, end, length)
-            self._farthest = max(self._farthest, float(nearest[astray].max()))
+            self._farthest = max(self._farthest, float(nearest[np.isfinite(nearest)].max()))
 
     def _leaps(self) -> Iterator[Finding]:
         medians = np.array(self.medians)
@@ -139,6 +141,19 @@ class Motion:
             frames=frames,
             worst=worst,
         )
+
+
+def _parts(edges: NDArray[np.integer], n_vertices: int) -> NDArray[np.int64]:
+    """Returns the number of the first vertex of the part of each vertex, as edges join them."""
+    part = np.arange(n_vertices)
+    while True:
+        least = part.copy()
+        for one, other in (edges.T, edges.T[::-1]):
+            np.minimum.at(least, one, part[other])
+        least = least[least]
+        if np.array_equal(least, part):
+            return part
+        part = least
 
 
 def _leaps_at(medians: NDArray[np.float64], t: int) -> bool:
