@@ -43,7 +43,7 @@ struct Quads {
 }
 
 void subtract(const float* blocks, Index n, Index columns, const double* x, const Index* rows,
-              double* values, Index stride) {
+              double* values) {
   constexpr int parts = rows_of_block / lanes;
   for (Index r = 0; r < n; r += rows_of_block, blocks += rows_of_block * columns) {
     Doubles sums[3][parts] = {};
@@ -61,7 +61,7 @@ void subtract(const float* blocks, Index n, Index columns, const double* x, cons
       const Quads q =
           quads_of({load(products[0] + i), load(products[1] + i), load(products[2] + i)});
       for (Index h = 0; h < 4 && r + i + h < n; ++h) {
-        double* y = values + static_cast<std::ptrdiff_t>(rows[r + i + h]) * stride;
+        double* y = values + std::ptrdiff_t{4} * rows[r + i + h];
         store(y, load(y) - q.row[h]);
       }
     }
@@ -96,7 +96,7 @@ template <int width>
 }
 
 void subtract_transposed(const float* blocks, Index n, Index columns, double* x, const Index* rows,
-                         const double* values, Index stride) {
+                         const double* values) {
   for (Index begin = 0; begin < n; begin += rows_at_once, blocks += rows_at_once * columns) {
     const Index end = begin + rows_at_once < n ? begin + rows_at_once : n;
     const Index n_blocks = (end - begin + rows_of_block - 1) / rows_of_block;
@@ -104,7 +104,7 @@ void subtract_transposed(const float* blocks, Index n, Index columns, double* x,
     for (Index r = begin; r < begin + rows_of_block * n_blocks; r += 4) {
       Quads q = {};
       for (Index h = 0; h < 4 && r + h < n; ++h) {
-        q.row[h] = load(values + static_cast<std::ptrdiff_t>(rows[r + h]) * stride);
+        q.row[h] = load(values + std::ptrdiff_t{4} * rows[r + h]);
       }
       const Coordinates c = coordinates_of(q);
       store(own[0] + r - begin, c.x);

@@ -12,13 +12,13 @@ namespace dynmesh {
 constexpr Index rows_of_block = 8;
 
 struct BlockKernels {
-  /// Subtracts the product of a matrix and the quads `x` (columns,) from the quads of `values` that
-  /// begin at `stride` times `rows` (n,).
+  /// Subtracts the product of a matrix and the quads `x` (columns,) from the quads `rows` (n,) of
+  /// `values`.
   void (*subtract)(const float* blocks, Index n, Index columns, const double* x, const Index* rows,
-                   double* values, Index stride);
+                   double* values);
   /// Subtracts the product of the transposed matrix and those quads of `values` from `x`.
   void (*subtract_transposed)(const float* blocks, Index n, Index columns, double* x,
-                              const Index* rows, const double* values, Index stride);
+                              const Index* rows, const double* values);
 };
 
 }  // namespace dynmesh
