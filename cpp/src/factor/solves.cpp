@@ -167,12 +167,12 @@ void MaskedFactor::forward_rounded(const Panel& panel, double* values, double* s
   double* own = values + static_cast<std::ptrdiff_t>(panel.first) * quad;
   const OwnRows before = taken(own, n);
   const float* blocks = &rounded_[panel.rounded];
-  kernels_.blocks.subtract(blocks, n, n, before.data(), consecutive.data(), own);
+  kernels_.dense.subtract_blocks(blocks, n, n, before.data(), consecutive.data(), own);
   blocks += size_in_blocks(n, n);
-  kernels_.blocks.subtract(blocks, panel.n_inside, n, own, below, values);
+  kernels_.dense.subtract_blocks(blocks, panel.n_inside, n, own, below, values);
   blocks += size_in_blocks(panel.n_inside, n);
-  kernels_.blocks.subtract(blocks, panel.n_below - panel.n_inside, n, own,
-                           in_border_.data() + panel.below + panel.n_inside, sums);
+  kernels_.dense.subtract_blocks(blocks, panel.n_below - panel.n_inside, n, own,
+                                 in_border_.data() + panel.below + panel.n_inside, sums);
 }
 
 void MaskedFactor::backward_rounded(const Panel& panel, double* values, int /*fields*/) const {
@@ -181,12 +181,12 @@ void MaskedFactor::backward_rounded(const Panel& panel, double* values, int /*fi
   double* own = values + static_cast<std::ptrdiff_t>(panel.first) * quad;
   const float* inverse = &rounded_[panel.rounded];
   const float* blocks = inverse + size_in_blocks(n, n);
-  kernels_.blocks.subtract_transposed(blocks, panel.n_inside, n, own, below, values);
+  kernels_.dense.subtract_transposed_blocks(blocks, panel.n_inside, n, own, below, values);
   blocks += size_in_blocks(panel.n_inside, n);
-  kernels_.blocks.subtract_transposed(blocks, panel.n_below - panel.n_inside, n, own,
-                                      below + panel.n_inside, values);
+  kernels_.dense.subtract_transposed_blocks(blocks, panel.n_below - panel.n_inside, n, own,
+                                            below + panel.n_inside, values);
   const OwnRows before = taken(own, n);
-  kernels_.blocks.subtract_transposed(inverse, n, n, own, consecutive.data(), before.data());
+  kernels_.dense.subtract_transposed_blocks(inverse, n, n, own, consecutive.data(), before.data());
 }
 
 }  // namespace dynmesh
