@@ -55,20 +55,34 @@ void add_lists(const Covariance* from, const Index* offsets, const Index* member
   }
 }
 
-/// Four quaternions or covariances, one in each lane.
+/// Four quaternions w x y z or covariances, one in each lane.
 struct Turns {
-  Doubles w, x, y, z;
+  Doubles q[4];
 };
 struct Covariances {
   Doubles s[3][3];
 };
 
+[[gnu::always_inline]] inline Quaternion quaternion(const Turns& turns, int lane) {
+  return {turns.q[0][lane], turns.q[1][lane], turns.q[2][lane], turns.q[3][lane]};
+}
+[[gnu::always_inline]] inline void put(const Quaternion& quaternion, int lane, Turns& turns) {
+  const Doubles numbers = load(&quaternion.w);
+  for (int c = 0; c < 4; ++c) turns.q[c][lane] = numbers[c];
+}
+
+[[gnu::always_inline]] inline Doubles squared_norm(const Turns& turns) {
+  const auto& [w, x, y, z] = turns.q;
+  return w * w + x * x + y * y + z * z;
+}
+
 /// Returns the rotation matrices of quaternions of any length except 0.
-[[gnu::always_inline]] inline Covariances matrix_of(const Turns& q) {
-  const Doubles scale = 2 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  const Doubles xx = scale * q.x * q.x, yy = scale * q.y * q.y, zz = scale * q.z * q.z;
-  const Doubles xy = scale * q.x * q.y, xz = scale * q.x * q.z, yz = scale * q.y * q.z;
-  const Doubles wx = scale * q.w * q.x, wy = scale * q.w * q.y, wz = scale * q.w * q.z;
+[[gnu::always_inline]] inline Covariances matrix_of(const Turns& turns) {
+  const auto& [w, x, y, z] = turns.q;
+  const Doubles scale = 2 / squared_norm(turns);
+  const Doubles xx = scale * x * x, yy = scale * y * y, zz = scale * z * z;
+  const Doubles xy = scale * x * y, xz = scale * x * z, yz = scale * y * z;
+  const Doubles wx = scale * w * x, wy = scale * w * y, wz = scale * w * z;
   return {{{1 - yy - zz, xy - wz, xz + wy},
            {xy + wz, 1 - xx - zz, yz - wx},
            {xz - wy, yz + wx, 1 - xx - yy}}};
@@ -80,9 +94,9 @@ struct Covariances {
 /// step of Mueller, Bender, Chentanez and Macklin (2016) is taken, which increases the trace as
 /// well. `is_maximum` is set if G is safely positive even without a shift, so that a step of length
 /// 0 has reached the maximum and not a saddle. Returns |step|^2.
-[[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& q,
+[[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& turns,
                                                 Integers& is_maximum) {
-  const Covariances r = matrix_of(q);
+  const Covariances r = matrix_of(turns);
   Doubles p[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -121,11 +135,9 @@ struct Covariances {
   const Doubles hx = 0.5 * wx;
   const Doubles hy = 0.5 * wy;
   const Doubles hz = 0.5 * wz;
-  const Turns old = q;
-  q.w = old.w - old.x * hx - old.y * hy - old.z * hz;
-  q.x = old.x + old.w * hx + old.y * hz - old.z * hy;
-  q.y = old.y + old.w * hy + old.z * hx - old.x * hz;
-  q.z = old.z + old.w * hz + old.x * hy - old.y * hx;
+  const auto [w, x, y, z] = turns.q;
+  turns = {{w - x * hx - y * hy - z * hz, x + w * hx + y * hz - z * hy,
+            y + w * hy + z * hx - x * hz, z + w * hz + x * hy - y * hx}};
   return wx * wx + wy * wy + wz * wz;
 }
 
@@ -134,19 +146,14 @@ struct Covariances {
 /// line, a point or a reflection, for which several rotations may be equally good.
 [[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Integers& is_settled,
                                          const Quaternion* last_fit, Index first, Index last,
-                                         Turns& q) {
+                                         Turns& turns) {
   for (int lane = 0; lane < 4 && first + lane < last; ++lane) {
     if (is_settled[lane] != 0) continue;
     double covariance[3][3];
     for (int c = 0; c < 3; ++c) {
       for (int d = 0; d < 3; ++d) covariance[c][d] = s.s[c][d][lane];
     }
-    const Quaternion best = best_rotation(covariance, last_fit[first + lane],
-                                          {q.w[lane], q.x[lane], q.y[lane], q.z[lane]});
-    q.w[lane] = best.w;
-    q.x[lane] = best.x;
-    q.y[lane] = best.y;
-    q.z[lane] = best.z;
+    put(best_rotation(covariance, last_fit[first + lane], quaternion(turns, lane)), lane, turns);
   }
 }
 
@@ -156,7 +163,7 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
       1e-7;  // squared; the remaining error is about the square of the step
   for (Index i = first; i < last; i += 4) {
     Covariances s;
-    Turns q;
+    Turns turns;
     for (int lane = 0; lane < 4; ++lane) {
       const Index at = i + lane < last ? i + lane : last - 1;
       const Rows rows = rows_of(covariances[at]);
@@ -165,10 +172,7 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
         s.s[1][d][lane] = rows.y[d];
         s.s[2][d][lane] = rows.z[d];
       }
-      q.w[lane] = fitted[at].w;
-      q.x[lane] = fitted[at].x;
-      q.y[lane] = fitted[at].y;
-      q.z[lane] = fitted[at].z;
+      put(fitted[at], lane, turns);
     }
     // Scale each covariance to its largest entry, so that its powers stay in range.
     Doubles largest{};
@@ -183,18 +187,15 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
     Integers is_settled{};
     for (int step = 0; step < most_steps; ++step) {
       Integers is_maximum;
-      const Integers has_stopped = turn_once(s, q, is_maximum) <= small_step;
+      const Integers has_stopped = turn_once(s, turns, is_maximum) <= small_step;
       is_settled = (has_stopped & is_maximum) | ~is_usable;
       if (all(has_stopped)) break;
     }
-    const Doubles norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    q.w *= norm;
-    q.x *= norm;
-    q.y *= norm;
-    q.z *= norm;
-    if (!all(is_settled)) settle(s, is_settled, fitted, i, last, q);
+    const Doubles norm = 1 / root(squared_norm(turns));
+    for (Doubles& q : turns.q) q *= norm;
+    if (!all(is_settled)) settle(s, is_settled, fitted, i, last, turns);
     for (int lane = 0; lane < 4 && i + lane < last; ++lane) {
-      fitted[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
+      fitted[i + lane] = quaternion(turns, lane);
     }
   }
 }
