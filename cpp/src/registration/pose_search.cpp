@@ -9,7 +9,6 @@
 #include "mesh/generations.hpp"
 #include "registration/rigid_starts.hpp"
 #include "registration/surface_sample.hpp"
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/cloth.hpp"

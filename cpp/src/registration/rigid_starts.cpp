@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "registration/surface_sample.hpp"
-#include "support/eigen_points.hpp"
 #include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/rigid_step.hpp"

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "stream/arguments.hpp"
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/scan_arguments.hpp"

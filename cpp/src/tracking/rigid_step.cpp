@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/eigen_points.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 
