@@ -76,18 +76,14 @@ struct Block {
   Index columns;
   Index rows;   // of its first column, including the diagonal
   double held;  // the number of nonzero entries
-
-  [[nodiscard]] double share_of_zeros() const {
-    const double entries = columns * (rows - 0.5 * (columns - 1));
-    return 1 - held / entries;
-  }
 };
 
 /// Limits the share of zeros by the width of the block. Narrow blocks are joined more readily,
 /// since the mask removes columns from them and very narrow blocks are slow.
 bool is_worth_joining(const Block& joined) {
   if (joined.columns <= 6) return true;
-  const double zeros = joined.share_of_zeros();
+  const double zeros =
+      1 - joined.held / (joined.columns * (joined.rows - 0.5 * (joined.columns - 1)));
   if (joined.columns <= 16) return zeros < 0.4;
   if (joined.columns <= 32) return zeros < 0.2;
   return zeros < 0.05;

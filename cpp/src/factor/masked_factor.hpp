@@ -115,6 +115,9 @@ class MaskedFactor {
   using Forward = void (MaskedFactor::*)(const Panel&, double* values, double* sums, int) const;
   using Backward = void (MaskedFactor::*)(const Panel&, double* values, int fields) const;
   void pass(std::span<Vector3<double>> values, int fields, Forward forward, Backward backward);
+  [[nodiscard]] const SolveKernels& solve_kernels(int fields) const {
+    return fields == 1 ? kernels_.dense.of_one_field : kernels_.dense.of_three_fields;
+  }
   void solve_forward(const Panel& panel, double* values, double* sums, int fields) const;
   void solve_backward(const Panel& panel, double* values, int fields) const;
   void round();

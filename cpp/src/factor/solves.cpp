@@ -85,22 +85,22 @@ void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
 
 void MaskedFactor::solve_forward(const Panel& panel, double* values, double* sums,
                                  int fields) const {
-  kernels_.dense.solve_forward(&factor_[panel.data], panel.columns + panel.n_inside, panel.columns,
-                               &inverse_[panel.first], panel.first, rows_.data() + panel.below,
-                               values, fields);
-  const Index n_above = panel.n_below - panel.n_inside;
-  if (n_above == 0) return;
-  const double* rows =
-      &factor_[panel.data + at(panel.columns + panel.n_inside) * at(panel.columns)];
-  kernels_.dense.subtract_products(rows, n_above, panel.columns,
-                                   values + static_cast<std::ptrdiff_t>(panel.first) * 4 * fields,
-                                   &in_border_[panel.below + panel.n_inside], sums, fields);
+  const Index n = panel.columns;
+  const SolveKernels& kernels = solve_kernels(fields);
+  const double* triangle = &factor_[panel.data];
+  const double* inside = triangle + n * n;
+  const Index* below = rows_.data() + panel.below;
+  double* own = values + std::ptrdiff_t{quad} * panel.first * fields;
+  kernels.forward(triangle, n, &inverse_[panel.first], own);
+  kernels.subtract_products(inside, panel.n_inside, n, own, below, values);
+  kernels.subtract_products(inside + panel.n_inside * n, panel.n_below - panel.n_inside, n, own,
+                            in_border_.data() + panel.below + panel.n_inside, sums);
 }
 
 void MaskedFactor::solve_backward(const Panel& panel, double* values, int fields) const {
-  kernels_.dense.solve_backward(&factor_[panel.data], panel.rows(), panel.columns,
-                                &inverse_[panel.first], panel.first, rows_.data() + panel.below,
-                                values, fields);
+  solve_kernels(fields).backward(
+      &factor_[panel.data], panel.rows(), panel.columns, &inverse_[panel.first],
+      values + std::ptrdiff_t{quad} * panel.first * fields, rows_.data() + panel.below, values);
 }
 
 void MaskedFactor::precondition(std::span<Vector3<double>> values, int fields) {
@@ -164,7 +164,7 @@ void MaskedFactor::forward_rounded(const Panel& panel, double* values, double* s
                                    int /*fields*/) const {
   const Index n = panel.columns;
   const Index* below = rows_.data() + panel.below;
-  double* own = values + static_cast<std::ptrdiff_t>(panel.first) * quad;
+  double* own = values + std::ptrdiff_t{quad} * panel.first;
   const OwnRows before = taken(own, n);
   const float* blocks = &rounded_[panel.rounded];
   kernels_.dense.subtract_blocks(blocks, n, n, before.data(), consecutive.data(), own);
@@ -178,7 +178,7 @@ void MaskedFactor::forward_rounded(const Panel& panel, double* values, double* s
 void MaskedFactor::backward_rounded(const Panel& panel, double* values, int /*fields*/) const {
   const Index n = panel.columns;
   const Index* below = rows_.data() + panel.below;
-  double* own = values + static_cast<std::ptrdiff_t>(panel.first) * quad;
+  double* own = values + std::ptrdiff_t{quad} * panel.first;
   const float* inverse = &rounded_[panel.rounded];
   const float* blocks = inverse + size_in_blocks(n, n);
   kernels_.dense.subtract_transposed_blocks(blocks, panel.n_inside, n, own, below, values);

@@ -149,10 +149,8 @@ void subtract_from(const double* rows, Index n, Index columns, const double* own
 }
 
 template <int fields>
-void forward(const double* panel, Index rows, Index columns, const double* inverse, Index first,
-             const Index* below, double* values) {
+void forward(const double* panel, Index columns, const double* inverse, double* own) {
   constexpr int step = 4 * fields;
-  double* own = values + static_cast<std::ptrdiff_t>(first) * step;
   for (Index j = 0; j < columns; ++j) {
     Doubles x[fields];
     for (int f = 0; f < fields; ++f) {
@@ -167,14 +165,12 @@ void forward(const double* panel, Index rows, Index columns, const double* inver
       }
     }
   }
-  subtract_from<fields>(panel + columns * columns, rows - columns, columns, own, below, values);
 }
 
 template <int fields>
-void backward(const double* panel, Index rows, Index columns, const double* inverse, Index first,
-              const Index* below, double* values) {
+void backward(const double* panel, Index rows, Index columns, const double* inverse, double* own,
+              const Index* below, const double* values) {
   constexpr int step = 4 * fields;
-  double* own = values + static_cast<std::ptrdiff_t>(first) * step;
   const auto subtract = [&]<int height>(Index r) {
     Doubles x[height][fields];
     for (int h = 0; h < height; ++h) {
@@ -210,23 +206,8 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
   }
 }
 
-void solve_forward(const double* panel, Index rows, Index columns, const double* inverse,
-                   Index first, const Index* below, double* values, int fields) {
-  fields == 1 ? forward<1>(panel, rows, columns, inverse, first, below, values)
-              : forward<3>(panel, rows, columns, inverse, first, below, values);
-}
-
-void subtract_products(const double* rows, Index n, Index columns, const double* own,
-                       const Index* targets, double* values, int fields) {
-  fields == 1 ? subtract_from<1>(rows, n, columns, own, targets, values)
-              : subtract_from<3>(rows, n, columns, own, targets, values);
-}
-
-void solve_backward(const double* panel, Index rows, Index columns, const double* inverse,
-                    Index first, const Index* below, double* values, int fields) {
-  fields == 1 ? backward<1>(panel, rows, columns, inverse, first, below, values)
-              : backward<3>(panel, rows, columns, inverse, first, below, values);
-}
+template <int fields>
+constexpr SolveKernels solve_kernels = {forward<fields>, subtract_from<fields>, backward<fields>};
 
 using Single [[gnu::vector_size(4 * lanes), gnu::may_alias, gnu::aligned(4)]] = float;
 static_assert(rows_of_block % lanes == 0);
@@ -347,8 +328,8 @@ void subtract_transposed_blocks(const float* blocks, Index n, Index columns, dou
 }  // namespace
 
 extern const DenseKernels dense_kernels;
-const DenseKernels dense_kernels = {multiply,        factor_triangle,           factor_below,
-                                    solve_forward,   subtract_products,         solve_backward,
-                                    subtract_blocks, subtract_transposed_blocks};
+const DenseKernels dense_kernels = {
+    multiply,        factor_triangle,           factor_below, solve_kernels<1>, solve_kernels<3>,
+    subtract_blocks, subtract_transposed_blocks};
 
 }  // namespace dynmesh::DYNMESH_KERNELS
