@@ -13,8 +13,10 @@ namespace {
 /// The column at each position: approximate minimum degree (Amestoy, Davis and Duff 1996). It
 /// depends only on where the matrix has entries.
 std::vector<Index> minimum_degree_order(const SparseMatrix& matrix) {
+  SparseMatrix copy;  // not by its constructor, which leaks if memory is exhausted
+  copy = matrix;
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
-  Eigen::AMDOrdering<Index>()(SparseMatrix(matrix), order);
+  Eigen::AMDOrdering<Index>()(copy, order);
   return {order.indices().data(), order.indices().data() + matrix.cols()};
 }
 
