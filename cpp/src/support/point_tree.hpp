@@ -57,6 +57,7 @@ class PointTree {
   /// radius, in any order. It returns the squared radius in which the search goes on; 0 ends it.
   template <class Visit>
   void search(const Point& position, double squared_radius, const Visit& visit) const {
+    if (!(squared_radius > 0)) return;  // instead of visiting all points that are at the position
     struct Search {
       using DistanceType [[maybe_unused]] = double;
 
