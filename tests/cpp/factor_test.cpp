@@ -202,9 +202,9 @@ TEST_CASE("products of blocks are those of their matrices, on every kind of proc
         }
         auto found_x = x;
         auto found_y = y;
-        level.blocks.subtract(blocks.data(), n, columns, &x[0].x, rows.data(), &found_y[0].x, 4);
-        level.blocks.subtract_transposed(blocks.data(), n, columns, &found_x[0].x, rows.data(),
-                                         &y[0].x, 4);
+        level.dense.subtract_blocks(blocks.data(), n, columns, &x[0].x, rows.data(), &found_y[0].x);
+        level.dense.subtract_transposed_blocks(blocks.data(), n, columns, &found_x[0].x,
+                                               rows.data(), &y[0].x);
         CHECK(largest_difference(found_y, expected_y) < 1e-11);
         CHECK(largest_difference(found_x, expected_x) < 1e-11);
       }

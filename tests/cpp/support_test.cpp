@@ -36,7 +36,7 @@ TEST_CASE("numbers out of the range of float become the largest one") {
   CHECK(saturated<float>(std::numeric_limits<double>::infinity()) == largest_float);
   CHECK(std::isnan(saturated<float>(std::numeric_limits<double>::quiet_NaN())));
   RigidMotion motion;
-  motion.to = {1e300, -1e300, 1};
+  motion.to << 1e300, -1e300, 1;
   const auto moved = motion.apply(Vector3<float>{0, 0, 2});
   CHECK(moved.x == largest_float);
   CHECK(moved.y == -largest_float);

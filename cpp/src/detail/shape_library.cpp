@@ -24,10 +24,7 @@ constexpr double settled = 1e-9;  // of the components of a quaternion
 /// The rotation that best maps one frame to another as a whole.
 Quaternion whole_rotation(std::span<const Vector3<double>> from,
                           std::span<const Vector3<double>> to) {
-  const RigidMotion motion = fit_rigid_motion<double>(from, to);
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(
-      motion.rotation.front().data());
-  const Eigen::Quaterniond q(Eigen::Matrix3d{rows});
+  const Eigen::Quaterniond q(fit_rigid_motion<double>(from, to).rotation);
   return {q.w(), q.x(), q.y(), q.z()};
 }
 

@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <array>
 
 #include "factor/masked_factor.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
+
 bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const double> added) {
   const bool is_same_mask = std::ranges::equal(mask, mask_);
   if (is_same_mask && std::ranges::equal(added, added_)) return false;
@@ -15,9 +15,9 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
     thin_out(mask);
     mask_.assign(mask.begin(), mask.end());
   }
-  std::fill_n(head_.begin(), panels_.size(), none);
+  for (Panel& panel : panels_) panel.head = none;
   for_each_subtree(true, [&](Border& border) {
-    workspaces_.lend([&](Workspace& workspace) {
+    lend_workspace([&](Workspace& workspace) {
       border.unfinished = none;
       for (Index p = border.first_panel; p < border.end_panel; ++p) {
         factor(p, &border, workspace);
@@ -27,12 +27,12 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
   });
   for (const Border& border : borders_) {
     for (Index d = border.unfinished; d != none;) {
-      const Index following = next_[d];
-      queue(d, reached_[d], nullptr);
+      const Index following = panels_[d].next;
+      queue(d, panels_[d].reached, nullptr);
       d = following;
     }
   }
-  workspaces_.lend([&](Workspace& workspace) {
+  lend_workspace([&](Workspace& workspace) {
     for (const Index p : above_) factor(p, nullptr, workspace);
   });
   return true;
@@ -41,22 +41,24 @@ bool MaskedFactor::factorize(std::span<const std::uint8_t> mask, std::span<const
 /// Computes a panel of the factor.
 void MaskedFactor::factor(Index p, Border* border, Workspace& workspace) {
   const Panel& panel = panels_[p];
-  fill(panel, workspace.local);
-  for (Index d = head_[p]; d != none;) {
-    const Index following = next_[d];
-    const Index n = n_common(d, panel);
-    subtract(panel, d, n, workspace);
-    queue(d, reached_[d] + n, border);
+  double* triangle = &factor_[panel.data];
+  double* inverse = &inverse_[panel.first];
+  fill(panel, workspace);
+  for (Index d = panel.head; d != none;) {
+    const Index following = panels_[d].next;
+    queue(d, subtract(panel, panels_[d], workspace), border);
     d = following;
   }
-  factor_triangle(panel, workspace);
-  kernels_.dense.factor_below(&factor_[panel.data] + panel.columns * panel.columns, panel.n_below,
-                              panel.columns, &inverse_[panel.first], workspace.packed.data());
+  kernels_.dense.factor_triangle(triangle, panel.columns, workspace.least_pivots.data(), inverse,
+                                 workspace.packed.data());
+  kernels_.dense.factor_below(triangle + panel.columns * panel.columns, panel.n_below,
+                              panel.columns, inverse, workspace.packed.data());
   queue(p, 0, border);
 }
 
 /// Copies the entries of the matrix to the panel, and numbers its rows.
-void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
+void MaskedFactor::fill(const Panel& panel, Workspace& workspace) {
+  std::vector<Index>& local = workspace.local;
   double* data = &factor_[panel.data];
   std::fill_n(data, at(panel.columns) * at(panel.rows()), 0.0);
   for (Index j = 0; j < panel.columns; ++j) local[panel.first + j] = j;
@@ -65,6 +67,7 @@ void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
   }
   for (Index j = 0; j < panel.columns; ++j) {
     const Index position = position_at_[panel.first + j];
+    workspace.least_pivots[j] = least_pivots_[position];
     for (SparseMatrix::InnerIterator e(matrix_, position); e; ++e) {
       const Index row = row_of_[e.row()];
       const std::size_t entry = at(local[std::max(row, Index{0})]) * at(panel.columns) + at(j);
@@ -75,30 +78,21 @@ void MaskedFactor::fill(const Panel& panel, std::vector<Index>& local) {
   }
 }
 
-/// The number of unprocessed rows of an earlier panel that are columns of this one.
-Index MaskedFactor::n_common(Index d, const Panel& panel) const {
-  const Panel& descendant = panels_[d];
-  const Index* rows = &rows_[descendant.below + reached_[d]];
-  const Index m = descendant.n_below - reached_[d];
-  Index n = 0;
-  while (n < m && rows[n] < panel.first + panel.columns) ++n;
-  return n;
-}
-
-/// Subtracts the contributions of the unprocessed rows of an earlier panel, of which the first `n`
-/// are columns of this one.
-void MaskedFactor::subtract(const Panel& panel, Index d, Index n, Workspace& workspace) {
+/// Subtracts the contributions of the unprocessed rows of an earlier panel. Returns which is the
+/// first of its rows that is not a column of this one.
+Index MaskedFactor::subtract(const Panel& panel, const Panel& descendant, Workspace& workspace) {
   double* data = &factor_[panel.data];
-  const Panel& descendant = panels_[d];
-  const Index begin = reached_[d];
+  const Index begin = descendant.reached;
   const Index* rows = &rows_[descendant.below + begin];
+  const Index last = descendant.n_below - begin;
+  Index n = 0;
+  while (n < last && rows[n] < panel.first + panel.columns) ++n;
   const Index c = descendant.columns;
   const double* a = &factor_[descendant.data + at(c + begin) * at(c)];
   const Index stride = (n + stride_of_products - 1) / stride_of_products * stride_of_products;
   const bool in_a_row = rows[n - 1] - rows[0] == n - 1;
-  const Index last = descendant.n_below - begin;
-  for (Index first = 0; first < last; first += rows_of_product) {
-    const Index m = std::min(rows_of_product, last - first);
+  for (Index first = 0; first < last; first += Workspace::rows_of_product) {
+    const Index m = std::min(Workspace::rows_of_product, last - first);
     kernels_.dense.multiply(a + first * c, m, first, a, n, c, workspace.products.data(),
                             workspace.packed.data());
     for (Index i = 0; i < m; ++i) {
@@ -113,32 +107,27 @@ void MaskedFactor::subtract(const Panel& panel, Index d, Index n, Workspace& wor
       }
     }
   }
-}
-
-void MaskedFactor::factor_triangle(const Panel& panel, Workspace& workspace) {
-  std::array<double, widest_supernode> least{};
-  for (Index j = 0; j < panel.columns; ++j) {
-    least[j] = least_pivots_[position_at_[panel.first + j]];
-  }
-  kernels_.dense.factor_triangle(&factor_[panel.data], panel.columns, least.data(),
-                                 &inverse_[panel.first], workspace.packed.data());
+  return begin + n;
 }
 
 /// Adds a panel to the list of the later panel that contains its row number `row` below the
 /// triangle, or to that of the `border` if that panel is above it.
 void MaskedFactor::queue(Index p, Index row, Border* border) {
-  const Panel& panel = panels_[p];
-  reached_[p] = row;
+  Panel& panel = panels_[p];
+  panel.reached = row;
   if (row == panel.n_below) return;
   const Index target = panel_of_[rows_[panel.below + row]];
   Index& head =
-      border != nullptr && target >= border->end_panel ? border->unfinished : head_[target];
-  next_[p] = head;
+      border != nullptr && target >= border->end_panel ? border->unfinished : panels_[target].head;
+  panel.next = head;
   head = p;
 }
 
 /// Finds the rows of all panels of a subtree in its border.
 void MaskedFactor::number_border(const Border& border, std::vector<Index>& local) {
+  if (border.first_panel == border.end_panel) return;
+  const Panel& root = panels_[border.end_panel - 1];
+  const Index end_row = root.first + root.columns;  // the first one outside the subtree
   for (Index i = border.first; i < border.end; ++i) {
     local[border_rows_[i]] = i - border.first;
   }
@@ -146,7 +135,7 @@ void MaskedFactor::number_border(const Border& border, std::vector<Index>& local
     Panel& panel = panels_[p];
     const auto begin = rows_.begin() + panel.below;
     const auto end = begin + panel.n_below;
-    panel.n_inside = static_cast<Index>(std::lower_bound(begin, end, border.end_row) - begin);
+    panel.n_inside = static_cast<Index>(std::lower_bound(begin, end, end_row) - begin);
     for (Index r = panel.below + panel.n_inside; r < panel.below + panel.n_below; ++r) {
       in_border_[r] = local[rows_[r]];
     }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <utility>
 
 #include "support/geometry.hpp"
 
@@ -11,6 +10,10 @@ namespace {
 
 /// Pivots below this fraction of the diagonal of the matrix are zero except for rounding errors.
 constexpr double singular = 1e-14;
+
+/// A subtree has at most this share of the work. With smaller ones, threads wait less for the last
+/// of them, but more work is left above them.
+constexpr double largest_share = 1.0 / 10;
 
 /// The lower triangle, with rows and columns by positions.
 SparseMatrix permuted(const SparseMatrix& matrix, const Elimination& plan) {
@@ -31,9 +34,8 @@ std::size_t largest_borders(const Elimination& plan) {
   std::vector<std::size_t> below(at(plan.supernodes()));
   std::size_t of_roots = 0;
   for (std::size_t s = 0; s < below.size(); ++s) {
-    const auto own = at(plan.row_offsets[s + 1] - plan.row_offsets[s]);
     const Index parent = plan.parents[s];
-    (parent < 0 ? of_roots : below[parent]) += std::max(own, below[s]);
+    (parent == none ? of_roots : below[parent]) += std::max(plan.rows[s].size(), below[s]);
   }
   return of_roots;
 }
@@ -44,14 +46,15 @@ MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, const K
     : plan_(plan_elimination(matrix)),
       kernels_(kernels),
       workers_(workers),
-      subtrees_(plan_),
-      workspaces_(workers.threads(), plan_.column_at.size()) {
+      workspaces_(at(workers.threads())) {
   matrix_ = permuted(matrix, plan_);
   const std::size_t n = plan_.column_at.size();
-  least_pivots_.resize(n);
-  for (Index j = 0; j < static_cast<Index>(n); ++j) {
-    least_pivots_[j] = singular * matrix_.coeff(j, j);
+  for (Workspace& workspace : workspaces_) workspace.local.resize(n);
+  for (Index j = 0; j < matrix_.cols(); ++j) {
+    least_pivots_.push_back(singular * matrix_.coeff(j, j));
   }
+  std::size_t n_rows = 0;
+  for (const auto& rows : plan_.rows) n_rows += rows.size();
   const auto supernodes = at(plan_.supernodes());
   mask_.reserve(n);
   added_.reserve(n);
@@ -61,27 +64,23 @@ MaskedFactor::MaskedFactor(const SparseMatrix& matrix, Workers& workers, const K
   panel_of_.resize(n);
   panels_before_.reserve(supernodes + 1);
   panels_.reserve(supernodes);
-  rows_.resize(plan_.rows.size());
+  rows_.resize(n_rows);
   inverse_.resize(n);
   above_.reserve(supernodes);
   borders_.reserve(supernodes);
   border_rows_.reserve(largest_borders(plan_));
   border_sums_.reserve(3 * border_rows_.capacity());
-  in_border_.resize(plan_.rows.size());
+  in_border_.resize(n_rows);
   seen_.resize(n);
   first_child_.resize(supernodes);
-  sibling_.resize(supernodes);
   multiplications_.resize(supernodes);
-  next_.resize(supernodes);
-  head_.resize(supernodes);
-  reached_.resize(supernodes);
 }
 
 void MaskedFactor::reserve() {
   std::size_t size = 0;
-  for (std::size_t s = 0; s < at(plan_.supernodes()); ++s) {
-    const auto columns = at(plan_.firsts[s + 1] - plan_.firsts[s]);
-    size += columns * (columns + at(plan_.row_offsets[s + 1] - plan_.row_offsets[s]));
+  for (Index s = 0; s < plan_.supernodes(); ++s) {
+    const std::size_t columns = at(plan_.firsts[s + 1] - plan_.firsts[s]);
+    size += columns * (columns + plan_.rows[s].size());
   }
   factor_.reserve(size);
 }
@@ -119,7 +118,7 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
       panel_of_[first++] = static_cast<Index>(panels_.size());
     }
     if (first == begin) continue;
-    panels_.push_back({begin, first - begin, below, 0, 0, size});
+    panels_.push_back({.first = begin, .columns = first - begin, .below = below, .data = size});
     find_rows(s);
     const Panel& panel = panels_.back();
     below += panel.n_below;
@@ -137,102 +136,65 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
   divide();
 }
 
-/// Divides the panels among subtrees.
+/// Takes the largest subtrees whose work is a small share of all. This depends on the matrix and
+/// the mask only, so that the results do not depend on the number of threads.
 void MaskedFactor::divide() {
   cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
-  const TaskSharing& sharing = workers_.task_sharing();
-  if (workers_.are_worth_it(static_cast<Index>(row_of_.size())) &&
-      cost_.multiplications >= sharing.factor_from) {
-    subtrees_.divide(multiplications_);
-  } else {
-    subtrees_.clear();
+  const bool is_worth_it = workers_.are_worth_it(static_cast<Index>(row_of_.size())) &&
+                           cost_.multiplications >= workers_.task_sharing().factor_from;
+  for (Index s = 0; s < plan_.supernodes(); ++s) {
+    const Index up = plan_.parents[s];
+    if (up != none) multiplications_[up] += multiplications_[s];
   }
   above_.clear();
   borders_.clear();
   border_rows_.clear();
-  const auto n_panels = static_cast<Index>(panels_.size());
-  Index next = 0;
-  for (const Subtree& subtree : subtrees_.all()) {
-    const auto root = at(subtree.root);
-    Border border = {panels_before_[subtree.first],
-                     panels_before_[root + 1],
-                     0,
-                     static_cast<Index>(border_rows_.size()),
-                     0,
-                     none};
-    const bool is_empty = border.first_panel == border.end_panel;
-    for (Index r = plan_.row_offsets[root]; r < plan_.row_offsets[root + 1] && !is_empty; ++r) {
-      const Index row = row_of_[plan_.rows[r]];
-      if (row != none) border_rows_.push_back(row);
+  for (Index s = plan_.supernodes(); s-- > 0;) {
+    const Index first = plan_.subtree_firsts[s];
+    const bool is_subtree = is_worth_it && first != none &&
+                            multiplications_[s] <= largest_share * cost_.multiplications;
+    const Index first_panel = panels_before_[is_subtree ? first : s];
+    const Index end_panel = panels_before_[s + 1];
+    if (is_subtree) {
+      const auto begin = static_cast<Index>(border_rows_.size());
+      for (const Index position : plan_.rows[s]) {
+        if (row_of_[position] != none) border_rows_.push_back(row_of_[position]);
+      }
+      borders_.push_back({first_panel, end_panel, begin, static_cast<Index>(border_rows_.size())});
+      s = first;
+    } else if (first_panel < end_panel) {
+      above_.push_back(first_panel);
+      panels_[first_panel].n_inside = panels_[first_panel].n_below;
     }
-    border.end = static_cast<Index>(border_rows_.size());
-    border.end_row = border.end_panel < n_panels ? panels_[border.end_panel].first
-                                                 : static_cast<Index>(order_.size());
-    borders_.push_back(border);
-    for (; next < border.first_panel; ++next) above_.push_back(next);
-    next = border.end_panel;
   }
-  for (; next < n_panels; ++next) above_.push_back(next);
-  for (const Index p : above_) panels_[p].n_inside = panels_[p].n_below;
+  std::ranges::reverse(above_);
+  std::ranges::reverse(borders_);
   if (border_sums_.size() < 3 * border_rows_.size()) border_sums_.resize(3 * border_rows_.size());
 }
 
 /// Selects the rows of the current panel: those of its columns and of its children that the mask
 /// contains.
-void MaskedFactor::find_rows(Index supernode) {
-  const auto s = at(supernode);
+void MaskedFactor::find_rows(Index s) {
   Panel& panel = panels_.back();
   const auto mine = static_cast<Index>(panels_.size()) - 1;
   for (Index j = panel.first; j < panel.first + panel.columns; ++j) {
     for (SparseMatrix::InnerIterator e(matrix_, position_at_[j]); e; ++e) seen_[e.row()] = mine;
   }
-  for (Index child = first_child_[s]; child != none; child = sibling_[child]) {
+  for (Index child = first_child_[s]; child != none; child = panels_[child].sibling) {
     const Panel& below = panels_[child];
     for (Index r = below.below; r < below.below + below.n_below; ++r) {
       seen_[position_at_[rows_[r]]] = mine;
     }
   }
-  for (Index r = plan_.row_offsets[s]; r < plan_.row_offsets[s + 1]; ++r) {
-    const auto position = at(plan_.rows[r]);
+  for (const Index position : plan_.rows[s]) {
     const Index row = row_of_[position];
     rows_[panel.below + panel.n_below] = row;
     panel.n_below += static_cast<Index>(seen_[position] == mine) & static_cast<Index>(row != none);
   }
   if (panel.n_below == 0) return;
-  const Index position = position_at_[rows_[panel.below]];
-  const auto up = std::upper_bound(plan_.firsts.begin(), plan_.firsts.end(), position) -
-                  plan_.firsts.begin() - 1;
-  sibling_[mine] = first_child_[up];
-  first_child_[up] = mine;
-}
-
-void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
-  double* numbers = &values[0].x;
-  pass(
-      values.data(), at(fields), at(fields),
-      [&](const Panel& panel, double* sums) { solve_forward(panel, numbers, sums, fields); },
-      [&](const Panel& panel) { solve_backward(panel, numbers, fields); });
-}
-
-/// Solves for the rows of a panel. The `sums` are those of its subtree.
-void MaskedFactor::solve_forward(const Panel& panel, double* values, double* sums,
-                                 int fields) const {
-  kernels_.dense.solve_forward(&factor_[panel.data], panel.columns + panel.n_inside, panel.columns,
-                               &inverse_[panel.first], panel.first, rows_.data() + panel.below,
-                               values, fields);
-  const Index n_above = panel.n_below - panel.n_inside;
-  if (n_above == 0) return;
-  const double* rows =
-      &factor_[panel.data + at(panel.columns + panel.n_inside) * at(panel.columns)];
-  kernels_.dense.subtract_products(rows, n_above, panel.columns,
-                                   values + static_cast<std::ptrdiff_t>(panel.first) * 4 * fields,
-                                   &in_border_[panel.below + panel.n_inside], sums, fields);
-}
-
-void MaskedFactor::solve_backward(const Panel& panel, double* values, int fields) const {
-  kernels_.dense.solve_backward(&factor_[panel.data], panel.rows(), panel.columns,
-                                &inverse_[panel.first], panel.first, rows_.data() + panel.below,
-                                values, fields);
+  Index& first_child = first_child_[plan_.supernode_of[position_at_[rows_[panel.below]]]];
+  panel.sibling = first_child;
+  first_child = mine;
 }
 
 }  // namespace dynmesh

@@ -18,10 +18,6 @@ constexpr double rounding = 1e-13;
 
 Eigen::Vector4d in_eigen(const Quaternion& q) { return {q.w, q.x, q.y, q.z}; }
 
-bool has_only_positive_eigenvalues(const Eigen::Matrix4d& matrix) {
-  return matrix.llt().info() == Eigen::Success;
-}
-
 }  // namespace
 
 /// For unit quaternions tr(R^T S) = q^T N q, with N the symmetric matrix of Horn (1987), so the
@@ -36,10 +32,9 @@ Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const 
   if (!n.allFinite()) return last;
   const Eigen::Vector4d q = in_eigen(found);
   const double trace = q.dot(n * q);
-  if (std::isfinite(trace) &&
-      has_only_positive_eigenvalues((trace + rounding) * Eigen::Matrix4d::Identity() - n)) {
-    return found;
-  }
+  // Only a matrix without negative eigenvalues has a Cholesky factor.
+  const Eigen::Matrix4d gap = (trace + rounding) * Eigen::Matrix4d::Identity() - n;
+  if (std::isfinite(trace) && gap.llt().info() == Eigen::Success) return found;
   n += pull_to_last * in_eigen(last) * in_eigen(last).transpose();
   std::array<double, 4> values{};
   symmetric_eigen({n.data(), 16}, values);  // its eigenvectors are the columns of n

@@ -1,8 +1,10 @@
 /// The inner loops of the masked factorisation, optimised for each kind of processor.
 ///
 /// A panel is a dense block of a triangular factor: `rows` rows of `columns` numbers, packed row by
-/// row. Its first `columns` rows are the triangle. dense_kernels.cpp is compiled once for each kind
-/// of processor, and `runnable_kernels` returns those that may be used.
+/// row. Its first `columns` rows are the triangle. A matrix (n, columns) in blocks is in single
+/// precision and has `rows_of_block` rows in each block, which is stored column by column. The rows
+/// that the last block has in excess are 0. dense_kernels.cpp is compiled once for each kind of
+/// processor, and `runnable_kernels` returns those that may be used.
 #pragma once
 
 #include <dynmesh/types.hpp>
@@ -14,11 +16,26 @@ namespace dynmesh {
 constexpr Index widest_supernode = 32;
 /// The rows of a product begin at multiples of this number of elements.
 constexpr Index stride_of_products = 8;
+constexpr Index rows_of_block = 8;
 
 /// The number of elements that the functions below need in `work`, where `factor_triangle`
 /// stores a transposed triangle.
 constexpr Index most_work = widest_supernode * widest_supernode;
 static_assert(most_work >= 16 * widest_supernode, "the rows that `multiply` packs");
+
+/// The steps of solving with the factor. `values` has (n, fields) quads, row by row, each a
+/// right-hand side, of which `own` are those of the rows of the panel.
+struct SolveKernels {
+  /// Solves with the triangle.
+  void (*forward)(const double* panel, Index columns, const double* inverse, double* own);
+  /// Subtracts the products of `n` rows below the triangle with the solution `own` from the
+  /// `values` in rows `targets`.
+  void (*subtract_products)(const double* rows, Index n, Index columns, const double* own,
+                            const Index* targets, double* values);
+  /// Does both with the transposed factor, where `below` lists the rows below the triangle.
+  void (*backward)(const double* panel, Index rows, Index columns, const double* inverse,
+                   double* own, const Index* below, const double* values);
+};
 
 struct DenseKernels {
   /// Computes products (m, stride) = a (m, c) times the transpose of b (n, c), where row i of a is
@@ -38,18 +55,16 @@ struct DenseKernels {
   void (*factor_below)(double* rows, Index n, Index columns, const double* inverse,
                        const double* work);
 
-  /// Executes one step of solving with the factor. `values` has (n, fields) quads, row by row, each
-  /// a right-hand side. The rows of the panel begin at row `first`, and `below` lists the rows
-  /// below it.
-  void (*solve_forward)(const double* panel, Index rows, Index columns, const double* inverse,
-                        Index first, const Index* below, double* values, int fields);
-  /// The part of `solve_forward` that concerns `n` rows below the triangle: subtracts the products
-  /// of these `rows` with the solution `own` (columns, fields) from the `values` in rows `targets`.
-  void (*subtract_products)(const double* rows, Index n, Index columns, const double* own,
-                            const Index* targets, double* values, int fields);
-  /// The same as `solve_forward` with the transposed factor.
-  void (*solve_backward)(const double* panel, Index rows, Index columns, const double* inverse,
-                         Index first, const Index* below, double* values, int fields);
+  SolveKernels of_one_field;
+  SolveKernels of_three_fields;
+
+  /// Subtracts the product of a matrix in blocks and the quads `x` (columns,) from the quads `rows`
+  /// (n,) of `values`.
+  void (*subtract_blocks)(const float* blocks, Index n, Index columns, const double* x,
+                          const Index* rows, double* values);
+  /// Subtracts the product of the transposed matrix and those quads of `values` from `x`.
+  void (*subtract_transposed_blocks)(const float* blocks, Index n, Index columns, double* x,
+                                     const Index* rows, const double* values);
 };
 
 }  // namespace dynmesh

@@ -1,9 +1,9 @@
 /// The inner loops, compiled once for each kind of processor, and the choice among them.
 #pragma once
 
+#include <tuple>
 #include <vector>
 
-#include "kernels/block_kernels.hpp"
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
@@ -13,31 +13,15 @@ namespace dynmesh {
 
 /// All inner loops for one kind of processor.
 struct Kernels {
-  BlockKernels blocks;
   DenseKernels dense;
   ModeKernels modes;
   OperatorKernels products;
   RotationKernels rotations;
-  RowKernels<float> rows_of_floats;
-  RowKernels<double> rows_of_doubles;
-  Sweeps<float> sweeps_of_floats;
-  Sweeps<double> sweeps_of_doubles;
+  std::tuple<Sweeps<float>, Sweeps<double>> of_both_types;
 
   template <class Real>
-  [[nodiscard]] const RowKernels<Real>& rows() const {
-    if constexpr (sizeof(Real) == sizeof(float)) {
-      return rows_of_floats;
-    } else {
-      return rows_of_doubles;
-    }
-  }
-  template <class Real>
   [[nodiscard]] const Sweeps<Real>& sweeps() const {
-    if constexpr (sizeof(Real) == sizeof(float)) {
-      return sweeps_of_floats;
-    } else {
-      return sweeps_of_doubles;
-    }
+    return std::get<Sweeps<Real>>(of_both_types);
   }
 };
 

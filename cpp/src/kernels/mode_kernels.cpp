@@ -28,19 +28,15 @@ template <class Number, class Quads>
 void combine(const ModeData& modes, const float* coefficients, Vector3<double>* combined,
              Index first, Index last) {
   for (Index i = first; i < last; ++i) {
-    Floats x[quads] = {};
-    Floats y[quads] = {};
-    Floats z[quads] = {};
+    Floats sums[3][quads] = {};
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
       const Floats* mode = of_entry(modes, e);
       const auto* a = of_part<const float, const Floats>(coefficients, modes, e);
-      for (int q = 0; q < quads; ++q) {
-        x[q] += a[q] * mode[q];
-        y[q] += a[q] * mode[quads + q];
-        z[q] += a[q] * mode[2 * quads + q];
+      for (int c = 0; c < 3; ++c) {
+        for (int q = 0; q < quads; ++q) sums[c][q] += a[q] * mode[quads * c + q];
       }
     }
-    combined[i] = {sum_of(x), sum_of(y), sum_of(z)};
+    combined[i] = {sum_of(sums[0]), sum_of(sums[1]), sum_of(sums[2])};
   }
 }
 
@@ -50,21 +46,17 @@ template <bool with_squares>
                                                    const double* weights, float* sums,
                                                    float* squares, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
-    const auto x = static_cast<float>(field[i].x);
-    const auto y = static_cast<float>(field[i].y);
-    const auto z = static_cast<float>(field[i].z);
+    const Vector3<float> v = {static_cast<float>(field[i].x), static_cast<float>(field[i].y),
+                              static_cast<float>(field[i].z)};
     const auto weight = with_squares ? static_cast<float>(weights[i]) : 0.0F;
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
       const Floats* mode = of_entry(modes, e);
       auto* sum = of_part<float, Floats>(sums, modes, e);
       auto* square = with_squares ? of_part<float, Floats>(squares, modes, e) : nullptr;
       for (int q = 0; q < quads; ++q) {
-        const Floats& mode_x = mode[q];
-        const Floats& mode_y = mode[quads + q];
-        const Floats& mode_z = mode[2 * quads + q];
-        sum[q] += x * mode_x + y * mode_y + z * mode_z;
-        if constexpr (!with_squares) continue;
-        square[q] += weight * (mode_x * mode_x + mode_y * mode_y + mode_z * mode_z);
+        const Floats x = mode[q], y = mode[quads + q], z = mode[2 * quads + q];
+        sum[q] += v.x * x + v.y * y + v.z * z;
+        if constexpr (with_squares) square[q] += weight * (x * x + y * y + z * z);
       }
     }
   }
@@ -81,24 +73,18 @@ void form(const ModeData& modes, const ShapeData& shapes, const CombinationData&
   for (Index i = first; i < last; ++i) {
     const float* shape = shapes.shapes + 3 * slots * i;
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
-      Floats x[quads] = {};
-      Floats y[quads] = {};
-      Floats z[quads] = {};
+      Floats sums[3][quads] = {};
       const auto* factors = reinterpret_cast<const Floats*>(combinations.combinations) +
                             std::ptrdiff_t{quads} * combinations.n_slots * modes.parts[e];
       for (Index l = 0; l < combinations.n_slots; ++l, factors += quads) {
-        const Index slot = combinations.slots[l];
-        for (int q = 0; q < quads; ++q) {
-          x[q] += shape[slot] * factors[q];
-          y[q] += shape[slots + slot] * factors[q];
-          z[q] += shape[2 * slots + slot] * factors[q];
+        const float* numbers = shape + combinations.slots[l];
+        for (int c = 0; c < 3; ++c) {
+          for (int q = 0; q < quads; ++q) sums[c][q] += numbers[c * slots] * factors[q];
         }
       }
       auto* mode = reinterpret_cast<Floats*>(values) + std::ptrdiff_t{3} * quads * e;
-      for (int q = 0; q < quads; ++q) {
-        mode[q] = shapes.weights[e] * x[q];
-        mode[quads + q] = shapes.weights[e] * y[q];
-        mode[2 * quads + q] = shapes.weights[e] * z[q];
+      for (int c = 0; c < 3; ++c) {
+        for (int q = 0; q < quads; ++q) mode[quads * c + q] = shapes.weights[e] * sums[c][q];
       }
     }
   }

@@ -55,20 +55,34 @@ void add_lists(const Covariance* from, const Index* offsets, const Index* member
   }
 }
 
-/// Four quaternions or covariances, one in each lane.
+/// Four quaternions w x y z or covariances, one in each lane.
 struct Turns {
-  Doubles w, x, y, z;
+  Doubles q[4];
 };
 struct Covariances {
   Doubles s[3][3];
 };
 
+[[gnu::always_inline]] inline Quaternion quaternion(const Turns& turns, int lane) {
+  return {turns.q[0][lane], turns.q[1][lane], turns.q[2][lane], turns.q[3][lane]};
+}
+[[gnu::always_inline]] inline void put(const Quaternion& quaternion, int lane, Turns& turns) {
+  const Doubles numbers = load(&quaternion.w);
+  for (int c = 0; c < 4; ++c) turns.q[c][lane] = numbers[c];
+}
+
+[[gnu::always_inline]] inline Doubles squared_norm(const Turns& turns) {
+  const auto& [w, x, y, z] = turns.q;
+  return w * w + x * x + y * y + z * z;
+}
+
 /// Returns the rotation matrices of quaternions of any length except 0.
-[[gnu::always_inline]] inline Covariances matrix_of(const Turns& q) {
-  const Doubles scale = 2 / (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-  const Doubles xx = scale * q.x * q.x, yy = scale * q.y * q.y, zz = scale * q.z * q.z;
-  const Doubles xy = scale * q.x * q.y, xz = scale * q.x * q.z, yz = scale * q.y * q.z;
-  const Doubles wx = scale * q.w * q.x, wy = scale * q.w * q.y, wz = scale * q.w * q.z;
+[[gnu::always_inline]] inline Covariances matrix_of(const Turns& turns) {
+  const auto& [w, x, y, z] = turns.q;
+  const Doubles scale = 2 / squared_norm(turns);
+  const Doubles xx = scale * x * x, yy = scale * y * y, zz = scale * z * z;
+  const Doubles xy = scale * x * y, xz = scale * x * z, yz = scale * y * z;
+  const Doubles wx = scale * w * x, wy = scale * w * y, wz = scale * w * z;
   return {{{1 - yy - zz, xy - wz, xz + wy},
            {xy + wz, 1 - xx - zz, yz - wx},
            {xz - wy, yz + wx, 1 - xx - yy}}};
@@ -80,9 +94,9 @@ struct Covariances {
 /// step of Mueller, Bender, Chentanez and Macklin (2016) is taken, which increases the trace as
 /// well. `is_maximum` is set if G is safely positive even without a shift, so that a step of length
 /// 0 has reached the maximum and not a saddle. Returns |step|^2.
-[[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& q,
+[[gnu::always_inline]] inline Doubles turn_once(const Covariances& s, Turns& turns,
                                                 Integers& is_maximum) {
-  const Covariances r = matrix_of(q);
+  const Covariances r = matrix_of(turns);
   Doubles p[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -121,11 +135,9 @@ struct Covariances {
   const Doubles hx = 0.5 * wx;
   const Doubles hy = 0.5 * wy;
   const Doubles hz = 0.5 * wz;
-  const Turns old = q;
-  q.w = old.w - old.x * hx - old.y * hy - old.z * hz;
-  q.x = old.x + old.w * hx + old.y * hz - old.z * hy;
-  q.y = old.y + old.w * hy + old.z * hx - old.x * hz;
-  q.z = old.z + old.w * hz + old.x * hy - old.y * hx;
+  const auto [w, x, y, z] = turns.q;
+  turns = {{w - x * hx - y * hy - z * hz, x + w * hx + y * hz - z * hy,
+            y + w * hy + z * hx - x * hz, z + w * hz + x * hy - y * hx}};
   return wx * wx + wy * wy + wz * wz;
 }
 
@@ -134,19 +146,14 @@ struct Covariances {
 /// line, a point or a reflection, for which several rotations may be equally good.
 [[gnu::cold, gnu::noinline]] void settle(const Covariances& s, const Integers& is_settled,
                                          const Quaternion* last_fit, Index first, Index last,
-                                         Turns& q) {
+                                         Turns& turns) {
   for (int lane = 0; lane < 4 && first + lane < last; ++lane) {
     if (is_settled[lane] != 0) continue;
     double covariance[3][3];
     for (int c = 0; c < 3; ++c) {
       for (int d = 0; d < 3; ++d) covariance[c][d] = s.s[c][d][lane];
     }
-    const Quaternion best = best_rotation(covariance, last_fit[first + lane],
-                                          {q.w[lane], q.x[lane], q.y[lane], q.z[lane]});
-    q.w[lane] = best.w;
-    q.x[lane] = best.x;
-    q.y[lane] = best.y;
-    q.z[lane] = best.z;
+    put(best_rotation(covariance, last_fit[first + lane], quaternion(turns, lane)), lane, turns);
   }
 }
 
@@ -156,7 +163,7 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
       1e-7;  // squared; the remaining error is about the square of the step
   for (Index i = first; i < last; i += 4) {
     Covariances s;
-    Turns q;
+    Turns turns;
     for (int lane = 0; lane < 4; ++lane) {
       const Index at = i + lane < last ? i + lane : last - 1;
       const Rows rows = rows_of(covariances[at]);
@@ -165,10 +172,7 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
         s.s[1][d][lane] = rows.y[d];
         s.s[2][d][lane] = rows.z[d];
       }
-      q.w[lane] = fitted[at].w;
-      q.x[lane] = fitted[at].x;
-      q.y[lane] = fitted[at].y;
-      q.z[lane] = fitted[at].z;
+      put(fitted[at], lane, turns);
     }
     // Scale each covariance to its largest entry, so that its powers stay in range.
     Doubles largest{};
@@ -183,18 +187,15 @@ void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index 
     Integers is_settled{};
     for (int step = 0; step < most_steps; ++step) {
       Integers is_maximum;
-      const Integers has_stopped = turn_once(s, q, is_maximum) <= small_step;
+      const Integers has_stopped = turn_once(s, turns, is_maximum) <= small_step;
       is_settled = (has_stopped & is_maximum) | ~is_usable;
       if (all(has_stopped)) break;
     }
-    const Doubles norm = 1 / root(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    q.w *= norm;
-    q.x *= norm;
-    q.y *= norm;
-    q.z *= norm;
-    if (!all(is_settled)) settle(s, is_settled, fitted, i, last, q);
+    const Doubles norm = 1 / root(squared_norm(turns));
+    for (Doubles& q : turns.q) q *= norm;
+    if (!all(is_settled)) settle(s, is_settled, fitted, i, last, turns);
     for (int lane = 0; lane < 4 && i + lane < last; ++lane) {
-      fitted[i + lane] = {q.w[lane], q.x[lane], q.y[lane], q.z[lane]};
+      fitted[i + lane] = quaternion(turns, lane);
     }
   }
 }
@@ -216,9 +217,94 @@ void blend(const RotationData& data, const Index* cluster_of, const Quaternion* 
   }
 }
 
+/// Computes row i of C x, times `factor`.
+template <int fields>
+[[gnu::always_inline]] inline void multiply_row(const OperatorData& k, Index i, double factor,
+                                                const Vector3<double>* x,
+                                                Vector3<double>* product) {
+  Doubles sums[fields] = {};
+  for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
+    const Vector3<double>* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
+    for (int f = 0; f < fields; ++f) sums[f] += k.values[e] * quad(other + f);
+  }
+  for (int f = 0; f < fields; ++f) quad(product + f) = factor * sums[f];
+}
+
+template <int fields>
+void apply_fields(const OperatorData& k, const Vector3<double>* x, Vector3<double>* products,
+                  Index first, Index last) {
+  for (Index i = first; i < last; ++i) {
+    multiply_row<fields>(k, i, k.scale[i], x, products + static_cast<std::ptrdiff_t>(i) * fields);
+  }
+}
+
+template <int fields>
+void apply_transposed_fields(const OperatorData& k, const Vector3<double>* y, const Index* rows,
+                             Vector3<double>* products, Index first, Index last) {
+  for (Index n = first; n < last; ++n) {
+    multiply_row<fields>(k, rows[n], 1, y, products + static_cast<std::ptrdiff_t>(n) * fields);
+  }
+}
+
+void apply(const OperatorData& k, const Vector3<double>* x, int fields, Vector3<double>* products,
+           Index first, Index last) {
+  fields == 1 ? apply_fields<1>(k, x, products, first, last)
+              : apply_fields<3>(k, x, products, first, last);
+}
+
+void apply_transposed(const OperatorData& k, const Vector3<double>* y, int fields,
+                      const Index* rows, Vector3<double>* products, Index first, Index last) {
+  fields == 1 ? apply_transposed_fields<1>(k, y, rows, products, first, last)
+              : apply_transposed_fields<3>(k, y, rows, products, first, last);
+}
+
+/// The columns of a rotation matrix.
+struct Matrix {
+  Doubles x, y, z;
+};
+
+[[gnu::always_inline]] inline Matrix matrix_of(const Quaternion& q) {
+  const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
+  const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
+  const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
+  return {Doubles{1 - yy - zz, xy + wz, xz - wy, 0}, Doubles{xy - wz, 1 - xx - zz, yz + wx, 0},
+          Doubles{xz + wy, yz - wx, 1 - xx - yy, 0}};
+}
+
+template <int fields>
+void turn_fields(const Quaternion* rotations, const Vector3<double>* values,
+                 Vector3<double>* turned, Index first, Index last) {
+  for (Index i = first; i < last; ++i) {
+    const Matrix q = matrix_of(rotations[i]);
+    for (int f = 0; f < fields; ++f) {
+      const std::ptrdiff_t row = fields * static_cast<std::ptrdiff_t>(i) + f;
+      const Vector3<double>& v = values[row];
+      quad(turned + row) = v.x * q.x + v.y * q.y + v.z * q.z;
+    }
+  }
+}
+
+void turn(const Quaternion* rotations, const Vector3<double>* values, int fields,
+          Vector3<double>* turned, Index first, Index last) {
+  fields == 1 ? turn_fields<1>(rotations, values, turned, first, last)
+              : turn_fields<3>(rotations, values, turned, first, last);
+}
+
+void turn_back(const Quaternion* rotations, const Vector3<double>* field, Vector3<double>* turned,
+               Index first, Index last) {
+  for (Index i = first; i < last; ++i) {
+    const Quaternion& q = rotations[i];
+    const Matrix back = matrix_of({q.w, -q.x, -q.y, -q.z});
+    const Vector3<double>& v = field[i];
+    quad(turned + i) = v.x * back.x + v.y * back.y + v.z * back.z;
+  }
+}
+
 }  // namespace
 
 extern const RotationKernels rotation_kernels;
+extern const OperatorKernels operator_kernels;
 const RotationKernels rotation_kernels = {measure, add_lists, turn, blend};
+const OperatorKernels operator_kernels = {apply, apply_transposed, turn, turn_back};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -197,8 +197,8 @@ template <int taken, bool is_first, class Real>
 }
 
 template <bool is_first, class Real>
-[[gnu::always_inline]] inline Index sweep(const SweepData<Real>& arrays, const Rows& of_rows,
-                                          Index t) {
+[[gnu::always_inline]] inline Index sweep_chunk(const SweepData<Real>& arrays, const Rows& of_rows,
+                                                Index t) {
   const SweepData<Real> data = arrays;  // which no write below can change
   const Rows rows = of_rows;
   const Real next_share = Real(1) / static_cast<Real>(t + 1);
@@ -215,13 +215,8 @@ template <bool is_first, class Real>
 }
 
 template <class Real>
-Index first_sweep(const SweepData<Real>& data, const Rows& rows) {
-  return sweep<true>(data, rows, 1);
-}
-
-template <class Real>
-Index next_sweep(const SweepData<Real>& data, const Rows& rows, Index t) {
-  return sweep<false>(data, rows, t);
+Index sweep(const SweepData<Real>& data, const Rows& rows, Index t) {
+  return t == 1 ? sweep_chunk<true>(data, rows, t) : sweep_chunk<false>(data, rows, t);
 }
 
 template <class Real>
@@ -249,13 +244,77 @@ void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations
   }
 }
 
+template <class Real>
+using AnyRow [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
+
+template <class Real>
+[[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
+  Quad<Real> point = {row[0], row[1], row[2], Real(0)};
+  if (!is_last) {  // a single load takes the number after it as well
+    point = *reinterpret_cast<const AnyRow<Real>*>(row);
+    point[3] = Real(0);
+  }
+  return point;
+}
+
+template <class Real>
+[[gnu::always_inline]] inline void put_row(Real* rows, Index v, Quad<Real> point) {
+  for (int c = 0; c < 3; ++c) rows[3 * static_cast<std::size_t>(v) + c] = point[c];
+}
+
+template <class Real>
+bool read(const Real* rows, const std::uint8_t* observed, Real limit, Index first, Index last,
+          Real* points, std::uint8_t* known) {
+  constexpr Real largest = sizeof(Real) == 4 ? Real(3.4028234e38) : Real(1.7976931348623157e308);
+  if (observed != nullptr) {
+    for (Index v = first; v < last; ++v) known[v] = observed[v] != 0 ? 1 : 0;
+  }
+  Bits<Real> beyond{};
+  const auto store = [&](Index v, bool is_last) {
+    const Quad<Real> point = load_row(rows + 3 * static_cast<std::size_t>(v), is_last);
+    if (observed == nullptr) {
+      const Bits<Real> finite = within<Real>(point, largest);
+      known[v] = static_cast<std::uint8_t>(finite[0] & finite[1] & finite[2] & 1);
+    }
+    quad_of(points, v) = point;
+    beyond |= ~within<Real>(point, limit) & (Bits<Real>{} - Index{known[v]});
+  };
+  for (Index v = first; v < last - 1; ++v) store(v, false);
+  store(last - 1, true);
+  return (beyond[0] | beyond[1] | beyond[2]) == 0;
+}
+
+template <class Real>
+void write(Real* points, const Real* previous, Real limit, Index first, Index last, Real* rows) {
+  Bits<Real> beyond{};
+  const auto point_of = [&](Index v) {
+    const Quad<Real> point = quad_of<Real>(points, v);
+    beyond |= ~within<Real>(point, limit);
+    return point;
+  };
+  // Each row takes one store, which spills into the next row before that is written.
+  for (Index v = first; v < last - 1; ++v) {
+    *reinterpret_cast<AnyRow<Real>*>(rows + 3 * static_cast<std::size_t>(v)) = point_of(v);
+  }
+  put_row(rows, last - 1, point_of(last - 1));
+  if (__builtin_expect((beyond[0] | beyond[1] | beyond[2]) == 0, 1)) return;
+  for (Index v = first; v < last; ++v) {
+    const Bits<Real> good = within<Real>(quad_of<Real>(points, v), limit);
+    if ((good[0] & good[1] & good[2]) != 0) continue;
+    quad_of(points, v) = quad_of(previous, v);
+    put_row(rows, v, quad_of(previous, v));
+  }
+}
+
+template <class Real>
+constexpr Sweeps<Real> all_sweeps = {prepare<Real>, sweep<Real>, finish<Real>, read<Real>,
+                                     write<Real>};
+
 }  // namespace
 
 extern const Sweeps<float> sweeps_of_floats;
 extern const Sweeps<double> sweeps_of_doubles;
-const Sweeps<float> sweeps_of_floats = {prepare<float>, first_sweep<float>, next_sweep<float>,
-                                        finish<float>};
-const Sweeps<double> sweeps_of_doubles = {prepare<double>, first_sweep<double>, next_sweep<double>,
-                                          finish<double>};
+const Sweeps<float> sweeps_of_floats = all_sweeps<float>;
+const Sweeps<double> sweeps_of_doubles = all_sweeps<double>;
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -68,20 +68,15 @@ template <class Real>
 struct Sweeps {
   /// Sets the estimates of the vertices of a chunk and lists the unknown ones.
   Rows (*prepare)(const SweepData<Real>& data, const Rows& chunk);
-  /// Executes iteration 1. Returns how many of the rows have been reached so far, as `next` does.
-  Index (*first)(const SweepData<Real>& data, const Rows& rows);
-  /// Executes iteration t = 2, 3, ...
-  Index (*next)(const SweepData<Real>& data, const Rows& rows, Index t);
+  /// Executes iteration t = 1, 2, ... Returns how many of the rows have been reached so far.
+  Index (*sweep)(const SweepData<Real>& data, const Rows& rows, Index t);
   /// Computes the positions of the reached rows from the estimates in `before`, and sets the
   /// generation of all rows. `iterations` is the number of iterations that were executed.
   void (*finish)(const SweepData<Real>& data, const Rows& rows, Index iterations);
-};
 
-/// The copies between packed rows of three Reals and frames.
-template <class Real>
-struct RowKernels {
-  /// Reads the vertices `first` to `last` - 1 into `points`. `observed` has a byte for each row; if
-  /// it is null, finite rows are known. Returns whether all known rows are within `limit`.
+  /// Reads the vertices `first` to `last` - 1 from packed rows into `points`. `observed` has a byte
+  /// for each row; if it is null, finite rows are known. Returns whether all known rows are within
+  /// `limit`.
   bool (*read)(const Real* rows, const std::uint8_t* observed, Real limit, Index first, Index last,
                Real* points, std::uint8_t* known);
   /// Writes these vertices. A vertex that is beyond `limit` or NaN is first reset to `previous`.

@@ -82,9 +82,7 @@ void Motion<Real>::for_each_chunk(Work&& work) {
 /// Executes one iteration and returns the number of satellites reached so far.
 template <class Real>
 Index Motion<Real>::sweep(Index t) {
-  for_each_chunk([&](Rows& rows) {
-    rows.reached = t == 1 ? sweeps_.first(data_, rows) : sweeps_.next(data_, rows, t);
-  });
+  for_each_chunk([&](Rows& rows) { rows.reached = sweeps_.sweep(data_, rows, t); });
   Index reached = 0;
   for (const Rows& rows : chunks_) reached += rows.reached;
   return reached;

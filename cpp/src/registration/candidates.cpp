@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "registration/rigid_starts.hpp"
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "mesh/generations.hpp"
 #include "registration/rigid_starts.hpp"
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "tracking/cloth.hpp"

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
 #include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"

@@ -100,20 +100,14 @@ void check_training(const Training<Real>& training, std::size_t n_vertices) {
 
 /// The root mean square distance of the vertices from their mean, which does not depend on their
 /// order or on how they are turned.
-template <class Position>
-double size_of(std::size_t n_vertices, const Position& position) {
-  double mean[3] = {};
+template <class Real>
+double size_of(const Points<const Real>& frame) {
+  const double share = 1 / static_cast<double>(frame.count);
+  Vector3<double> mean;
+  for (std::size_t v = 0; v < frame.count; ++v) mean = mean + share * in_double(row(frame, v));
   double square = 0;
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      mean[c] += static_cast<double>(position(v, c)) / static_cast<double>(n_vertices);
-    }
-  }
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      const double arm = static_cast<double>(position(v, c)) - mean[c];
-      square += arm * arm / static_cast<double>(n_vertices);
-    }
+  for (std::size_t v = 0; v < frame.count; ++v) {
+    square += share * squared_norm(in_double(row(frame, v)) - mean);
   }
   return std::sqrt(square);
 }
@@ -125,11 +119,10 @@ void check_size(const Training<Real>& training, const Points<const Real>& first_
   constexpr double most = 50;
   double trained = 0;
   for (const auto& positions : training.frames()) {
-    trained += size_of(first_frame.count,
-                       [&](std::size_t v, std::size_t c) { return positions[3 * v + c]; }) /
+    trained += size_of(Points<const Real>(positions.data(), first_frame.count)) /
                static_cast<double>(training.frames().size());
   }
-  const double size = size_of(first_frame.count, first_frame);
+  const double size = size_of(first_frame);
   if (trained <= most * size && size <= most * trained) return;
   std::array<char, 200> text{};
   (void)std::snprintf(text.data(), text.size(),

@@ -1,9 +1,14 @@
 #include "stream/disconnected.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <array>
+#include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 
+#include "support/geometry.hpp"
+#include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
 
 namespace dynmesh {
@@ -12,45 +17,70 @@ namespace {
 constexpr Index fewest_anchors = 4;       // in a component whose vertices may be donors
 constexpr std::size_t fewest_donors = 4;  // that a component must have to follow them
 
+/// In units in which squares of coordinates are in range.
+template <class Real>
+std::vector<Vector3<double>> scaled(std::span<const Vector3<Real>> frame) {
+  double largest = 0;
+  for (const auto& x : frame) {
+    const auto v = in_double(x);
+    largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  }
+  const double scale = largest > 0 ? std::exp2(-std::ilogb(largest)) : 1;
+  std::vector<Vector3<double>> result;
+  for (const auto& x : frame) result.push_back(scale * in_double(x));
+  return result;
+}
+
 }  // namespace
 
+/// Two components differ in a bit of their numbers. So the nearest vertex of another component is
+/// the nearest one over all bits of those whose component has the other value of the bit, which
+/// takes two trees for each bit. In one tree of all vertices, a search from inside a large
+/// component would visit all of that component first.
 template <class Real>
-Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
-    : topology_(topology),
-      rule_(rule),
-      member_ends_(topology.report.components + 1, 0),
-      anchors_in_(topology.report.components) {
-  const auto& component = topology.component;
-  members_.resize(component.size());
-  std::iota(members_.begin(), members_.end(), 0);
-  const auto component_of = [&](Index v) { return component[v]; };
-  std::ranges::stable_sort(members_, {}, component_of);
-  for (const Index label : component) ++member_ends_[label + 1];
-  std::partial_sum(member_ends_.begin(), member_ends_.end(), member_ends_.begin());
-  if (rule_ == DisconnectedRule::hold) return;
-  donor_ends_.push_back(0);
-  const std::vector<Index> donor_of = find_donors(first_frame, component);
-  for (std::size_t c = 0; c < topology.report.components; ++c) {
-    const auto first = static_cast<std::ptrdiff_t>(donors_.size());
-    for (std::size_t m = member_ends_[c]; m < member_ends_[c + 1]; ++m) {
-      const Index donor = donor_of[members_[m]];
-      if (donor >= 0) donors_.push_back(donor);
+std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
+                               std::span<const Index> component) {
+  const auto positions = arrays_of(scaled(frame));
+  std::vector<Index> donors(frame.size(), -1);
+  std::vector<double> squared_distances(frame.size(), std::numeric_limits<double>::infinity());
+  const auto last = static_cast<std::uint32_t>(component.empty() ? 0 : std::ranges::max(component));
+  for (std::uint32_t bit = 0; last >> bit > 0; ++bit) {
+    std::array<std::vector<Index>, 2> sides;
+    for (std::size_t v = 0; v < frame.size(); ++v) {
+      sides[component[v] >> bit & 1].push_back(static_cast<Index>(v));
     }
-    std::sort(donors_.begin() + first, donors_.end());
-    donors_.erase(std::unique(donors_.begin() + first, donors_.end()), donors_.end());
-    donor_ends_.push_back(donors_.size());
+    for (std::size_t side = 0; side < 2; ++side) {
+      std::vector<std::array<double, 3>> points;
+      for (const Index v : sides[side]) points.push_back(positions[v]);
+      const PointTree<3> tree(std::move(points));
+      for (const Index v : sides[1 - side]) {
+        tree.search(positions[v], squared_distances[v], [&](std::uint32_t i, double squared) {
+          donors[v] = sides[side][i];
+          return squared_distances[v] = squared;
+        });
+      }
+    }
   }
-  chosen_.reserve(first_frame.size());
+  return donors;
 }
 
 template <class Real>
-std::span<const Index> Disconnected<Real>::usable_donors(std::size_t component) {
-  chosen_.clear();
-  for (std::size_t i = donor_ends_[component]; i < donor_ends_[component + 1]; ++i) {
-    const auto home = static_cast<std::size_t>(topology_.component[donors_[i]]);
-    if (anchors_in_[home] >= fewest_anchors) chosen_.push_back(donors_[i]);
+Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
+    : topology_(topology), rule_(rule), components_(topology.report.components) {
+  for (std::size_t v = 0; v < first_frame.size(); ++v) {
+    components_[topology.component[v]].members.push_back(static_cast<Index>(v));
   }
-  return chosen_;
+  if (rule_ == DisconnectedRule::hold) return;
+  const std::vector<Index> donor_of = find_donors(first_frame, topology.component);
+  for (Component& component : components_) {
+    std::vector<Index>& donors = component.donors;
+    for (const Index v : component.members) {
+      if (donor_of[v] != none) donors.push_back(donor_of[v]);
+    }
+    std::ranges::sort(donors);
+    donors.erase(std::unique(donors.begin(), donors.end()), donors.end());
+  }
+  chosen_.reserve(first_frame.size());
 }
 
 template <class Real>
@@ -59,44 +89,41 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
   if (generations.disconnected_vertices() == 0) return;
 
   const auto generation = generations.of_vertices();
-  std::ranges::fill(anchors_in_, 0);
+  for (Component& component : components_) component.anchors = 0;
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (generation[v] == Generations::anchor) {
-      ++anchors_in_[topology_.component[v]];
-    }
+    if (generation[v] == Generations::anchor) ++components_[topology_.component[v]].anchors;
   }
 
-  const auto fit = [&](std::span<const Index> vertices) {
-    return fit_rigid_motion<Real>(vertices, previous, points);
-  };
-  const auto fit_to_all_anchors = [&] {
-    chosen_.clear();
-    for (std::size_t v = 0; v < generation.size(); ++v) {
-      if (generation[v] == Generations::anchor) chosen_.push_back(static_cast<Index>(v));
-    }
-    return fit(chosen_);
-  };
+  const auto fit_to_chosen = [&] { return fit_rigid_motion<Real>(chosen_, previous, points); };
   std::optional<RigidMotion> of_all_anchors;
-  const bool stays = rule_ == DisconnectedRule::hold || generations.anchors() == 0;
-  for (std::size_t c = 0; c < anchors_in_.size(); ++c) {
-    if (anchors_in_[c] > 0) continue;
-    RigidMotion motion;
-    if (!stays) {
-      const auto donors = usable_donors(c);
-      if (donors.size() >= fewest_donors) {
-        motion = fit(donors);
-      } else {
-        if (!of_all_anchors) of_all_anchors = fit_to_all_anchors();
-        motion = *of_all_anchors;
-      }
+  const auto motion_of = [&](const Component& component) {
+    chosen_.clear();
+    for (const Index donor : component.donors) {
+      const Component& home = components_[topology_.component[donor]];
+      if (home.anchors >= fewest_anchors) chosen_.push_back(donor);
     }
-    for (std::size_t m = member_ends_[c]; m < member_ends_[c + 1]; ++m) {
-      const auto v = static_cast<std::size_t>(members_[m]);
+    if (chosen_.size() >= fewest_donors) return fit_to_chosen();
+    if (!of_all_anchors) {
+      chosen_.clear();
+      for (std::size_t v = 0; v < generation.size(); ++v) {
+        if (generation[v] == Generations::anchor) chosen_.push_back(static_cast<Index>(v));
+      }
+      of_all_anchors = fit_to_chosen();
+    }
+    return *of_all_anchors;
+  };
+  const bool stays = rule_ == DisconnectedRule::hold || generations.anchors() == 0;
+  for (const Component& component : components_) {
+    if (component.anchors > 0) continue;
+    const RigidMotion motion = stays ? RigidMotion{} : motion_of(component);
+    for (const Index v : component.members) {
       points[v] = stays ? previous[v] : motion.apply(previous[v]);
     }
   }
 }
 
+template std::vector<Index> find_donors(std::span<const Vector3<float>>, std::span<const Index>);
+template std::vector<Index> find_donors(std::span<const Vector3<double>>, std::span<const Index>);
 template class Disconnected<float>;
 template class Disconnected<double>;
 

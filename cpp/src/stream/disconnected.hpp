@@ -42,16 +42,16 @@ class Disconnected {
   void complete(Frame previous, std::span<Vector3<Real>> points, const Generations& generations);
 
  private:
-  [[nodiscard]] std::span<const Index> usable_donors(std::size_t component);
+  struct Component {
+    std::vector<Index> members;  // its vertices
+    std::vector<Index> donors;   // their distinct donors
+    Index anchors = 0;           // of the frame
+  };
 
   const Topology& topology_;
   DisconnectedRule rule_;
-  std::vector<Index> donors_;            // the distinct donors of each component, one after another
-  std::vector<std::size_t> donor_ends_;  // the donors of component c end at donor_ends_[c + 1]
-  std::vector<Index> members_;           // the vertices of each component, one after another
-  std::vector<std::size_t> member_ends_;  // the members of component c end at member_ends_[c + 1]
-  std::vector<Index> anchors_in_;         // the number of anchors in each component
-  std::vector<Index> chosen_;             // the vertices to which a motion is fitted
+  std::vector<Component> components_;
+  std::vector<Index> chosen_;  // the vertices to which a motion is fitted
 };
 
 }  // namespace dynmesh

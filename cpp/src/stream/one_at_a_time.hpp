@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -30,13 +29,14 @@ class OneAtATime {
       throw InUse(std::string("this ") + object_ +
                   " is in use by another thread; give each thread its own, or take turns");
     }
-    const std::unique_ptr<std::atomic_flag, Clear> leaving(&inside_);
+    const Leaving leaving{inside_};
     return call();
   }
 
  private:
-  struct Clear {
-    void operator()(std::atomic_flag* flag) const { flag->clear(std::memory_order_release); }
+  struct Leaving {
+    std::atomic_flag& inside;
+    ~Leaving() { inside.clear(std::memory_order_release); }
   };
 
   const char* object_;

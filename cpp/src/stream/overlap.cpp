@@ -41,6 +41,19 @@ bool columns_meet(const Extent& a, const Extent& b, std::ptrdiff_t offset, bool 
   return false;
 }
 
+/// The same for any two columns. An array meets itself only in different columns of a row.
+bool any_columns_meet(const Extent& a, const Extent& b, bool are_the_same) {
+  for (std::size_t i = 0; i < a.columns; ++i) {
+    for (std::size_t j = 0; j < b.columns; ++j) {
+      const std::ptrdiff_t offset = b.address - a.address +
+                                    b.column_pitch * static_cast<std::ptrdiff_t>(j) -
+                                    a.column_pitch * static_cast<std::ptrdiff_t>(i);
+      if (columns_meet(a, b, offset, !are_the_same || i != j)) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 bool overlap(const Extent& a, const Extent& b) {
@@ -48,27 +61,9 @@ bool overlap(const Extent& a, const Extent& b) {
   const Range first = span_of(a);
   const Range second = span_of(b);
   if (first.high <= second.low || second.high <= first.low) return false;
-  if (a.row_pitch != b.row_pitch) return true;
-  for (std::size_t i = 0; i < a.columns; ++i) {
-    for (std::size_t j = 0; j < b.columns; ++j) {
-      const std::ptrdiff_t offset = b.address - a.address +
-                                    b.column_pitch * static_cast<std::ptrdiff_t>(j) -
-                                    a.column_pitch * static_cast<std::ptrdiff_t>(i);
-      if (columns_meet(a, b, offset, true)) return true;
-    }
-  }
-  return false;
+  return a.row_pitch != b.row_pitch || any_columns_meet(a, b, false);
 }
 
-bool overlaps_itself(const Extent& a) {
-  for (std::size_t i = 0; i < a.columns; ++i) {
-    for (std::size_t j = 0; j < a.columns; ++j) {
-      const std::ptrdiff_t offset =
-          a.column_pitch * (static_cast<std::ptrdiff_t>(j) - static_cast<std::ptrdiff_t>(i));
-      if (columns_meet(a, a, offset, i != j)) return true;
-    }
-  }
-  return false;
-}
+bool overlaps_itself(const Extent& a) { return any_columns_meet(a, a, true); }
 
 }  // namespace dynmesh

@@ -4,6 +4,7 @@
 #include <bit>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
+#include <dynmesh/version.hpp>
 #include <optional>
 #include <sstream>
 #include <type_traits>
@@ -102,7 +103,14 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
   Reader reader(state);
   StateFormat format{};
   reader.read(std::span<char>(format));
-  check_format(format, kind.format, kind.name);
+  if (!std::equal(format.begin(), format.end() - 1, kind.format.begin())) {
+    refuse_state(std::string("not a ") + kind.name + " state");
+  }
+  if (format != kind.format) {
+    refuse_state(std::string("has format ") + format.back() +
+                 ", but dynmesh " DYNMESH_VERSION " reads format " + kind.format.back() +
+                 "; create the " + kind.name + " anew");
+  }
   for (const Trait& trait : traits) {
     const auto found = reader.read<std::uint64_t>();
     if (found != trait.value) refuse_state(trait.why(found));

@@ -3,6 +3,7 @@
 /// and packed.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
@@ -15,6 +16,9 @@
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {
+
+/// Begins a state: what it is of, and in the last character the version of its format.
+using StateFormat = std::array<char, 8>;
 
 /// What a state is of.
 struct StateKind {

@@ -65,8 +65,8 @@ void Stream<Real>::read(Points<const Real> rows, KnownMask mask) {
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     bool good = true;
     if (is_packed) {
-      good = best_kernels().rows<Real>().read(rows.data, mask.data, largest_coordinate<Real>, first,
-                                              last, &current[0].x, current_known.data());
+      good = best_kernels().sweeps<Real>().read(rows.data, mask.data, largest_coordinate<Real>,
+                                                first, last, &current[0].x, current_known.data());
     } else {
       for (Index v = first; v < last; ++v) {
         current[v] = row(rows, v);
@@ -87,8 +87,8 @@ void Stream<Real>::write(Points<Real> completed) {
   const bool is_packed = completed.row_stride == 3 && completed.column_stride == 1;
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     if (is_packed) {
-      best_kernels().rows<Real>().write(&current[0].x, &previous[0].x, largest_coordinate<Real>,
-                                        first, last, completed.data);
+      best_kernels().sweeps<Real>().write(&current[0].x, &previous[0].x, largest_coordinate<Real>,
+                                          first, last, completed.data);
       return;
     }
     for (Index v = first; v < last; ++v) {

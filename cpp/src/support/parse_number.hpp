@@ -44,14 +44,11 @@ inline std::from_chars_result parse_with_strtod(const char* first, const char* l
 template <class Number>
 std::from_chars_result parse_number(const char* first, const char* last, Number& value) {
 #if !defined(__cpp_lib_to_chars) && !defined(_WIN32)
-  if constexpr (std::is_floating_point_v<Number>) {
+  if constexpr (std::is_floating_point_v<Number>)
     return parse_with_strtod(first, last, value);
-  } else {
-    return std::from_chars(first, last, value);
-  }
-#else
-  return std::from_chars(first, last, value);
+  else
 #endif
+    return std::from_chars(first, last, value);
 }
 
 }  // namespace dynmesh

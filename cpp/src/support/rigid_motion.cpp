@@ -4,8 +4,6 @@
 #include <numeric>
 #include <vector>
 
-#include "support/eigen_points.hpp"
-
 namespace dynmesh {
 namespace {
 
@@ -33,23 +31,15 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
     covariance += (to_eigen(after[v]) - to) * (to_eigen(before[v]) - from).transpose();
   }
 
-  RigidMotion motion;
-  motion.from = {from.x(), from.y(), from.z()};
-  motion.to = {to.x(), to.y(), to.z()};
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d& spread = svd.singularValues();
-  if (!(spread[1] > collinear * spread[0])) return motion;
+  if (!(spread[1] > collinear * spread[0])) return {.from = from, .to = to};
 
   const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   const Eigen::Vector3d signs(1, 1, handedness < 0 ? -1 : 1);
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      motion.rotation[row][column] = rotation(row, column);
-    }
-  }
-  return motion;
+  return {rotation, from, to};
 }
 
 template <class Real>

@@ -1,7 +1,7 @@
-/// Fits a rigid motion between two sets of points.
+/// Positions and rigid motions in the linear algebra of Eigen.
 #pragma once
 
-#include <array>
+#include <Eigen/Geometry>
 #include <dynmesh/types.hpp>
 #include <span>
 
@@ -9,24 +9,32 @@
 
 namespace dynmesh {
 
+template <class Real>
+Eigen::Vector3d to_eigen(const Vector3<Real>& v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
+inline Vector3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
 /// x -> rotation * (x - from) + to, in double precision.
 struct RigidMotion {
-  std::array<std::array<double, 3>, 3> rotation = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  std::array<double, 3> from{};
-  std::array<double, 3> to{};
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d from = Eigen::Vector3d::Zero();
+  Eigen::Vector3d to = Eigen::Vector3d::Zero();
 
   template <class Real>
   [[nodiscard]] Vector3<Real> apply(const Vector3<Real>& point) const {
-    const std::array<double, 3> arm = {static_cast<double>(point.x) - from[0],
-                                       static_cast<double>(point.y) - from[1],
-                                       static_cast<double>(point.z) - from[2]};
-    const auto coordinate = [&](std::size_t c) {
-      return saturated<Real>(rotation[c][0] * arm[0] + rotation[c][1] * arm[1] +
-                             rotation[c][2] * arm[2] + to[c]);
-    };
-    return {coordinate(0), coordinate(1), coordinate(2)};
+    const Eigen::Vector3d arm = to_eigen(point) - from;
+    return saturated<Real>(from_eigen(rotation.col(0) * arm.x() + rotation.col(1) * arm.y() +
+                                      rotation.col(2) * arm.z() + to));
   }
 };
+
+inline Eigen::Isometry3d to_eigen(const RigidMotion& given) {
+  Eigen::Isometry3d motion(given.rotation);
+  motion.translation() = given.to - motion.linear() * given.from;
+  return motion;
+}
 
 /// Returns the least-squares rigid motion from `before[v]` to `after[v]` over the given vertices
 /// (Kabsch 1976, with a positive determinant). If there are fewer than three vertices, or if all

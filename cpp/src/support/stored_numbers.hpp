@@ -2,14 +2,12 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <dynmesh/types.hpp>
-#include <dynmesh/version.hpp>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -24,21 +22,6 @@ static_assert(std::endian::native == std::endian::little,
 
 [[noreturn]] inline void refuse_state(const std::string& why) {
   throw std::invalid_argument("state: " + why);
-}
-
-/// Begins a state: what it is of, and in the last character the version of its format.
-using StateFormat = std::array<char, 8>;
-
-/// Refuses anything but a state of `format`, which is what `kind` has: "completer", for example.
-inline void check_format(const StateFormat& found, const StateFormat& format,
-                         const std::string& kind) {
-  if (found == format) return;
-  if (!std::equal(format.begin(), format.end() - 1, found.begin())) {
-    refuse_state("not a " + kind + " state");
-  }
-  refuse_state(std::string("has format ") + found.back() +
-               ", but dynmesh " DYNMESH_VERSION " reads format " + format.back() + "; create the " +
-               kind + " anew");
 }
 
 /// A hash like FNV-1a, but of eight bytes at a time, the last ones filled up with zeros.
@@ -74,8 +57,7 @@ class Writer {
   template <class Real>
   void write(const std::vector<Vector3<Real>>& frame) {
     for (const Vector3<Real>& v : frame) {
-      const std::array<Real, 3> coordinates = {v.x, v.y, v.z};
-      write(std::span<const Real>(coordinates));
+      write(std::span<const Real>(&v.x, 3));
     }
   }
   /// Appends a hash of everything written, and returns the bytes.
@@ -122,12 +104,9 @@ class Reader {
   template <class Real>
   void read(std::vector<Vector3<Real>>& frame) {
     for (Vector3<Real>& v : frame) {
-      std::array<Real, 3> coordinates{};
-      read(std::span<Real>(coordinates));
-      v = {coordinates[0], coordinates[1], coordinates[2]};
+      read(std::span<Real>(&v.x, 3));
     }
   }
-  [[nodiscard]] std::size_t rest() const { return rest_.size(); }
 
  private:
   std::size_t size_;

@@ -92,7 +92,8 @@ class Workers {
   /// of them, `last` not included.
   template <class Work>
   void for_each_chunk(Index count, const Work& work) {
-    cut(count, sharing_.chunk, work);
+    for_each((count + sharing_.chunk - 1) / sharing_.chunk,
+             [&](Index i) { work(i * sharing_.chunk, std::min(count, (i + 1) * sharing_.chunk)); });
   }
   /// The same with short chunks, of which a thread may take several at a time. They begin at
   /// multiples of four, since kernels take four numbers at once, which may affect each other's
@@ -116,12 +117,6 @@ class Workers {
 
  private:
   static constexpr Index pieces_of_thread = 8;  // so that none waits long for the last one
-
-  template <class Work>
-  void cut(Index count, Index length, const Work& work) {
-    for_each((count + length - 1) / length,
-             [&](Index i) { work(i * length, std::min(count, (i + 1) * length)); });
-  }
 
   using Piece = void (*)(void* context, Index i);
 

@@ -4,8 +4,8 @@
 #include <map>
 #include <utility>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {

@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "support/eigen_points.hpp"
 #include "support/geometry.hpp"
+#include "support/rigid_motion.hpp"
 #include "tracking/cloth.hpp"
 
 namespace dynmesh {
