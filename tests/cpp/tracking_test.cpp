@@ -19,9 +19,9 @@
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/cloth.hpp"
-#include "tracking/depth_images.hpp"
 #include "tracking/membrane.hpp"
 #include "tracking/point_scan.hpp"
+#include "tracking/scan_arguments.hpp"
 #include "tracking/surface_places.hpp"
 #include "tracking/surface_system.hpp"
 

@@ -35,11 +35,6 @@ def test_sequences_are_measured_frame_by_frame(mesh: Mesh, rng: np.random.Genera
     np.testing.assert_array_equal(backwards, each[::-1])
 
 
-def test_a_diagonal_is_of_one_frame(mesh: Mesh) -> None:
-    with pytest.raises(ValueError, match=r"frame: must have shape \(k, 3\)"):
-        dynmesh.metrics.bounding_box_diagonal(np.stack([mesh.vertices] * 2))
-
-
 def test_summary_is_numpys(rng: np.random.Generator) -> None:
     errors = rng.exponential(size=(7, 31))
     summary = dynmesh.metrics.summary(errors)

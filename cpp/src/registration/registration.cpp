@@ -16,7 +16,6 @@
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
-#include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/scan_arguments.hpp"
 

@@ -15,7 +15,6 @@
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
-#include "tracking/depth_images.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/scan_arguments.hpp"
 #include "tracking/surface_tracking.hpp"

@@ -1,5 +1,6 @@
 #include "tracking/cloth.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,18 +23,15 @@ double slippage(std::span<const std::size_t> vertices, Field x, Field normals) {
   double square = 0;
   for (const std::size_t v : vertices) square += squared_norm(x[v] - centre) / n;
   if (!(square > 0) || !std::isfinite(square)) return 1;
-  const double radius = std::sqrt(square);
-  std::array<double, 36> sum{};
+  Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
   for (const std::size_t v : vertices) {
-    const auto turn = cross((1 / radius) * (x[v] - centre), normals[v]);
-    const std::array<double, 6> row = {turn.x,       turn.y,       turn.z,
-                                       normals[v].x, normals[v].y, normals[v].z};
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) sum[6 * i + j] += row[i] * row[j] / n;
-    }
+    const auto turn = cross((1 / std::sqrt(square)) * (x[v] - centre), normals[v]);
+    const Eigen::Vector<double, 6> row(turn.x, turn.y, turn.z, normals[v].x, normals[v].y,
+                                       normals[v].z);
+    sum += row * row.transpose() / n;
   }
   std::array<double, 6> values{};
-  symmetric_eigen(sum, values);
+  symmetric_eigen({sum.data(), 36}, values);
   return values[0];
 }
 

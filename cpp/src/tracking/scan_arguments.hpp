@@ -1,4 +1,4 @@
-/// Checks and converts the positions of scans and templates.
+/// Checks and converts positions of scans and templates, and depth images.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -84,5 +85,16 @@ void copy(const Scan<Real>& scan, PointScan& measured, Workers& workers) {
     measured.estimate_normals(workers);
   }
 }
+
+/// Throws std::invalid_argument, which names the number of an image, unless all intrinsics are
+/// those of a pinhole camera, all poses are rigid, and no depth is negative.
+void check_depth_images(std::span<const DepthImage> images);
+
+/// Replaces a scan by the points of the pixels of images that have been checked. A normal is that
+/// of the differences to the neighbouring pixels of the same surface, which are at most `jump`
+/// nearer or farther. A pixel without such a neighbour in its row or in its column says nothing. If
+/// there are more than `most` points, only every second, third ... row and column counts.
+void convert(std::span<const DepthImage> images, double jump, std::size_t most, Workers& workers,
+             PointScan& scan);
 
 }  // namespace dynmesh

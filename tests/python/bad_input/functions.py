@@ -64,6 +64,7 @@ _vertex_error = of("metrics.vertex_error")
 _summary = of("metrics.summary")
 
 measures = [
+    of("metrics.bounding_box_diagonal")("`frame`: two frames", lambda w: metrics.bounding_box_diagonal(np.stack([w.points] * 2)), ValueError, "frame:", "(k, 3)", "(2, 49, 3)"),
     _nmsve("`completed`: one row too few", lambda w: metrics.nmsve(w.faces, w.points, w.points[:48]), ValueError, "completed:", "(48, 3)", "(49, 3)"),
     _nmsve("`completed`: NaN in it", lambda w: metrics.nmsve(w.faces, w.points, w.with_value(_NAN)), ValueError, "completed: vertex 4", "nan"),
     _nmsve("`reference`: infinity in it", lambda w: metrics.nmsve(w.faces, w.with_value(np.inf), w.points), ValueError, "reference: vertex 4", "inf"),

@@ -1,4 +1,4 @@
-#include "tracking/depth_images.hpp"
+#include "tracking/scan_arguments.hpp"
 
 #include <algorithm>
 #include <array>
