@@ -282,12 +282,7 @@ void Detail::write_memory(Writer& writer) const {
 void Detail::read_memory(Reader& reader, Frame completed) {
   read_fields(reader, *this);
   error_bars_.read_memory(reader);
-  constexpr double rounding = 1e-6;
-  for (const Quaternion& q : rotations_.quaternions()) {
-    if (!(std::abs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1) <= rounding)) {
-      refuse_state("holds a rotation that is none");
-    }
-  }
+  check_stored(rotations_.quaternions());
   const double range = constants_.range_of_lambda;
   if (lambda_ < constants_.first_lambda / range || lambda_ > constants_.first_lambda * range) {
     refuse_state("weighs anchors as no frame can");

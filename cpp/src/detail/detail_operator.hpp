@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "detail/constants.hpp"
-#include "factor/elimination.hpp"
+#include "factor/masked_factor.hpp"
 #include "kernels/kernels.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"

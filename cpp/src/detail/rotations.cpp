@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "support/geometry.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -139,6 +140,14 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
     kernels_.blend(data(frame), clusters_.of_vertex.data(), turns_.data(), first, last);
   });
+}
+
+void check_stored(std::span<const Quaternion> rotations) {
+  constexpr double rounding = 1e-6;
+  for (const auto& [w, x, y, z] : rotations) {
+    if (std::abs(w * w + x * x + y * y + z * z - 1) <= rounding) continue;
+    refuse_state("holds a rotation that is none");
+  }
 }
 
 void Rotations::turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,

@@ -29,6 +29,9 @@ struct Clusters {
 /// the numbers of the vertices. Sorts the vertices; otherwise linear in the number of edges.
 Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions);
 
+/// Refuses a state in which these are not all of unit length.
+void check_stored(std::span<const Quaternion> rotations);
+
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
 /// edges are weighted by the inverse of their squared length in frame 0, and the covariances are
 /// averaged over clusters of vertices, since those of single cells are disturbed by the errors of

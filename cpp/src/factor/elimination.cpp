@@ -1,9 +1,8 @@
-#include "factor/elimination.hpp"
-
 #include <Eigen/OrderingMethods>
 #include <algorithm>
 #include <numeric>
 
+#include "factor/masked_factor.hpp"
 #include "kernels/dense_kernels.hpp"
 #include "support/geometry.hpp"
 

@@ -193,11 +193,7 @@ void NonrigidStep::write_memory(Writer& writer) const {
 void NonrigidStep::read_memory(Reader& reader, Field last) {
   read_fields(reader, *this);
   error_bars_.read_memory(reader);
-  constexpr double rounding = 1e-6;
-  for (const auto& [w, x, y, z] : remembered_) {
-    if (std::abs(w * w + x * x + y * y + z * z - 1) <= rounding) continue;
-    refuse_state("holds a rotation that is none");
-  }
+  check_stored(remembered_);
   rest_.recall();
   begin_frame();
   find_shape(last);
