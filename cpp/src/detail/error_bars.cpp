@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"

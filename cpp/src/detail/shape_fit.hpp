@@ -5,7 +5,6 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "detail/blend.hpp"

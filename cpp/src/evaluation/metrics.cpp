@@ -2,7 +2,6 @@
 #include <cmath>
 #include <dynmesh/metrics.hpp>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "support/checks.hpp"

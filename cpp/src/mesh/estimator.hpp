@@ -1,7 +1,6 @@
 /// The interface between the completer and its methods.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/types.hpp>

@@ -8,7 +8,6 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 

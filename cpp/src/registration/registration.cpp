@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <dynmesh/registration.hpp>
 #include <limits>
-#include <memory>
 #include <stdexcept>
 #include <string>
 

@@ -1,7 +1,6 @@
 /// Completes the vertices that are not connected to any anchor.
 #pragma once
 
-#include <cstddef>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>

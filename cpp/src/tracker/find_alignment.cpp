@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/alignment.hpp>
-#include <limits>
 #include <span>
 #include <stdexcept>
 #include <utility>

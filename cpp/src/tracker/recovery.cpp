@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 #include "registration/register_measurement.hpp"
 #include "support/geometry.hpp"

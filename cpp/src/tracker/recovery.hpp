@@ -1,7 +1,6 @@
 /// What a tracker does when the template is lost: see TrackerSettings::recover.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>

@@ -7,7 +7,6 @@
 #include <dynmesh/tracker.hpp>
 #include <limits>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
 #include "stream/arguments.hpp"

@@ -2,7 +2,6 @@
 /// with where the measured points end.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Sparse>
-#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>

@@ -1,7 +1,6 @@
 /// Which place of a tracked surface each measured point lies at.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>

@@ -1,7 +1,6 @@
 #include "tracking/rest_shape.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "detail/blend.hpp"

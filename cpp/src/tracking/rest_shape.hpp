@@ -2,7 +2,6 @@
 /// sequence shows it.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
-#include <span>
 #include <vector>
 
 namespace dynmesh {
