@@ -2,7 +2,6 @@
 #pragma once
 
 #include <dynmesh/topology.hpp>
-#include <vector>
 
 #include "detail/detail_operator.hpp"
 #include "meshes.hpp"

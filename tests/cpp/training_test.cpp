@@ -2,13 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <dynmesh/training.hpp>
 #include <limits>
 #include <random>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "detail/modes.hpp"
