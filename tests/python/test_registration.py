@@ -572,8 +572,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         assert cause in said
         assert ("--remove-planes" in said) == ("--remove-planes" in cause)
         assert made.exists()
-    marks[0]["vertex"] = 99999
-    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    (tmp_path / "marks.json").write_text(json.dumps([marks[0] | {"vertex": 99999}]))
     said = run("register", *words, *landmarks, "--overwrite", code=1).stderr
     assert "marks.json: landmarks: landmark 0 is of vertex 99999" in said
 
