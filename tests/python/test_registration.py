@@ -557,10 +557,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
         "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
         "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
-        "not moved into the scan, which --align": (
-            PointScan(points + 9 * size, normals, None),
-            ("--no-align",),
-        ),
+        "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
         ": all landmarks are ": (PointScan(points, normals, None), landmarks),
     }
     made = tmp_path / "made.obj"

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import repeat, zip_longest
+from pathlib import Path
 from typing import Any, Unpack, overload
 
 import numpy as np
@@ -71,8 +72,9 @@ def complete(
             if given is not None:
                 raise InputError("is that of the sequence; leave it out", argument=name)
         return _complete_sequence(faces, training, settings)
-    if frames is None:
-        told = f"must be iterable, unless faces is a Sequence, not {type(faces).__name__}"
+    if frames is None or isinstance(frames, str | Path):
+        kind = type(faces if frames is None else frames).__name__
+        told = f"must be iterable, unless faces is a Sequence, not {kind}"
         raise KindError(f"{told}; complete_file completes files", argument="frames")
     options, of_completer = Options.among(settings)
     if "start" in settings or options != Options():

@@ -139,7 +139,7 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
             row = int(wrong.argmax())
             raise ValueError(
                 f"{name(int(rows[row]))}: its normal {_told(normals[row])} must have length 1, not "
-                f"{lengths[row]:.3g}, or 0 if it is unknown"
+                f"{lengths[row]:.3g}, or 0 if it is unknown; leave out colours and all else"
             )
         normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
     return PointScan(points, normals, None)

@@ -316,7 +316,10 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
             )
         if int(digits) in numbered[name]:
             other = numbered[name][int(digits)]
-            raise ValueError(f"{file.name}: {other.name} has the same number and camera")
+            raise ValueError(
+                f"{file.name}: {other.name} has the same number and camera; if it is no depth "
+                "image, name those by a pattern such as 'depth_*.png'"
+            )
         numbered[name][int(digits)] = file
     return numbered
 

@@ -36,6 +36,7 @@ _text: Any = "body.npz"
 streams = [
     _complete("no frame", lambda w: _stream(w, []), ValueError, "frames:", "empty"),
     _complete("`faces`: a path", lambda _: dynmesh.complete(_text), TypeError, "frames:", "not str", "complete_file"),
+    _complete("`frames`: a path", lambda w: _stream(w, _text), TypeError, "frames:", "not str", "complete_file"),
     _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "ndarray"),
     _complete("`known`: a number", lambda w: _stream(w, [], 5), TypeError, "known:", "int"),
     _complete("`frames`: one frame, not several", lambda w: _stream(w, w.vertices), ValueError, "first_frame:", "(3,)"),
