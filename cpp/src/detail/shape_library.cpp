@@ -44,8 +44,7 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
 ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes,
                            double mean_edge, double rounding, Workers& workers,
                            const TrainingConstants& constants)
-    : constants_(constants),
-      workers_(workers),
+    : workers_(workers),
       most_(most),
       slots_((most + 4) / 4 * 4),
       n_parts_(static_cast<std::size_t>(parts.n_parts)),

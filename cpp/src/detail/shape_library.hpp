@@ -24,7 +24,7 @@ namespace dynmesh {
 class ShapeLibrary {
  public:
   /// For at most `most` shapes, of which the mean square of rounding errors is `rounding`. `modes`
-  /// are those of these parts, not set yet. `workers` and `constants` must outlive this object.
+  /// are those of these parts, not set yet. `workers` must outlive this object.
   ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes, double mean_edge,
                double rounding, Workers& workers, const TrainingConstants& constants);
 
@@ -68,7 +68,6 @@ class ShapeLibrary {
     return {rows_.data(), static_cast<Index>(slots_), weights_.data()};
   }
 
-  const TrainingConstants& constants_;
   Workers& workers_;
   std::size_t most_;
   std::size_t slots_;  // a multiple of four

@@ -294,7 +294,7 @@ void turn_back(const Quaternion* rotations, const Vector3<double>* field, Vector
                Index first, Index last) {
   for (Index i = first; i < last; ++i) {
     const Quaternion& q = rotations[i];
-    const Matrix back = matrix_of({q.w, -q.x, -q.y, -q.z});
+    const Matrix back = matrix_of(Quaternion{q.w, -q.x, -q.y, -q.z});
     const Vector3<double>& v = field[i];
     quad(turned + i) = v.x * back.x + v.y * back.y + v.z * back.z;
   }

@@ -245,13 +245,10 @@ void finish(const SweepData<Real>& arrays, const Rows& of_rows, Index iterations
 }
 
 template <class Real>
-using AnyRow [[gnu::aligned(sizeof(Real)), gnu::may_alias]] = Quad<Real>;
-
-template <class Real>
 [[gnu::always_inline]] inline Quad<Real> load_row(const Real* row, bool is_last) {
   Quad<Real> point = {row[0], row[1], row[2], Real(0)};
   if (!is_last) {  // a single load takes the number after it as well
-    point = *reinterpret_cast<const AnyRow<Real>*>(row);
+    __builtin_memcpy(&point, row, sizeof point);
     point[3] = Real(0);
   }
   return point;
@@ -294,7 +291,8 @@ void write(Real* points, const Real* previous, Real limit, Index first, Index la
   };
   // Each row takes one store, which spills into the next row before that is written.
   for (Index v = first; v < last - 1; ++v) {
-    *reinterpret_cast<AnyRow<Real>*>(rows + 3 * static_cast<std::size_t>(v)) = point_of(v);
+    const Quad<Real> point = point_of(v);
+    __builtin_memcpy(rows + 3 * static_cast<std::size_t>(v), &point, sizeof point);
   }
   put_row(rows, last - 1, point_of(last - 1));
   if (__builtin_expect((beyond[0] | beyond[1] | beyond[2]) == 0, 1)) return;

@@ -44,7 +44,6 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                            double mean_edge, std::span<const std::uint8_t> is_cloth,
                            const TrainingFrames& training, bool has_uncertainty, double epsilon)
     : topology_(topology),
-      workers_(workers),
       detail_constants_(with_largest_kept(constants.largest_kept)),
       system_(faces, topology.cells, workers, first_frame, detail_constants_,
               chosen(is_cloth, constants.cloth_membrane, constants.membrane)),

@@ -87,7 +87,6 @@ class NonrigidStep {
   void find_shape(Field frame);
 
   const Topology& topology_;
-  Workers& workers_;
   DetailConstants detail_constants_;
   ShapeSystem system_;
   Rotations rotations_;

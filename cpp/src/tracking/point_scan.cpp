@@ -75,8 +75,8 @@ void PointScan::estimate_normals(Workers& workers) {
   const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
   auto distinct = points;
   std::ranges::sort(distinct, {}, place);
-  const auto copies = std::ranges::unique(distinct, {}, place);
-  distinct.erase(copies.begin(), copies.end());
+  const auto is_copy = [&](const auto& a, const auto& b) { return place(a) == place(b); };
+  distinct.erase(std::unique(distinct.begin(), distinct.end(), is_copy), distinct.end());
   const PointTree<3> tree(arrays_of(distinct));
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
     if (has_repeated[i] == 0) return;
