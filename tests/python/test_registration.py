@@ -23,6 +23,7 @@ from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
+from dynmesh.tracking.placing import push_scan
 from dynmesh.tracking.single_scan import open_single
 from dynmesh.tracking.units import Units
 
@@ -572,6 +573,15 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
     (tmp_path / "marks.json").write_text(json.dumps([marks[0] | {"vertex": 99999}]))
     said = run("register", *words, *landmarks, "--overwrite", code=1).stderr
     assert "marks.json: landmarks: landmark 0 is of vertex 99999" in said
+
+
+def test_normals_that_point_inwards_are_named_where_tracking_begins(
+    rng: np.random.Generator,
+) -> None:
+    mesh, _ = person()
+    points, normals = scan(mesh, mesh.vertices, rng)
+    with pytest.raises(ValueError, match=r"point inwards; .* far from the first scan"):
+        push_scan(dynmesh.Tracker(mesh.faces, mesh.vertices), PointScan(points + 9, -normals, None))
 
 
 @pytest.mark.parametrize(

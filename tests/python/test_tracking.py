@@ -70,6 +70,11 @@ def test_frames_equal_the_transcription(
         points, normals = scan_of(mesh, truth, 900, rng, noise=0.01)
         kept = points[:, 1] > (-1.0 if n == 2 else -9.0)
         points, normals = points[kept], normals[kept]
+        if n == 1:  # over a floor, of which points agree with places beside them
+            floor = rng.uniform(truth.min(axis=0), truth.max(axis=0), (300, 3))
+            floor[:, 2] = truth[:, 2].min() - 0.3 * edge(mesh)
+            points = np.concatenate([points, floor])
+            normals = np.concatenate([normals, np.broadcast_to([0.0, 0, 1], floor.shape)])
         found, observed = expected.track(points, normals)
         assert np.abs(tracker.push(points, normals) - found).max() < limit * edge(mesh)
         assert (tracker.observed == observed).mean() > 0.95

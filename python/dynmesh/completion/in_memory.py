@@ -74,7 +74,7 @@ def complete(
         return _complete_sequence(faces, training, settings)
     if frames is None or isinstance(frames, str | Path):
         kind = type(faces if frames is None else frames).__name__
-        told = f"must be iterable, unless faces is a Sequence, not {kind}"
+        told = f"must be positions, unless faces is a Sequence, not {kind}"
         raise KindError(f"{told}; complete_file completes files", argument="frames")
     options, of_completer = Options.among(settings)
     if "start" in settings or options != Options():

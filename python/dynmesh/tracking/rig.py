@@ -197,21 +197,21 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     clouds = [_subject(cloud, surface) for cloud in scan.clouds]
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
-    ways = [cloud]
-    most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
     if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
-        most = -1.0  # so small a scan is far, wherever it is
-    elif moves:
-        found = find_alignment(surface.faces, surface.points, cloud)
-        ways.append((cloud - found.shift) @ found.rotation)
+        medians = _medians([surface.distances(one) for one in clouds], surface)
+        return Fit(1.0, (1.0,) * len(clouds), medians)
+    found = find_alignment(surface.faces, surface.points, cloud)
+    most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
+    ways = [cloud, (cloud - found.shift) @ found.rotation][: 1 + moves]
     away = min((surface.distances(one) for one in ways), key=lambda one: np.mean(one > most))
     each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
-    each = [one if len(one) else np.zeros(1) for one in each]
-    return Fit(
-        float(np.mean(away > most)),
-        tuple(float(np.mean(one > most)) for one in each),
-        tuple(float(np.median(one)) / surface.mean_edge for one in each),
-    )
+    far = tuple(float(np.mean(one > most)) if len(one) else 0.0 for one in each)
+    return Fit(float(np.mean(away > most)), far, _medians(each, surface))
+
+
+def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
+    """The median of the distances of each camera, in mean edges; 0 without points."""
+    return tuple(float(np.median(one)) / surface.mean_edge if len(one) else 0.0 for one in each)
 
 
 def _subject(cloud: _Floats, surface: Surface) -> _Floats:
