@@ -70,14 +70,12 @@ struct ObliqueImage {
 const Vector3<double> towards_camera = (1 / std::sqrt(1.05)) * Vector3<double>{0.2, 0.1, -1};
 
 TEST_CASE("the points of a depth image lie on its surface, with its normal") {
-  Workers workers(1);
   ObliqueImage near(5);
   const ObliqueImage far(50);
   near.pixels[20 * image_width + 30] = 0;
   const std::vector<DepthImage> images = {near.view(), far.view()};
-  PointScan scan;
   // Of the neighbours of the hole, each has others on its other sides.
-  convert(images, 1, 2 * image_height * image_width, workers, scan);
+  const PointScan scan = point_scan_of(images, 1, 2 * image_height * image_width);
   CHECK(scan.size() == 2 * image_height * image_width - 1);
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const auto point = scan.points[i];
@@ -85,18 +83,16 @@ TEST_CASE("the points of a depth image lie on its surface, with its normal") {
     CHECK(point.z == doctest::Approx(distance + 0.2 * point.x + 0.1 * point.y).epsilon(1e-6));
     CHECK(dot(scan.normals[i], towards_camera) > 1 - 1e-6);
   }
-  convert(images, 1, 2 * image_height * image_width / 9, workers, scan);
-  CHECK(scan.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
+  const PointScan few = point_scan_of(images, 1, 2 * image_height * image_width / 9);
+  CHECK(few.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
 }
 
 TEST_CASE("pixels beyond a jump are of other surfaces") {
-  Workers workers(1);
   ObliqueImage image(5);
   image.pixels[20 * image_width + 30] = 9;
   const std::vector<DepthImage> images = {image.view()};
-  PointScan scan;
-  convert(images, 1, image_height * image_width, workers, scan);
-  CHECK(scan.size() == image_height * image_width - 1);
+  CHECK(point_scan_of(images, 1, image_height * image_width).size() ==
+        image_height * image_width - 1);
 }
 
 /// A grid on z = 0, of which the sensors estimate the normals.
@@ -107,7 +103,6 @@ PointScan& estimated(PointScan& scan) {
       scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
     }
   }
-  scan.index();
   scan.estimate_normals(workers);
   return scan;
 }
@@ -299,7 +294,7 @@ double slope_of_rows_after(int steps) {
   constants.settled = 0;
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
-  SurfaceSystem system(shape, topology.cells, workers, constants, ties, first,
+  SurfaceSystem system(shape, topology.cells, constants, ties, first,
                        cluster_vertices(topology.cells, first));
   SurfaceRows rows;
   const Field normals = random_field(2 * k, 1);

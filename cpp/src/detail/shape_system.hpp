@@ -81,6 +81,8 @@ class ShapeSystem {
               std::vector<double> membrane = {});
 
   [[nodiscard]] const DetailOperator& k() const { return operator_; }
+  /// N + mu C of all vertices.
+  [[nodiscard]] SparseMatrix normal() const { return normal_matrix(operator_, membrane_); }
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;

@@ -186,8 +186,7 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
     const std::size_t coarse = at(mesh_.of_vertex[at(vertex)]);
     const auto arm = mesh_.positions[coarse] - template_.frame[at(vertex)];
     const auto turned = from_eigen(motion.linear() * to_eigen(arm));
-    const bool is_held = std::ranges::find(held_.vertices, vertex) != held_.vertices.end();
-    guides.push_back({coarse, landmarks.positions[i] + turned, weight, !is_held});
+    guides.push_back({coarse, landmarks.positions[i] + turned, weight});
   }
   return guides;
 }

@@ -215,9 +215,7 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Training<Real>* training) {
   Work<Real> work(faces, positions, landmarks, settings, training);
   check_scan(scan);
-  PointScan measured;
-  copy(scan, measured, work.workers());
-  return work.run(measured);
+  return work.run(point_scan_of(scan, work.workers()));
 }
 
 template <class Real>
@@ -229,10 +227,8 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
   Work<Real> work(faces, positions, landmarks, settings, training);
   check_depth_images(images);
   const TrackingConstants constants;
-  PointScan scan;
-  convert(images, constants.jump * work.mean_edge(), constants.pixels_per_vertex * positions.count,
-          work.workers(), scan);
-  return work.run(scan);
+  return work.run(point_scan_of(images, constants.jump * work.mean_edge(),
+                                constants.pixels_per_vertex * positions.count));
 }
 
 template Registration<float> register_template(Faces, Points<const float>, const Scan<float>&,

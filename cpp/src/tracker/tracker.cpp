@@ -164,7 +164,6 @@ struct Tracker<Real>::Parts {
   Stream<Real> stream;
   SurfaceTracking surface;
   Recovery<Real> recovery;
-  PointScan scan;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
   TrackingReport report;
   std::vector<Agreement> of_sensors;
@@ -214,9 +213,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
                 {"viewpoints", Extent::of(scan.viewpoints)}});
-  PointScan& measured = parts_->scan;
-  copy(scan, measured, parts_->mesh->workers);
-  return parts_->track(measured, tracked, start);
+  return parts_->track(point_scan_of(scan, parts_->mesh->workers), tracked, start);
 }
 
 template <class Real>
@@ -225,9 +222,9 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   check_output(tracked, n_vertices(), {});
   check_depth_images(images);
   const TrackingConstants& constants = parts_->surface.constants();
-  convert(images, constants.jump * parts_->surface.mean_edge(),
-          constants.pixels_per_vertex * n_vertices(), parts_->mesh->workers, parts_->scan);
-  return parts_->track(parts_->scan, tracked, start);
+  return parts_->track(point_scan_of(images, constants.jump * parts_->surface.mean_edge(),
+                                     constants.pixels_per_vertex * n_vertices()),
+                       tracked, start);
 }
 
 template <class Real>

@@ -1,9 +1,5 @@
 #include "tracking/coarse_space.hpp"
 
-#include <array>
-#include <map>
-#include <utility>
-
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 
@@ -26,37 +22,27 @@ Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(
 }  // namespace
 
 CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters,
-                         const Multiply& multiply) {
+                         const Matrix& normal) {
   std::vector<Vector3<double>> centres;
   for (const Index centre : clusters.centres) centres.push_back(first_frame[centre]);
   const Clusters patches = cluster_vertices(clusters.neighbours, centres);
-  std::vector<std::map<Index, double>> values(cells.size());  // of each vertex, by patches
-  for (std::size_t v = 0; v < values.size(); ++v) {
-    values[v][patches.of_vertex[clusters.of_vertex[v]]] = 1;
+  std::vector<Eigen::Triplet<double>> in_patches, in_rings;
+  for (Index v = 0; v < static_cast<Index>(cells.size()); ++v) {
+    in_patches.emplace_back(v, patches.of_vertex[clusters.of_vertex[v]], 1);
+    const double part = 1 / static_cast<double>(cells[v].size() + 1);
+    in_rings.emplace_back(v, v, part);
+    for (const Index other : cells[v]) in_rings.emplace_back(v, other, part);
   }
-  for (int n = 0; n < averagings; ++n) {
-    auto averaged = values;
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      for (const Index other : cells[v]) {
-        for (const auto& [patch, value] : values[other]) averaged[v][patch] += value;
-      }
-      const double part = 1 / static_cast<double>(cells[v].size() + 1);
-      for (auto& [patch, value] : averaged[v]) value *= part;
-    }
-    values = std::move(averaged);
-  }
-  std::vector<Eigen::Triplet<double>> triplets;
-  for (std::size_t v = 0; v < values.size(); ++v) {
-    std::erase_if(values[v], [](const auto& share) { return share.second < least_value; });
-    double sum = 0;
-    for (const auto& [patch, value] : values[v]) sum += value;
-    for (const auto& [patch, value] : values[v]) {
-      triplets.emplace_back(static_cast<int>(v), patch, value / sum);
-    }
-  }
-  psi_.resize(static_cast<Eigen::Index>(values.size()), static_cast<Eigen::Index>(patches.size()));
-  psi_.setFromTriplets(triplets.begin(), triplets.end());
-  multiply_functions(multiply);
+  Functions average(normal.rows(), normal.rows());
+  average.setFromTriplets(in_rings.begin(), in_rings.end());
+  psi_.resize(normal.rows(), static_cast<Eigen::Index>(patches.size()));
+  psi_.setFromTriplets(in_patches.begin(), in_patches.end());
+  for (int n = 0; n < averagings; ++n) psi_ = average * psi_;
+  psi_.prune(least_value, 1);
+  const Eigen::VectorXd sums = psi_ * Eigen::VectorXd::Ones(psi_.cols());
+  psi_ = sums.cwiseInverse().asDiagonal() * psi_;
+  const Matrix small = psi_.transpose() * (normal * psi_);
+  n_ = small.triangularView<Eigen::Lower>();
   for (Eigen::Index v = 0; v < psi_.rows(); ++v) {
     for (Functions::InnerIterator i(psi_, v); i; ++i) {
       for (Functions::InnerIterator j(psi_, v); j && j.col() <= i.col(); ++j) {
@@ -66,33 +52,6 @@ CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& 
     }
   }
   factor_.analyzePattern(with_blocks(Blocks(n_.nonZeros(), Eigen::Matrix3d::Zero())));
-}
-
-/// Three columns of Psi^T N Psi are found with each product, as the coordinates of a field.
-void CoarseSpace::multiply_functions(const Multiply& multiply) {
-  constexpr std::array coordinates = {&Vector3<double>::x, &Vector3<double>::y,
-                                      &Vector3<double>::z};
-  std::vector<Vector3<double>> functions(psi_.rows()), products(psi_.rows());
-  std::vector<Eigen::Triplet<double>> triplets;
-  for (int first = 0; first < psi_.cols(); first += 3) {
-    for (Eigen::Index v = 0; v < psi_.rows(); ++v) {
-      functions[v] = {};
-      for (Functions::InnerIterator share(psi_, v); share; ++share) {
-        const auto c = share.col() - first;
-        if (c >= 0 && c < 3) functions[v].*coordinates[c] = share.value();
-      }
-    }
-    multiply(functions, products);
-    const Rows3 columns = psi_.transpose() * matrix_of(products);
-    for (int column = first; column < first + 3; ++column) {
-      for (int row = column; row < columns.rows(); ++row) {
-        const double n = columns(row, column - first);
-        if (n != 0 || row == column) triplets.emplace_back(row, column, n);
-      }
-    }
-  }
-  n_.resize(psi_.cols(), psi_.cols());
-  n_.setFromTriplets(triplets.begin(), triplets.end());
 }
 
 /// The lower triangle of the matrix of all coordinates: n_, and a block for each entry of it.

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -26,12 +25,11 @@ namespace dynmesh {
 class CoarseSpace {
  public:
   using Field = std::span<const Vector3<double>>;
-  /// Sets `product` (k,) to N times a field (k,).
-  using Multiply = std::function<void(Field field, std::span<Vector3<double>> product)>;
+  using Matrix = Eigen::SparseMatrix<double>;
 
-  /// `clusters` are those of frame 0. It costs a product with N for every three patches.
+  /// `clusters` are those of frame 0, `normal` is N.
   CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters,
-              const Multiply& multiply);
+              const Matrix& normal);
 
   /// Factors the small system for rows whose weights are multiplied by `factor`. `held` (k,) are
   /// further weights, of the three coordinates alike.
@@ -41,11 +39,9 @@ class CoarseSpace {
   void add(Field residual, std::span<Vector3<double>> x);
 
  private:
-  using Matrix = Eigen::SparseMatrix<double>;
   using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   using Blocks = std::vector<Eigen::Matrix3d>;
 
-  void multiply_functions(const Multiply& multiply);
   [[nodiscard]] Matrix with_blocks(const Blocks& blocks) const;
 
   Functions psi_;

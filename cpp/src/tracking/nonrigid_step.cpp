@@ -57,7 +57,7 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
       membrane_(faces, first_frame, mean_edge,
                 chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
-      surface_system_(system_, topology.cells, workers, constants,
+      surface_system_(system_, topology.cells, constants,
                       find_ties(topology, first_frame, mean_edge, constants), first_frame,
                       rotations_.clusters()),
       pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),

@@ -12,20 +12,9 @@
 namespace dynmesh {
 namespace {
 
-/// The points of a local plane, the one in question included. Fewer follow the noise, more round
-/// off edges.
-struct PlanePoints {
-  static constexpr std::size_t most = 12;
-  std::array<std::uint32_t, most> numbers{};
-  std::array<double, most> distances{};
-  std::size_t size;
-
-  PlanePoints(const PointTree<3>& tree, const Vector3<double>& position)
-      : size(tree.nearest(array_of(position), numbers, distances)) {}
-  [[nodiscard]] std::span<const std::uint32_t> chosen() const {
-    return std::span(numbers).first(size);
-  }
-};
+/// How many points tell a local plane, the one in question included. Fewer follow the noise, more
+/// round off edges.
+constexpr std::size_t plane_points = 12;
 
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line.
 Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
@@ -48,30 +37,12 @@ Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
   return {normal.x(), normal.y(), normal.z()};
 }
 
-/// Whether two of the nearest points, in the order of their distances, have the same position.
-bool any_repeated(const std::vector<Vector3<double>>& points, std::span<const std::uint32_t> chosen,
-                  std::span<const double> distances) {
-  for (std::size_t i = 1; i < chosen.size(); ++i) {
-    for (std::size_t j = i; j > 0 && distances[j - 1] == distances[i]; --j) {
-      if (squared_norm(points[chosen[i]] - points[chosen[j - 1]]) == 0) return true;
-    }
-  }
-  return false;
-}
-
 }  // namespace
 
 void PointScan::estimate_normals(Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
-  std::vector<std::uint8_t> has_repeated(points.size());
-  workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
-    const PlanePoints near(*tree_, points[i]);
-    has_repeated[i] = any_repeated(points, near.chosen(), near.distances) ? 1 : 0;
-    set_normal(i, plane_normal(points, near.chosen()));
-  });
-  if (std::ranges::find(has_repeated, 1) == has_repeated.end()) return;
-  // Copies of few points tell no plane, so these normals follow from distinct positions.
+  // Copies of few points tell no plane.
   const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
   auto distinct = points;
   std::ranges::sort(distinct, {}, place);
@@ -79,8 +50,10 @@ void PointScan::estimate_normals(Workers& workers) {
   distinct.erase(std::unique(distinct.begin(), distinct.end(), is_copy), distinct.end());
   const PointTree<3> tree(arrays_of(distinct));
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
-    if (has_repeated[i] == 0) return;
-    set_normal(i, plane_normal(distinct, PlanePoints(tree, points[i]).chosen()));
+    std::array<std::uint32_t, plane_points> numbers{};
+    std::array<double, plane_points> distances{};
+    const std::size_t n = tree.nearest(array_of(points[i]), numbers, distances);
+    set_normal(i, plane_normal(distinct, std::span(numbers).first(n)));
   });
 }
 

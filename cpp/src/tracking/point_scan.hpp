@@ -25,11 +25,9 @@ class PointScan {
   /// Builds the tree of `points`, which all searches need.
   void index() const { tree_ = std::make_unique<PointTree<3>>(arrays_of(points)); }
   [[nodiscard]] bool is_indexed() const { return tree_ != nullptr; }
-  /// Forgets the tree. Call it where the points change.
-  void forget_index() { tree_.reset(); }
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
-  /// turned to the sensors. Call `index` before. Without sensors, or if the plane lies between two
+  /// turned to the sensors. Without sensors, or if the plane lies between two
   /// of them, the direction stays undecided: the normal then agrees with its opposite as well.
   /// Points at the same position count once.
   void estimate_normals(Workers& workers);

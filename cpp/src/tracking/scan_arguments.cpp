@@ -157,10 +157,7 @@ void check_depth_images(std::span<const DepthImage> images) {
   for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
 }
 
-/// The points are stored without gaps, since most pixels measure nothing: each row is counted
-/// first.
-void convert(std::span<const DepthImage> images, double jump, std::size_t most, Workers& workers,
-             PointScan& scan) {
+PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
   const std::vector<Packed> packed(images.begin(), images.end());
   double measured = 0;
   for (const Packed& image : packed) {
@@ -169,53 +166,31 @@ void convert(std::span<const DepthImage> images, double jump, std::size_t most, 
   }
   const auto step = static_cast<std::size_t>(
       std::max(1.0, std::floor(std::sqrt(measured / static_cast<double>(most)))));
-  struct Row {
-    const Packed* image;
-    std::uint32_t sensor;
-    std::size_t row;
-    std::size_t first;  // of its points
-  };
-  std::vector<Row> rows;
-  scan.sensors.clear();
+  PointScan scan;
   for (const Packed& image : packed) {
-    for (std::size_t r = 0; r < image.given.height; r += step) {
-      rows.push_back({&image, static_cast<std::uint32_t>(scan.sensors.size()), r, 0});
+    const auto sensor = axis(image.given.pose, 3);
+    const auto number = static_cast<std::uint32_t>(scan.sensors.size());
+    scan.sensors.push_back(sensor);
+    for (std::size_t row = 0; row < image.given.height; row += step) {
+      for (std::size_t column = 0; column < image.given.width; column += step) {
+        const std::size_t pixel = row * image.given.width + column;
+        if (!(image.depths[pixel] > 0)) continue;
+        const PixelsAround around(image, row, column, jump);
+        if (!around.have_a_plane()) continue;
+        const auto point = image.at(pixel);
+        const auto normal = cross(image.at(around.below) - image.at(around.above),
+                                  image.at(around.right) - image.at(around.left));
+        const double length = std::sqrt(squared_norm(normal));
+        const bool is_plane = length > 0 && std::isfinite(length);
+        const bool is_away = dot(normal, sensor - point) < 0;
+        scan.points.push_back(point);
+        scan.normals.push_back(is_plane ? ((is_away ? -1 : 1) / length) * normal
+                                        : Vector3<double>{});
+        scan.sensor_numbers.push_back(number);
+      }
     }
-    scan.sensors.push_back(axis(image.given.pose, 3));
   }
-  const auto visit = [&](const Row& row, const auto& work) {
-    for (std::size_t column = 0; column < row.image->given.width; column += step) {
-      const std::size_t pixel = row.row * row.image->given.width + column;
-      if (!(row.image->depths[pixel] > 0)) continue;
-      const PixelsAround around(*row.image, row.row, column, jump);
-      if (around.have_a_plane()) work(pixel, around);
-    }
-  };
-  workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
-    visit(rows[r], [&](std::size_t, const PixelsAround&) { ++rows[r].first; });
-  });
-  std::size_t n = 0;
-  for (Row& row : rows) n += std::exchange(row.first, n);
-  scan.points.resize(n);
-  scan.normals.resize(n);
-  scan.sensor_numbers.resize(n);
-  scan.undecided.clear();
-  workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
-    std::size_t i = rows[r].first;
-    visit(rows[r], [&](std::size_t pixel, const PixelsAround& around) {
-      const Packed& image = *rows[r].image;
-      scan.points[i] = image.at(pixel);
-      const auto normal = cross(image.at(around.below) - image.at(around.above),
-                                image.at(around.right) - image.at(around.left));
-      const double length = std::sqrt(squared_norm(normal));
-      const bool is_plane = length > 0 && std::isfinite(length);
-      const bool is_away = dot(normal, axis(image.given.pose, 3) - scan.points[i]) < 0;
-      scan.normals[i] = is_plane ? ((is_away ? -1 : 1) / length) * normal : Vector3<double>{};
-      scan.sensor_numbers[i] = rows[r].sensor;
-      ++i;
-    });
-  });
-  scan.forget_index();
+  return scan;
 }
 
 }  // namespace dynmesh

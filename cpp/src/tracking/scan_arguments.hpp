@@ -34,26 +34,24 @@ void check_scan(const char* argument, const Points<const Real>& rows) {
 }
 
 template <class Real>
-void copy(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
-  copies.resize(rows.count);
-  for (std::size_t i = 0; i < rows.count; ++i) copies[i] = in_double(row(rows, i));
+std::vector<Vector3<double>> rows_in_double(const Points<const Real>& rows) {
+  std::vector<Vector3<double>> copies;
+  for (std::size_t i = 0; i < rows.count; ++i) copies.push_back(in_double(row(rows, i)));
+  return copies;
 }
 
-/// Copies normals at unit length. Those of length 0 stay 0.
+/// Normals at unit length. Those of length 0 stay 0.
 template <class Real>
-void copy_directions(const Points<const Real>& rows, std::vector<Vector3<double>>& copies) {
-  copies.resize(rows.count);
-  for (std::size_t i = 0; i < rows.count; ++i) {
-    const auto normal = in_double(row(rows, i));
+std::vector<Vector3<double>> directions_of(const Points<const Real>& normals) {
+  auto directions = rows_in_double(normals);
+  for (auto& normal : directions) {
     // Divided by the largest coordinate first, so that squares stay in range.
     const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
-    if (!(largest > 0)) {
-      copies[i] = {};
-      continue;
-    }
+    if (!(largest > 0)) continue;
     const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
-    copies[i] = (1 / std::sqrt(squared_norm(scaled))) * scaled;
+    normal = (1 / std::sqrt(squared_norm(scaled))) * scaled;
   }
+  return directions;
 }
 
 /// Checks a scan, whose normals and viewpoints may be missing.
@@ -70,31 +68,28 @@ void check_scan(const Scan<Real>& scan) {
   check_scan("viewpoints", scan.viewpoints);
 }
 
-/// Copies a scan that has been checked, and estimates its normals if they are not given.
+/// The points of a scan that has been checked. Normals that are not given are estimated.
 template <class Real>
-void copy(const Scan<Real>& scan, PointScan& measured, Workers& workers) {
-  copy(scan.points, measured.points);
-  copy(scan.viewpoints, measured.sensors);
-  measured.sensor_numbers.clear();
-  measured.forget_index();
+PointScan point_scan_of(const Scan<Real>& scan, Workers& workers) {
+  PointScan measured;
+  measured.points = rows_in_double(scan.points);
+  measured.sensors = rows_in_double(scan.viewpoints);
   if (scan.normals.data != nullptr) {
-    copy_directions(scan.normals, measured.normals);
-    measured.undecided.clear();
+    measured.normals = directions_of(scan.normals);
   } else {
-    measured.index();
     measured.estimate_normals(workers);
   }
+  return measured;
 }
 
 /// Throws std::invalid_argument, which names the number of an image, unless all intrinsics are
 /// those of a pinhole camera, all poses are rigid, and no depth is negative.
 void check_depth_images(std::span<const DepthImage> images);
 
-/// Replaces a scan by the points of the pixels of images that have been checked. A normal is that
+/// The points of the pixels of images that have been checked. A normal is that
 /// of the differences to the neighbouring pixels of the same surface, which are at most `jump`
 /// nearer or farther. A pixel without such a neighbour in its row or in its column says nothing. If
 /// there are more than `most` points, only every second, third ... row and column counts.
-void convert(std::span<const DepthImage> images, double jump, std::size_t most, Workers& workers,
-             PointScan& scan);
+PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most);
 
 }  // namespace dynmesh

@@ -7,6 +7,17 @@
 #include "support/rigid_motion.hpp"
 
 namespace dynmesh {
+namespace {
+
+/// The numbers of a field as they lie in memory, four for each vertex.
+auto numbers_of(std::span<const Vector3<double>> field) {
+  return Eigen::Map<const Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
+}
+auto numbers_of(std::span<Vector3<double>> field) {
+  return Eigen::Map<Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
+}
+
+}  // namespace
 
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
                                 std::span<const Vector3<double>> x) {
@@ -46,53 +57,35 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
 }
 
 void SurfaceRows::index(std::size_t n_vertices) {
-  copies_.clear();
-  ends_.assign(n_vertices + 1, 0);
-  for (const SurfaceRow& row : rows) {
-    const auto normal = std::sqrt(row.weight) * row.normal;
-    Copy& copy = copies_.emplace_back();
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  matrix_.resize(n, static_cast<Eigen::Index>(4 * n_vertices));
+  matrix_.reserve(9 * n);
+  for (Eigen::Index r = 0; r < n; ++r) {
+    const SurfaceRow& row = rows[r];
+    const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
+    matrix_.startVec(r);
     for (std::size_t s = 0; s < 3; ++s) {
-      copy.corners[s] = row.corners[s];
-      copy.parts[s] = {static_cast<float>(row.shares[s] * normal.x),
-                       static_cast<float>(row.shares[s] * normal.y),
-                       static_cast<float>(row.shares[s] * normal.z)};
-      ++ends_[row.corners[s] + 1];
+      for (Eigen::Index c = 0; c < 3; ++c) {
+        const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
+        matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
+      }
     }
   }
-  for (std::size_t v = 0; v < n_vertices; ++v) ends_[v + 1] += ends_[v];
-  entries_.resize(3 * rows.size());
-  auto next = ends_;
-  for (std::uint32_t r = 0; r < copies_.size(); ++r) {
-    for (std::size_t s = 0; s < 3; ++s) {
-      entries_[next[copies_[r].corners[s]]++] = {r, copies_[r].parts[s]};
-    }
-  }
-  along_.resize(rows.size());
+  matrix_.finalize();
 }
 
 void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {
-  for (const SurfaceRow& row : rows) {
-    const auto force = row.weight * dot(row.normal, row.point - row.on(x)) * row.normal;
-    for (std::size_t s = 0; s < 3; ++s) {
-      forces[row.corners[s]] = forces[row.corners[s]] + row.shares[s] * force;
-    }
+  Eigen::VectorXd offsets(matrix_.rows());
+  for (Eigen::Index r = 0; r < offsets.size(); ++r) {
+    const SurfaceRow& row = rows[r];
+    offsets[r] = std::sqrt(row.weight) * dot(row.normal, row.point - row.on(x));
   }
+  numbers_of(forces) += matrix_.transpose() * offsets;
 }
 
-void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product, Workers& workers) {
-  workers.for_each_in_chunks(copies_.size(), [&](std::size_t r) {
-    const Copy& copy = copies_[r];
-    double sum = 0;
-    for (std::size_t s = 0; s < 3; ++s) sum += dot(in_double(copy.parts[s]), step[copy.corners[s]]);
-    along_[r] = sum;
-  });
-  workers.for_each_in_chunks(product.size(), [&](std::size_t v) {
-    Vector3<double> sum = product[v];
-    for (std::uint32_t e = ends_[v]; e < ends_[v + 1]; ++e) {
-      sum = sum + along_[entries_[e].row] * in_double(entries_[e].part);
-    }
-    product[v] = sum;
-  });
+void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product) const {
+  const Eigen::VectorXd along = matrix_ * numbers_of(step);
+  numbers_of(product) += matrix_.transpose() * along;
 }
 
 }  // namespace dynmesh

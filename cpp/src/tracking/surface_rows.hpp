@@ -2,14 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
+#include <Eigen/Sparse>
 #include <cstddef>
-#include <cstdint>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
-#include "support/workers.hpp"
 #include "tracking/surface_places.hpp"
 
 namespace dynmesh {
@@ -28,38 +26,25 @@ struct SurfaceRow : Place {
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
                                 std::span<const Vector3<double>> x);
 
-/// The rows of a frame. Products with the matrix of their energy are found many times for the same
-/// rows, so they have a copy in single precision, by rows and by vertices: this matrix is then
-/// rounded, but symmetric and positive semidefinite.
+/// The rows of a frame, and the matrix of their energy.
 class SurfaceRows {
  public:
   using Field = std::span<const Vector3<double>>;
 
   std::vector<SurfaceRow> rows;
 
-  /// Copies the rows for `add_product`. Call it whenever they have changed.
+  /// Makes the matrix of `rows`. Call it whenever they have changed.
   void index(std::size_t n_vertices);
 
   /// Adds half of the negative gradient at X.
   void add_forces(Field x, std::span<Vector3<double>> forces) const;
 
   /// Adds half of the product of the energy's Hessian with a step: (k,).
-  void add_product(Field step, std::span<Vector3<double>> product, Workers& workers);
+  void add_product(Field step, std::span<Vector3<double>> product) const;
 
  private:
-  struct Copy {
-    std::array<std::uint32_t, 3> corners;
-    std::array<Vector3<float>, 3> parts;  // sqrt(w) b_s n
-  };
-  struct Entry {
-    std::uint32_t row;
-    Vector3<float> part;
-  };
-
-  std::vector<Copy> copies_;
-  std::vector<Entry> entries_;  // those of vertex v from ends_[v] to ends_[v + 1] - 1
-  std::vector<std::uint32_t> ends_;
-  std::vector<double> along_;
+  // (rows, 4 k): sqrt(w) b_s n, for the four numbers in which a field keeps each vertex.
+  Eigen::SparseMatrix<double, Eigen::RowMajor> matrix_;
 };
 
 }  // namespace dynmesh

@@ -29,6 +29,18 @@ std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, st
   return chosen;
 }
 
+/// The matrix of the energies of a shape and of ties.
+SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
+  for (const auto& [i, j, weight, kept] : ties) {
+    const auto [a, b] = std::array{static_cast<Index>(i), static_cast<Index>(j)};
+    normal.coeffRef(a, a) += weight;
+    normal.coeffRef(b, b) += weight;
+    normal.coeffRef(a, b) -= weight;
+    normal.coeffRef(b, a) -= weight;
+  }
+  return normal;
+}
+
 }  // namespace
 
 std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
@@ -59,13 +71,13 @@ std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<dou
   return ties;
 }
 
-SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells, Workers& workers,
+SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
                              const TrackingConstants& constants, std::vector<Tie> ties,
                              Field first_frame, const Clusters& clusters)
     : shape_(shape),
-      workers_(workers),
       constants_(constants),
       ties_(std::move(ties)),
+      coarse_(cells, first_frame, clusters, tied(shape.normal(), ties_)),
       anchors_(cells.size(), true),
       held_(cells.size()),
       steps_(cells.size()),
@@ -73,10 +85,6 @@ SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells, Workers& wo
       product_(cells.size()) {
   std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
   anchors_.n_solved = cells.size();
-  factorize({}, {}, 0);
-  coarse_ = std::make_unique<CoarseSpace>(
-      cells, first_frame, clusters,
-      [&](Field x, std::span<Vector3<double>> product) { multiply(x, product); });
 }
 
 void SurfaceSystem::hold(std::span<const Landmark> landmarks) {
@@ -97,7 +105,7 @@ void SurfaceSystem::factorize(const SurfaceRows& rows, std::span<const Landmark>
     anchors_.weights[tie.j] += tie.weight;
   }
   shape_.factorize(anchors_);
-  if (coarse_) coarse_->factorize(rows, factor, held_);
+  coarse_.factorize(rows, factor, held_);
 }
 
 /// product = (N + mu C + ties) x.
@@ -120,11 +128,11 @@ SurfaceSystem::Field SurfaceSystem::solve(SurfaceRows& rows, std::span<const Lan
   std::ranges::fill(steps_, Vector3<double>{});
   const auto precondition = [&] {
     shape_.precondition(force, product_);
-    coarse_->add(force, product_);
+    coarse_.add(force, product_);
   };
   const auto multiply_direction = [&] {
     multiply(direction_, product_);
-    rows.add_product(direction_, product_, workers_);
+    rows.add_product(direction_, product_);
     for (std::size_t v = 0; v < product_.size(); ++v) {
       product_[v] = product_[v] + held_[v] * direction_[v];
     }

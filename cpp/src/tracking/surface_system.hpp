@@ -5,13 +5,11 @@
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
-#include "support/workers.hpp"
 #include "tracking/coarse_space.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/surface_rows.hpp"
@@ -36,7 +34,6 @@ struct Landmark {
   std::size_t vertex = 0;
   Vector3<double> target;
   double weight = 0;
-  bool fades = false;  ///< whether the weight falls to 0 during a frame
 };
 
 /// A = N + mu C + ties + rows + landmarks, and a small weight that holds each vertex where nothing
@@ -48,9 +45,8 @@ class SurfaceSystem {
   using Field = std::span<const Vector3<double>>;
 
   /// All arguments but the last two must outlive this object.
-  SurfaceSystem(ShapeSystem& shape, const Cells& cells, Workers& workers,
-                const TrackingConstants& constants, std::vector<Tie> ties, Field first_frame,
-                const Clusters& clusters);
+  SurfaceSystem(ShapeSystem& shape, const Cells& cells, const TrackingConstants& constants,
+                std::vector<Tie> ties, Field first_frame, const Clusters& clusters);
 
   [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
 
@@ -70,13 +66,12 @@ class SurfaceSystem {
   void multiply(Field x, std::span<Vector3<double>> product) const;
 
   ShapeSystem& shape_;
-  Workers& workers_;
   const TrackingConstants& constants_;
   std::vector<Tie> ties_;
+  CoarseSpace coarse_;
   Anchors anchors_;  // all vertices are solved for
   std::vector<double> held_;
   std::vector<Vector3<double>> steps_, direction_, product_;
-  std::unique_ptr<CoarseSpace> coarse_;
 };
 
 }  // namespace dynmesh

@@ -91,10 +91,6 @@ int SurfaceTracking::approach() {
 /// to follow. Returns false if there are neither.
 bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> landmarks) {
   const double weight = constants_.weight_before(left);
-  landmarks_.assign(landmarks.begin(), landmarks.end());
-  for (Landmark& landmark : landmarks_) {
-    if (landmark.fades) landmark.weight *= 1 - weight / constants_.last_weight;
-  }
   SurfaceRows& rows =
       matches_.find(x_, {.radius = constants_.radius_before(left),
                          .walked = constants_.walked,
@@ -104,12 +100,12 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
                          .is_sparse = !any_cloth_ && left >= constants_.final_iterations});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
-    shape_.factorize(rows, landmarks_, std::sqrt(growth));
+    shape_.factorize(rows, landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
   for (int fit = 0; fit < fits; ++fit) {
     const double mode_weights = left == 1 && fit == 0 ? constants_.mode_weight / weight : 0;
-    if (!shape_.take(rows, landmarks_, mode_weights, x_)) return false;
+    if (!shape_.take(rows, landmarks, mode_weights, x_)) return false;
   }
   return true;
 }
@@ -150,14 +146,14 @@ void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
   no_points.index(x_.size());
   std::ranges::copy(last_, x_.begin());
   shape_.factorize(no_points, landmarks, 1);
-  landmarks_.assign(landmarks.begin(), landmarks.end());
+  std::vector<Landmark> moving(landmarks.begin(), landmarks.end());
   for (int step = 0; step < steps; ++step) {
     const double share = static_cast<double>(step + 1) / steps;
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
       const auto& start = last_[landmarks[i].vertex];
-      landmarks_[i].target = start + share * (landmarks[i].target - start);
+      moving[i].target = start + share * (landmarks[i].target - start);
     }
-    shape_.take(no_points, landmarks_, 0, x_);
+    shape_.take(no_points, moving, 0, x_);
   }
   const std::vector<Vector3<double>> bent = x_;
   place(bent, false);

@@ -91,7 +91,6 @@ class SurfaceTracking {
   std::vector<Vector3<double>> last_, before_;  // the last frame, and the one before it
   std::vector<Vector3<double>> x_;              // the current frame
   std::vector<std::uint8_t> observed_;
-  std::vector<Landmark> landmarks_;  // of the current iteration
 };
 
 }  // namespace dynmesh
