@@ -9,7 +9,6 @@
 
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
-#include "registration/register_measurement.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
@@ -195,18 +194,6 @@ class Work {
 };
 
 }  // namespace
-
-template <class Real>
-Registration<Real> register_measurement(Faces faces, Points<const Real> positions,
-                                        const PointScan& measured,
-                                        const RegistrationSettings& settings) {
-  return Work<Real>(faces, positions, {}, settings, nullptr).run(measured);
-}
-
-template Registration<float> register_measurement(Faces, Points<const float>, const PointScan&,
-                                                  const RegistrationSettings&);
-template Registration<double> register_measurement(Faces, Points<const double>, const PointScan&,
-                                                   const RegistrationSettings&);
 
 template <class Real>
 Registration<Real> register_template(Faces faces, Points<const Real> positions,

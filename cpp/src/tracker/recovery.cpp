@@ -1,9 +1,11 @@
 #include "tracker/recovery.hpp"
 
 #include <algorithm>
-#include <stdexcept>
+#include <dynmesh/registration.hpp>
+#include <limits>
+#include <utility>
 
-#include "registration/register_measurement.hpp"
+#include "registration/pose_search.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -15,23 +17,18 @@ double wrong_share(const Agreement& agreement) {
 
 }  // namespace
 
-template <class Real>
-Recovery<Real>::Recovery(const Frame& first_frame, const TrackerSettings& settings)
-    : is_wanted_(settings.recover), threads_(settings.threads) {
-  if (is_wanted_) good_ = first_frame;
-}
+Recovery::Recovery(StreamMesh& mesh, Frame first_frame, bool is_wanted)
+    : mesh_(mesh), is_wanted_(is_wanted), good_(std::move(first_frame)) {}
 
 /// The share of a frame without points is NaN.
-template <class Real>
-bool Recovery<Real>::is_due(const Agreement& agreement) const {
+bool Recovery::is_due(const Agreement& agreement) const {
   return is_wanted_ && pause_ == 0 && agreement.far_share > TrackingConstants().lost_far;
 }
 
-template <class Real>
-bool Recovery<Real>::improve(SurfaceTracking& surface, const PointScan& measurement,
-                             SurfaceTracking::Found& found) const {
+bool Recovery::improve(SurfaceTracking& surface, const PointScan& measurement,
+                       SurfaceTracking::Found& found) const {
   const double lost = wrong_share(found.agreements.all);
-  if (const auto start = registered(surface, measurement)) {
+  if (const auto start = registered(measurement)) {
     Writer writer;
     surface.write_memory(writer);
     const auto memory = writer.take_sealed();
@@ -56,28 +53,19 @@ bool Recovery<Real>::improve(SurfaceTracking& surface, const PointScan& measurem
 
 /// The last good shape where it was measured; none if there are too few points, or those of
 /// something of another size.
-template <class Real>
-std::optional<std::vector<Vector3<double>>> Recovery<Real>::registered(
-    const SurfaceTracking& surface, const PointScan& measurement) const {
-  std::vector<Real> coordinates;
-  for (const auto& x : good_) coordinates.insert(coordinates.end(), {x.x, x.y, x.z});
-  const auto faces = surface.faces();
-  std::vector<Vector3<double>> positions;
-  try {
-    const auto found = register_measurement<Real>({faces.data()->data(), faces.size()},
-                                                  {coordinates.data(), good_.size()}, measurement,
-                                                  {.threads = threads_});
-    const Points<const Real> rows(found.vertices.data(), good_.size());
-    for (std::size_t v = 0; v < rows.count; ++v) positions.push_back(in_double(row(rows, v)));
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;
-  }
-  return positions;
+std::optional<Recovery::Frame> Recovery::registered(const PointScan& measurement) const {
+  if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
+  const double ratio = size_of(measurement.points) / size_of(good_);
+  if (!(std::max(ratio, 1 / ratio) <= AlignmentConstants{}.other_unit)) return std::nullopt;
+  if (!measurement.is_indexed()) measurement.index();
+  const Template good = {mesh_.faces, good_, {}};
+  const RegistrationSettings settings;
+  PoseSearch search(good, mesh_.topology, mesh_.workers, settings,
+                    std::numeric_limits<double>::epsilon());
+  return search.run(measurement, {}).x;
 }
 
-template <class Real>
-void Recovery<Real>::remember(const Frame& completed, const Agreement& agreement,
-                              bool was_due) noexcept {
+void Recovery::remember(const Frame& completed, const Agreement& agreement, bool was_due) noexcept {
   if (!is_wanted_) return;
   constexpr TrackingConstants constants;
   const bool is_good = agreement.far_share <= constants.lost_far;
@@ -91,25 +79,20 @@ void Recovery<Real>::remember(const Frame& completed, const Agreement& agreement
   }
 }
 
-template <class Real>
-void Recovery<Real>::write_memory(Writer& writer) const {
+void Recovery::write_memory(Writer& writer) const {
   if (!is_wanted_) return;
   writer.write(good_);
   writer.write(pause_);
 }
 
-template <class Real>
-void Recovery<Real>::read_memory(Reader& reader) {
+void Recovery::read_memory(Reader& reader) {
   if (!is_wanted_) return;
   reader.read(good_);
   pause_ = reader.read<std::uint8_t>();
-  if (!std::ranges::all_of(good_, is_in_range<Real>) ||
+  if (!std::ranges::all_of(good_, is_in_range<double>) ||
       (pause_ != until_good && pause_ >= TrackingConstants().frames_between_recoveries)) {
     refuse_state("does not contain a valid last good frame");
   }
 }
-
-template class Recovery<float>;
-template class Recovery<double>;
 
 }  // namespace dynmesh

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "stream/stream.hpp"
 #include "support/stored_numbers.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -14,13 +15,12 @@
 namespace dynmesh {
 
 /// Registers lost frames anew from the last good one.
-template <class Real>
 class Recovery {
  public:
-  using Frame = std::vector<Vector3<Real>>;
+  using Frame = std::vector<Vector3<double>>;
 
-  /// Begins a sequence.
-  Recovery(const Frame& first_frame, const TrackerSettings& settings);
+  /// Begins a sequence. `mesh` must outlive this object.
+  Recovery(StreamMesh& mesh, Frame first_frame, bool is_wanted);
 
   /// Whether a frame is to be registered anew.
   [[nodiscard]] bool is_due(const Agreement& agreement) const;
@@ -38,12 +38,11 @@ class Recovery {
   void read_memory(Reader& reader);
 
  private:
-  [[nodiscard]] std::optional<std::vector<Vector3<double>>> registered(
-      const SurfaceTracking& surface, const PointScan& measurement) const;
+  [[nodiscard]] std::optional<Frame> registered(const PointScan& measurement) const;
 
-  bool is_wanted_ = false;
-  Index threads_ = 1;
-  Frame good_;  // the last frame that was not lost; empty if it is not wanted
+  StreamMesh& mesh_;
+  bool is_wanted_;
+  Frame good_;  // the last frame that was not lost
   // The number of frames that are not registered. A scan that has been far from the surface from
   // the start may show other things beside it, so the first pause lasts until a frame is good.
   std::uint8_t pause_ = until_good;

@@ -25,7 +25,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '8'}, "tracker"};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '9'}, "tracker"};
 
 /// What a state keeps of an agreement. Without points, there are numbers that are NaN.
 template <class Self, class Visit>
@@ -72,7 +72,7 @@ struct Tracker<Real>::Parts {
         surface(mesh->faces, mesh->topology, mesh->workers, widened(stream.first_frame),
                 TrackingConstants{}, mesh->training, settings.uncertainty,
                 std::numeric_limits<Real>::epsilon()),
-        recovery(stream.first_frame, settings),
+        recovery(*mesh, widened(stream.first_frame), settings.recover),
         completed(stream.n_vertices()) {
     stream.keep(surface.shape().error_bars().of_vertices());
     stream.count(report);
@@ -104,7 +104,7 @@ struct Tracker<Real>::Parts {
     surface.remember(completed, stream.generations.anchors() > 0);
     stream.advance();
     stream.keep(surface.shape().error_bars().of_vertices());
-    recovery.remember(stream.previous, found.agreements.all, is_lost);
+    recovery.remember(completed, found.agreements.all, is_lost);
     TrackingReport made;
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
@@ -163,7 +163,7 @@ struct Tracker<Real>::Parts {
   TrackerSettings settings;
   Stream<Real> stream;
   SurfaceTracking surface;
-  Recovery<Real> recovery;
+  Recovery recovery;
   std::vector<Vector3<double>> completed;  // the current frame in double precision
   TrackingReport report;
   std::vector<Agreement> of_sensors;
