@@ -27,10 +27,9 @@ template <class Real>
 void check_position(const char* argument, const char* kind, std::size_t number,
                     const Vector3<Real>& v, const char* rule) {
   if (is_in_range(v)) return;
-  std::string message = std::string(argument) + ": " + kind + " " + std::to_string(number) +
-                        " is at " + to_text(v) + ", but " + rule;
-  if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
-  throw std::invalid_argument(message);
+  const auto limit = sizeof(Real) == 4 ? " and below 1e18" : " and below 1e200";
+  refuse(argument, kind, " ", number, " is at ", to_text(v), ", but ", rule,
+         is_finite(v) ? limit : "");
 }
 
 template <class Real>
@@ -60,12 +59,12 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
   check_rows("out", completed, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
-    throw std::invalid_argument("out: the rows of the completed frame overlap each other");
+    refuse("out", "the rows of the completed frame overlap each other");
   }
   for (const auto& input : inputs) {
     if (input.extent != output && overlap(input.extent, output)) {
-      throw std::invalid_argument(std::string("out: the completed frame overlaps ") + input.name +
-                                  "; it must be the same array as points or a separate one");
+      refuse("out", "the completed frame overlaps ", input.name,
+             "; it must be the same array as points or a separate one");
     }
   }
 }
@@ -73,12 +72,9 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 template <class Real>
 std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
                                           const char* argument = "first_frame") {
-  if (points.count == 0) {
-    throw std::invalid_argument(std::string(argument) + ": has no vertices");
-  }
-  if (points.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
-                                " rows, more than 32-bit indices can count");
+  if (points.count == 0) refuse(argument, "has no vertices");
+  if (points.count > at(std::numeric_limits<Index>::max())) {
+    refuse(argument, "has ", points.count, " rows, more than 32-bit indices can count");
   }
   check_view(argument, points);
   return complete_frame(argument, points);
@@ -88,13 +84,12 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
 template <class Real>
 void check_training(const Training<Real>& training, std::size_t n_vertices) {
   if (training.n_vertices() != n_vertices) {
-    throw SettingError("training", "its frames have " + std::to_string(training.n_vertices()) +
-                                       " vertices, but first_frame has " +
-                                       std::to_string(n_vertices));
+    throw SettingError("training", joined("its frames have ", training.n_vertices(),
+                                          " vertices, but first_frame has ", n_vertices));
   }
   if (training.n_added() < Training<Real>::fewest_frames) {
-    throw SettingError("training", "has " + std::to_string(training.n_added()) +
-                                       " frames, but at least 3 are needed");
+    throw SettingError("training",
+                       joined("has ", training.n_added(), " frames, but at least 3 are needed"));
   }
 }
 
@@ -133,9 +128,7 @@ void check_size(const Training<Real>& training, const Points<const Real>& first_
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {
-  if (faces.count == 0) {
-    throw std::invalid_argument("faces: is empty; completion needs the connectivity of the mesh");
-  }
+  if (faces.count == 0) refuse("faces", "is empty; completion needs the connectivity of the mesh");
   return build_topology(faces, n_vertices);
 }
 
