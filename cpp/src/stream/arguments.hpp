@@ -12,8 +12,8 @@
 #include <initializer_list>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stream/overlap.hpp"
@@ -47,23 +47,18 @@ std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Rea
   return frame;
 }
 
-struct NamedExtent {
-  const char* name = "";
-  Extent extent;
-};
-
 /// Checks that the completed frame does not overlap any of `inputs`, unless it is the same array.
 template <class Real>
 void check_output(const Points<Real>& completed, std::size_t n_vertices,
-                  std::initializer_list<NamedExtent> inputs) {
+                  std::initializer_list<std::pair<const char*, Extent>> inputs) {
   check_rows("out", completed, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
     refuse("out", "the rows of the completed frame overlap each other");
   }
-  for (const auto& input : inputs) {
-    if (input.extent != output && overlap(input.extent, output)) {
-      refuse("out", "the completed frame overlaps ", input.name,
+  for (const auto& [name, input] : inputs) {
+    if (input != output && overlap(input, output)) {
+      refuse("out", "the completed frame overlaps ", name,
              "; it must be the same array as points or a separate one");
     }
   }
@@ -80,19 +75,6 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
   return complete_frame(argument, points);
 }
 
-/// Throws SettingError, as does `check_size`.
-template <class Real>
-void check_training(const Training<Real>& training, std::size_t n_vertices) {
-  if (training.n_vertices() != n_vertices) {
-    throw SettingError("training", joined("its frames have ", training.n_vertices(),
-                                          " vertices, but first_frame has ", n_vertices));
-  }
-  if (training.n_added() < Training<Real>::fewest_frames) {
-    throw SettingError("training",
-                       joined("has ", training.n_added(), " frames, but at least 3 are needed"));
-  }
-}
-
 /// The root mean square distance of the vertices from their mean, which does not depend on their
 /// order or on how they are turned.
 template <class Real>
@@ -107,10 +89,19 @@ double size_of(const Points<const Real>& frame) {
   return std::sqrt(square);
 }
 
-/// Refuses a training sequence in another unit of length, such as millimetres for metres. One that
-/// differs less is useless at worst, and then it is not used.
+/// Throws SettingError for a training sequence of another mesh, of too few frames, or in another
+/// unit of length, such as millimetres for metres. One whose size differs less is useless at worst,
+/// and then it is not used.
 template <class Real>
-void check_size(const Training<Real>& training, const Points<const Real>& first_frame) {
+void check_training(const Training<Real>& training, const Points<const Real>& first_frame) {
+  if (training.n_vertices() != first_frame.count) {
+    throw SettingError("training", joined("its frames have ", training.n_vertices(),
+                                          " vertices, but first_frame has ", first_frame.count));
+  }
+  if (training.n_added() < Training<Real>::fewest_frames) {
+    throw SettingError("training",
+                       joined("has ", training.n_added(), " frames, but at least 3 are needed"));
+  }
   constexpr double most = 50;
   double trained = 0;
   for (const auto& positions : training.frames()) {
