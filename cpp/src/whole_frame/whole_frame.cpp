@@ -106,19 +106,6 @@ Settings settings_of_completer(const WholeFrameSettings& chosen, bool learn) {
   return {.noise = chosen.noise, .learn = learn, .uncertainty = true, .threads = chosen.threads};
 }
 
-template <class Real>
-void check_arguments(std::size_t n_vertices, std::size_t n_frames, const FrameSource<Real>& source,
-                     const WholeFrameSettings& settings) {
-  check_settings(settings_of_completer(settings, true));
-  if (n_vertices == 0) refuse("frames", "have no vertices");
-  if (n_frames == 0) refuse("frames", "there are none");
-  if (!source) refuse("frames", "the source is empty");
-  if (settings.frame && *settings.frame >= n_frames) {
-    refuse("frame", "must be less than the number of frames, which is ", n_frames, ", not ",
-           *settings.frame);
-  }
-}
-
 /// A whole frame, and whether its edges are far from their usual lengths.
 struct Attempt {
   Combination combination;
@@ -185,7 +172,14 @@ template <class Real>
 WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_frames,
                              const FrameSource<Real>& source, const WholeFrameSettings& settings,
                              const Progress& progress) {
-  check_arguments(n_vertices, n_frames, source, settings);
+  check_settings(settings_of_completer(settings, true));
+  if (n_vertices == 0) refuse("frames", "have no vertices");
+  if (n_frames == 0) refuse("frames", "there are none");
+  if (!source) refuse("frames", "the source is empty");
+  if (settings.frame && *settings.frame >= n_frames) {
+    refuse("frame", "must be less than the number of frames, which is ", n_frames, ", not ",
+           *settings.frame);
+  }
   const Topology topology = topology_of(faces, n_vertices);
   const Cells& cells = topology.cells;
   Workers workers(settings.threads);
