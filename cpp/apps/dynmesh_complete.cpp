@@ -25,6 +25,7 @@
 #endif
 
 #include "stream/settings_table.hpp"
+#include "support/checks.hpp"
 #include "support/parse_number.hpp"
 #include "support/paths.hpp"
 
@@ -103,10 +104,6 @@ void stop_on(int signal) {
 #endif
 }
 
-[[noreturn]] void refuse(const std::string& place, const std::string& why) {
-  throw std::runtime_error(place + ": " + why);
-}
-
 [[noreturn]] void refuse_by_system(const std::string& place) {
   refuse(place, std::generic_category().message(errno));
 }
@@ -151,8 +148,8 @@ bool is_numbered(const std::string& name, const std::string& suffixes) {
   if (suffix.empty() || suffix == ".raw") return false;
   const std::regex numbered(R"([^%]*%(0[1-9])?d[^%/\\]*\.()" + suffixes + ")", std::regex::icase);
   if (std::regex_match(name, numbered)) return true;
-  refuse(name, "must be a raw stream, with the suffix .raw or none, or " + suffixes +
-                   " files with %d or %04d in the place of the number");
+  refuse(name, "must be a raw stream, with the suffix .raw or none, or ", suffixes,
+         " files with %d or %04d in the place of the number");
 }
 
 /// Returns the name of a numbered file. `name` has passed `is_numbered`.
@@ -173,7 +170,7 @@ class FrameReader {
   /// Returns what errors call the frame that was read last.
   [[nodiscard]] std::string place() const {
     if (!stream_) return file_of(name_, n_read_);
-    return (name_ == "-" ? "standard input" : name_) + ": frame " + std::to_string(n_read_);
+    return joined(name_ == "-" ? "standard input" : name_, ": frame ", n_read_);
   }
 
   /// Returns false at the end and if a signal interrupts reading.
@@ -193,9 +190,8 @@ class FrameReader {
       std::copy_n(positions.begin(), std::min(positions.size(), frame.size()), frame.begin());
     }
     if (got == frame.size_bytes()) return true;
-    refuse(place(), "has " + std::to_string(got / 12) + " vertices" +
-                        (got % 12 == 0 ? "" : " and a part of one") + ", but the template has " +
-                        std::to_string(frame.size() / 3));
+    refuse(place(), "has ", got / 12, " vertices", got % 12 == 0 ? "" : " and a part of one",
+           ", but the template has ", frame.size() / 3);
   }
 
  private:
@@ -234,7 +230,7 @@ class OutputFile {
     if (partial.empty()) return;
     std::error_code error;  // Windows replaces no file that another program has open
     fs::rename(path_of(partial), path_of(name_), error);
-    if (error) refuse(name_, "cannot be replaced: " + error.message() + "; it is in " + partial);
+    if (error) refuse(name_, "cannot be replaced: ", error.message(), "; it is in ", partial);
   }
 
  private:
@@ -243,11 +239,10 @@ class OutputFile {
 };
 
 std::string ply_of(const std::string& positions, const TemplateMesh& mesh) {
-  std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                     std::to_string(mesh.points().count) +
-                     "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
-                     std::to_string(mesh.triangles().count) +
-                     "\nproperty list uchar int vertex_indices\nend_header\n" + positions;
+  std::string text = joined(
+      "ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.points().count,
+      "\nproperty float x\nproperty float y\nproperty float z\nelement face ",
+      mesh.triangles().count, "\nproperty list uchar int vertex_indices\nend_header\n", positions);
   for (std::size_t i = 0; i < mesh.faces.size(); i += 3) {
     text.append(1, 3).append(reinterpret_cast<const char*>(&mesh.faces[i]), 3 * sizeof(Index));
   }
@@ -284,9 +279,8 @@ bool set(Settings& settings, const std::string& option, const Argument& argument
       Number number = 0;
       const auto [end, error] = parse_number(text.data(), last, number);
       if (end != last || error != std::errc()) {
-        refuse(option, "'" + text + "' is not a " +
-                           (std::is_same_v<Value, Index> ? "whole number" : "number") +
-                           " in range");
+        refuse(option, "'", text, "' is not a ",
+               std::is_same_v<Value, Index> ? "whole number" : "number", " in range");
       }
       settings.*member = number;
     }
@@ -351,7 +345,7 @@ void complete(Options& options) {
     try {
       if (caught_signal != 0 || !reader.read(frame)) break;
       report = with_place(reader.place(), [&] { return completer.push(points, points); });
-    } catch (const std::runtime_error&) {
+    } catch (const std::exception&) {
       if (number == 1) throw;  // an output that exists stays as it is
       damage = std::current_exception();
       break;

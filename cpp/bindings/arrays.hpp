@@ -24,6 +24,13 @@ namespace dynmesh {
 namespace py = pybind11;
 using Release = py::call_guard<py::gil_scoped_release>;
 
+/// Returns what `call` returns, during which other threads may use Python.
+template <class Call>
+auto without_gil(const Call& call) {
+  const py::gil_scoped_release release;
+  return call();
+}
+
 void bind_functions(py::module_& module);
 void bind_streams(py::module_& module);
 

@@ -65,8 +65,7 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
                       const std::variant<ScanArrays<Real>, Images>& scan,
                       const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align,
                       bool scale, const Training<Real>* training, bool uncertainty, Index threads) {
-  const Registration<Real> found = [&] {
-    const py::gil_scoped_release release;
+  const Registration<Real> found = without_gil([&] {
     const Landmarks<Real> pairs = {{vertices.data(), static_cast<std::size_t>(vertices.size())},
                                    view(landmarks)};
     const auto registered = [&](const auto& measured) {
@@ -78,7 +77,7 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
       return registered(std::span<const DepthImage>(views));
     }
     return registered(std::apply(scan_of<Real>, std::get<ScanArrays<Real>>(scan)));
-  }();
+  });
   return py::make_tuple(array_of(found.vertices), array_of(found.observed),
                         array_of(found.standard_error), fields_of(found));
 }
@@ -100,19 +99,12 @@ py::tuple py_whole_frame(const Exact<Index>& faces, const Exact<Real>& first, st
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     progress(done, of);
   };
-  const WholeFrame<Real> whole = [&] {
-    const py::gil_scoped_release release;
+  const WholeFrame<Real> whole = without_gil([&] {
     return whole_frame<Real>(view(faces), rows_in(first), n_frames, read,
                              {frame, noise, outliers, threads}, step);
-  }();
+  });
   return py::make_tuple(array_of(whole.positions), array_of(whole.known), array_of(whole.seen),
                         array_of(whole.standard_error), whole.frame, whole.doubtful);
-}
-
-template <class Real>
-void bind_functions_of(py::module_& module) {
-  module.def("register", &py_register<Real>);
-  module.def("whole_frame", &py_whole_frame<Real>);
 }
 
 py::array numbers_of(const PlyNumbers& numbers) {
@@ -134,20 +126,14 @@ py::list to_list(const Comments& comments) {
 
 py::tuple py_parse_obj(const py::bytes& data) {
   const std::string_view text = data;
-  const ObjFile file = [&] {
-    const py::gil_scoped_release release;
-    return parse_obj(text);
-  }();
+  const ObjFile file = without_gil([&] { return parse_obj(text); });
   return py::make_tuple(array_of(file.mesh.positions).reshape({-1, 3}), array_of(file.mesh.sizes),
                         array_of(file.mesh.corners), to_list(file.comments));
 }
 
 py::tuple py_parse_ply(const py::bytes& data) {
   const std::string_view view = data;
-  const PlyFile file = [&] {
-    const py::gil_scoped_release release;
-    return parse_ply(view);
-  }();
+  const PlyFile file = without_gil([&] { return parse_ply(view); });
   py::dict elements;
   for (const PlyElement& element : file.elements) {
     py::dict columns;
@@ -174,11 +160,8 @@ void bind_functions(py::module_& module) {
   module.def("vertex_error", &py_vertex_error, Release());
   module.def("find_alignment",
              [](const Exact<Index>& faces, const Positions& first_frame, const Positions& scan) {
-               const Alignment found = [&] {
-                 const py::gil_scoped_release release;
-                 return find_alignment(view(faces), view(first_frame), view(scan));
-               }();
-               return fields_of(found);
+               return fields_of(without_gil(
+                   [&] { return find_alignment(view(faces), view(first_frame), view(scan)); }));
              });
   bind_baseline<LeastSquaresMesh>(
       module, "least_squares_mesh", [](const Exact<Index>& faces, std::size_t n_vertices) {
@@ -194,8 +177,10 @@ void bind_functions(py::module_& module) {
       });
   module.def("parse_obj", &py_parse_obj);
   module.def("parse_ply", &py_parse_ply);
-  bind_functions_of<float>(module);
-  bind_functions_of<double>(module);
+  module.def("register", &py_register<float>);
+  module.def("register", &py_register<double>);
+  module.def("whole_frame", &py_whole_frame<float>);
+  module.def("whole_frame", &py_whole_frame<double>);
 }
 
 }  // namespace dynmesh

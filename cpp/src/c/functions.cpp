@@ -1,29 +1,239 @@
-/// The functions of the C interface.
+/// The C interface: objects behind opaque handles, the conversion of arguments to those of the C++
+/// interface and of reports to C, and how a function fails: exceptions become a status and a
+/// message.
 #include <dynmesh/dynmesh.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <dynmesh/alignment.hpp>
+#include <dynmesh/completer.hpp>
 #include <dynmesh/registration.hpp>
+#include <dynmesh/template_mesh.hpp>
+#include <dynmesh/tracker.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/whole_frame.hpp>
+#include <limits>
+#include <new>
 #include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <type_traits>
 #include <utility>
+#include <variant>
+#include <vector>
 
-#include "c/calls.hpp"
+#include "stream/one_at_a_time.hpp"
+#include "stream/report_fields.hpp"
 #include "stream/settings_table.hpp"
+#include "support/checks.hpp"
+
+struct dynmesh_completer {
+  static constexpr const char* name = "completer";
+  std::variant<dynmesh::Completer<float>, dynmesh::Completer<double>> any;
+  mutable dynmesh::OneAtATime turns{name};
+};
+
+struct dynmesh_training {
+  static constexpr const char* name = "training";
+  std::variant<dynmesh::Training<float>, dynmesh::Training<double>> any;
+  dynmesh::OneAtATime turns{"training sequence"};
+};
+
+struct dynmesh_tracker {
+  static constexpr const char* name = "tracker";
+  std::variant<dynmesh::Tracker<float>, dynmesh::Tracker<double>> any;
+  mutable dynmesh::OneAtATime turns{name};
+};
 
 namespace dynmesh {
 namespace {
 
-/// The value of a setting in C: an enumeration or a truth value as int32, and NaN for none.
-template <class Value>
-auto setting_to_c(const Value& value) {
-  if constexpr (std::is_same_v<Value, std::optional<double>>) {
-    return value.value_or(std::numeric_limits<double>::quiet_NaN());
+static_assert(std::is_same_v<Index, std::int32_t>);
+
+std::size_t count_of(const char* argument, std::int64_t count) {
+  if (count < 0 || count > std::numeric_limits<Index>::max()) {
+    refuse(argument, "cannot have ", count, " rows");
+  }
+  return static_cast<std::size_t>(count);
+}
+
+template <class Real>
+constexpr std::int32_t type_of = sizeof(Real) == 4 ? DYNMESH_FLOAT32 : DYNMESH_FLOAT64;
+
+/// Converts a view, whose type must be that of `reference`. `View` is dynmesh_points for `const
+/// Real` and dynmesh_output for `Real`.
+template <class Real, class View>
+Points<Real> points_of(const char* argument, const View* view,
+                       const char* reference = "the first frame") {
+  check_pointer(argument, view);
+  if (view->type != type_of<Real>) {
+    refuse(argument, "type must be ", type_of<Real>, ", that of ", reference, ", not ", view->type);
+  }
+  if (reinterpret_cast<std::uintptr_t>(view->data) % alignof(Real) != 0) {
+    refuse(argument, "is not aligned to ", alignof(Real), " bytes");
+  }
+  // A stride of 0 means packed, as in OpenGL.
+  const std::int64_t per_column = view->column_stride == 0 ? 1 : view->column_stride;
+  if (view->row_stride == 0 && per_column != 1) {
+    refuse(argument, "row_stride is 0, which means packed, but column_stride is ", per_column,
+           ", not 1 or 0");
+  }
+  const std::int64_t per_row = view->row_stride == 0 ? 3 : view->row_stride;
+  return {static_cast<Real*>(view->data), count_of(argument, view->count),
+          static_cast<std::ptrdiff_t>(per_row), static_cast<std::ptrdiff_t>(per_column)};
+}
+
+/// Calls `call` with a zero of the type. `argument` is the name of what has it.
+template <class Call>
+void with_type(const std::string& argument, std::int32_t type, const Call& call) {
+  if (type == DYNMESH_FLOAT32) {
+    call(float{});
+  } else if (type == DYNMESH_FLOAT64) {
+    call(double{});
   } else {
-    return static_cast<std::int32_t>(value);
+    refuse(argument, "must be DYNMESH_FLOAT32 (32) or DYNMESH_FLOAT64 (64), not ", type);
   }
 }
 
+Faces faces_of(const std::int32_t* faces, std::int64_t n_faces) {
+  return {faces, count_of("faces", n_faces)};
+}
+
+KnownMask mask_of(const dynmesh_mask& mask) {
+  const std::int64_t stride = mask.stride == 0 ? 1 : mask.stride;
+  return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
+}
+
+/// A report in C.
+template <class InC, class Report>
+InC to_c(const Report& report) {
+  InC converted = {};
+  for_each_field(report, [&](const char*, const auto& value, auto... member) {
+    [[maybe_unused]] const auto assign = [&](auto& field) {
+      if constexpr (std::is_array_v<std::remove_reference_t<decltype(field)>>) {
+        std::ranges::copy(value, field);
+      } else {
+        field = static_cast<std::remove_reference_t<decltype(field)>>(value);
+      }
+    };
+    (assign(converted.*member), ...);
+  });
+  return converted;
+}
+
+std::vector<DepthImage> images_of(const dynmesh_depth_image* images, std::int64_t n_images) {
+  const std::size_t count = count_of("images", n_images);
+  check_pointer("images", images, count);
+  std::vector<DepthImage> converted;
+  for (const dynmesh_depth_image& given : std::span(images, count)) {
+    const auto side = [&](const char* name, std::int64_t value) {
+      if (value >= 0) return static_cast<std::size_t>(value);
+      refuse("images", "image ", converted.size(), " cannot have a ", name, " of ", value);
+    };
+    const bool is_packed = given.row_stride == 0;
+    const bool is_dense = is_packed || given.column_stride == 0;
+    DepthImage image;
+    image.data = given.data;
+    image.height = side("height", given.height);
+    image.width = side("width", given.width);
+    image.row_stride = static_cast<std::ptrdiff_t>(is_packed ? given.width : given.row_stride);
+    image.column_stride = static_cast<std::ptrdiff_t>(is_dense ? 1 : given.column_stride);
+    std::ranges::copy(given.intrinsics, image.intrinsics.begin());
+    std::ranges::copy(given.pose, image.pose.begin());
+    converted.push_back(image);
+  }
+  return converted;
+}
+
+/// It is of fixed size, since reporting that memory is exhausted must not allocate any.
+// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
+thread_local std::array<char, 1024> last_message{};
+
+/// Stores `message`, truncated to the available space after a whole character of UTF-8, as the last
+/// message of this thread. Returns `status`.
+dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
+  std::size_t size = std::strlen(message);
+  if (size >= last_message.size()) {
+    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
+    size = last_message.size() - 1;
+    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
+  }
+  std::memmove(last_message.data(), message, size);
+  last_message[size] = '\0';
+  return status;
+}
+
+/// A function of the caller asked for the work to be stopped.
+struct Stopped : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+template <class Call>
+dynmesh_status guarded(const Call& call) noexcept {
+  try {
+    call();
+    return DYNMESH_OK;
+  } catch (const std::invalid_argument& error) {
+    return fail(DYNMESH_INVALID_ARGUMENT, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(DYNMESH_OUT_OF_MEMORY, "out of memory");
+  } catch (const InUse& error) {
+    return fail(DYNMESH_IN_USE, error.what());
+  } catch (const Stopped& error) {
+    return fail(DYNMESH_STOPPED, error.what());
+  } catch (const UnreadableFile& error) {
+    return fail(DYNMESH_UNREADABLE_FILE, error.what());
+  } catch (const std::system_error& error) {  // a thread could not be started
+    return fail(DYNMESH_OUT_OF_MEMORY, error.what());
+  } catch (const std::exception& error) {
+    return fail(DYNMESH_INTERNAL_ERROR, error.what());
+  } catch (...) {
+    return fail(DYNMESH_INTERNAL_ERROR, "an unknown exception");
+  }
+}
+
+/// Calls `call` with the object in `handle`, of float or of double, which is refused while another
+/// thread is using the object.
+template <class Handle, class Call>
+dynmesh_status with(Handle* handle, const Call& call) noexcept {
+  return guarded([&] {
+    check_pointer(Handle::name, handle);
+    handle->turns.enter([&] { std::visit(call, handle->any); });
+  });
+}
+
+/// The same for properties that never change, which any thread may read.
+template <class Handle, class Call>
+dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
+  return guarded([&] {
+    check_pointer(Handle::name, handle);
+    std::visit(call, handle->any);
+  });
+}
+
+/// Calls `call` with positions, which are float or double as their type says, and a training
+/// sequence of that type, or with null for none.
+template <class Call>
+void with_training(const char* argument, const dynmesh_points* positions,
+                   dynmesh_training* training, const Call& call) {
+  if (training != nullptr) {
+    const auto of_that_type = [&]<class Real>(const Training<Real>& frames) {
+      call(points_of<const Real>(argument, positions, "the training sequence"), &frames);
+    };
+    training->turns.enter([&] { std::visit(of_that_type, training->any); });
+    return;
+  }
+  check_pointer(argument, positions);
+  with_type(std::string(argument) + ": type", positions->type, [&]<class Real>(Real) {
+    call(points_of<const Real>(argument, positions), static_cast<const Training<Real>*>(nullptr));
+  });
+}
+
+/// In C, an enumeration or a truth value is an int32, and NaN is none.
 template <class Value, class Given>
 Value setting_from_c(const char* name, Given given) {
   if constexpr (std::is_same_v<Value, std::optional<double>>) {
@@ -37,9 +247,9 @@ Value setting_from_c(const char* name, Given given) {
     }
     std::string listed;
     for (std::size_t i = 0; i < names.size(); ++i) {
-      listed += (i == 0 ? "" : " or ") + std::to_string(i) + " (" + std::string(names[i]) + ")";
+      listed += joined(i == 0 ? "" : " or ", i, " (", names[i], ")");
     }
-    refuse(name, "must be " + listed + ", not " + std::to_string(given));
+    refuse(name, "must be ", listed, ", not ", given);
   } else {
     return given;
   }
@@ -50,9 +260,8 @@ Value setting_from_c(const char* name, Given given) {
 void check_settings_size(const char* argument, std::int64_t size) {
   constexpr auto known = static_cast<std::int64_t>(sizeof(dynmesh_settings));
   if (size == known) return;
-  refuse(argument, "is " + std::to_string(size) +
-                       ", but this version of dynmesh expects settings of " +
-                       std::to_string(known) + " bytes; call dynmesh_default_settings first");
+  refuse(argument, "is ", size, ", but this version of dynmesh expects settings of ", known,
+         " bytes; call dynmesh_default_settings first");
 }
 
 /// Null means the defaults.
@@ -122,61 +331,6 @@ auto data_of(const Handle* handle, const Get& get) {
   return data;
 }
 
-template <class Handle>
-dynmesh_status reset(Handle* handle, const dynmesh_points* frame) {
-  return with(handle, [&]<template <class> class Object, class Real>(Object<Real>& object) {
-    object.reset(points_of<const Real>("frame", frame));
-  });
-}
-
-template <class Handle>
-dynmesh_status state_size(const Handle* handle, std::int64_t* size) {
-  return with_constant(handle, [&](const auto& object) {
-    check_pointer("size", size);
-    *size = static_cast<std::int64_t>(object.state_size());
-  });
-}
-
-template <class Handle>
-dynmesh_status write_state(const Handle* handle, void* state, std::int64_t size) {
-  return with(handle, [&](const auto& object) {
-    check_pointer("state", state);
-    const std::size_t needed = object.state_size();
-    if (size < static_cast<std::int64_t>(needed)) {
-      refuse("state", "has room for " + std::to_string(size) + " bytes, but the state has " +
-                          std::to_string(needed));
-    }
-    std::ranges::copy(object.state(), static_cast<std::byte*>(state));
-  });
-}
-
-template <class Handle>
-dynmesh_status restore(Handle* handle, const void* state, std::int64_t size) {
-  return with(handle, [&](auto& object) {
-    check_pointer("state", state);
-    if (size < 0) refuse("state", "cannot have " + std::to_string(size) + " bytes");
-    object.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});
-  });
-}
-
-template <class Handle>
-dynmesh_status standard_error(const Handle* handle, void* values, std::int64_t count,
-                              std::int32_t type) {
-  return with(handle, [&]<template <class> class Object, class Real>(const Object<Real>& object) {
-    check_pointer("values", values);
-    const std::span<const Real> found = object.standard_error();
-    if (count != static_cast<std::int64_t>(found.size())) {
-      refuse("count", "is " + std::to_string(count) + ", but the mesh has " +
-                          std::to_string(found.size()) + " vertices");
-    }
-    if (type != type_of<Real>) {
-      refuse("type", "must be " + std::to_string(type_of<Real>) +
-                         ", that of the first frame, not " + std::to_string(type));
-    }
-    std::ranges::copy(found, static_cast<Real*>(values));
-  });
-}
-
 /// The owner of the arrays to which a dynmesh_template points.
 struct OwnedTemplate : dynmesh_template {
   explicit OwnedTemplate(TemplateMesh read) : dynmesh_template{}, mesh(std::move(read)) {
@@ -202,7 +356,7 @@ void give(const std::vector<Real>& found, Points<Real> positions,
 
 WholeFrameSettings settings_of(const dynmesh_whole_frame_request& request) {
   if (request.frame < -1) {
-    refuse("frame", "must be -1 or the number of a frame, not " + std::to_string(request.frame));
+    refuse("frame", "must be -1 or the number of a frame, not ", request.frame);
   }
   WholeFrameSettings settings = {
       .noise = setting_from_c<std::optional<double>>("noise", request.noise),
@@ -219,15 +373,14 @@ WholeFrame<Real> put_together(const dynmesh_whole_frame_request& request, Points
                                        std::span<std::uint8_t> known) {
     if (request.source(request.context, static_cast<std::int64_t>(frame), points.data,
                        known.data()) != 0) {
-      throw Stopped("frame " + std::to_string(frame) + ": stopped by the source");
+      throw Stopped(joined("frame ", frame, ": stopped by the source"));
     }
   };
   const Progress progress = [&](std::size_t done, std::size_t of) {
     if (request.progress != nullptr &&
         request.progress(request.context, static_cast<std::int64_t>(done),
                          static_cast<std::int64_t>(of)) != 0) {
-      throw Stopped("stopped after " + std::to_string(done) + " of " + std::to_string(of) +
-                    " steps");
+      throw Stopped(joined("stopped after ", done, " of ", of, " steps"));
     }
   };
   return whole_frame<Real>(faces_of(request.faces, request.n_faces), positions.count,
@@ -267,37 +420,62 @@ Registration<Real> registered(const dynmesh_registration_request& request,
 
 using namespace dynmesh;  // C has no namespaces
 
-const char* dynmesh_last_message() { return last_message().data(); }
+const char* dynmesh_last_message() { return last_message.data(); }
 
 const char* dynmesh_version() { return DYNMESH_VERSION; }
 
 // The functions that completers and trackers have in common, dynmesh_skip and so on.
-#define DYNMESH_STREAM(prefix, Handle, Report)                                             \
-  void prefix##destroy(Handle* handle) { delete handle; }                                  \
-  dynmesh_status prefix##skip(Handle* handle, const dynmesh_output* out, Report* report) { \
-    return complete(handle, out, report, [](auto& o, auto to) { return o.skip(to()); });   \
-  }                                                                                        \
-  dynmesh_status prefix##reset(Handle* handle, const dynmesh_points* frame) {              \
-    return reset(handle, frame);                                                           \
-  }                                                                                        \
-  dynmesh_status prefix##state_size(const Handle* handle, int64_t* size) {                 \
-    return state_size(handle, size);                                                       \
-  }                                                                                        \
-  dynmesh_status prefix##state(const Handle* handle, void* state, int64_t size) {          \
-    return write_state(handle, state, size);                                               \
-  }                                                                                        \
-  dynmesh_status prefix##restore(Handle* handle, const void* state, int64_t size) {        \
-    return restore(handle, state, size);                                                   \
-  }                                                                                        \
-  const int32_t* prefix##generation(const Handle* handle) {                                \
-    return data_of(handle, [](const auto& o) { return o.generation(); });                  \
-  }                                                                                        \
-  const int32_t* prefix##age(const Handle* handle) {                                       \
-    return data_of(handle, [](const auto& o) { return o.age(); });                         \
-  }                                                                                        \
-  dynmesh_status prefix##standard_error(const Handle* handle, void* values, int64_t count, \
-                                        int32_t type) {                                    \
-    return standard_error(handle, values, count, type);                                    \
+#define DYNMESH_STREAM(prefix, Handle, Report)                                                  \
+  void prefix##destroy(Handle* handle) { delete handle; }                                       \
+  dynmesh_status prefix##skip(Handle* handle, const dynmesh_output* out, Report* report) {      \
+    return complete(handle, out, report, [](auto& o, auto to) { return o.skip(to()); });        \
+  }                                                                                             \
+  dynmesh_status prefix##reset(Handle* handle, const dynmesh_points* frame) {                   \
+    return with(handle, [&]<template <class> class Object, class Real>(Object<Real>& o) {       \
+      o.reset(points_of<const Real>("frame", frame));                                           \
+    });                                                                                         \
+  }                                                                                             \
+  dynmesh_status prefix##state_size(const Handle* handle, int64_t* size) {                      \
+    return with_constant(handle, [&](const auto& o) {                                           \
+      check_pointer("size", size);                                                              \
+      *size = static_cast<int64_t>(o.state_size());                                             \
+    });                                                                                         \
+  }                                                                                             \
+  dynmesh_status prefix##state(const Handle* handle, void* state, int64_t size) {               \
+    return with(handle, [&](const auto& o) {                                                    \
+      check_pointer("state", state);                                                            \
+      if (size < static_cast<int64_t>(o.state_size())) {                                        \
+        refuse("state", "has room for ", size, " bytes, but the state has ", o.state_size());   \
+      }                                                                                         \
+      std::ranges::copy(o.state(), static_cast<std::byte*>(state));                             \
+    });                                                                                         \
+  }                                                                                             \
+  dynmesh_status prefix##restore(Handle* handle, const void* state, int64_t size) {             \
+    return with(handle, [&](auto& o) {                                                          \
+      check_pointer("state", state);                                                            \
+      if (size < 0) refuse("state", "cannot have ", size, " bytes");                            \
+      o.restore({static_cast<const std::byte*>(state), static_cast<std::size_t>(size)});        \
+    });                                                                                         \
+  }                                                                                             \
+  const int32_t* prefix##generation(const Handle* handle) {                                     \
+    return data_of(handle, [](const auto& o) { return o.generation(); });                       \
+  }                                                                                             \
+  const int32_t* prefix##age(const Handle* handle) {                                            \
+    return data_of(handle, [](const auto& o) { return o.age(); });                              \
+  }                                                                                             \
+  dynmesh_status prefix##standard_error(const Handle* handle, void* values, int64_t count,      \
+                                        int32_t type) {                                         \
+    return with(handle, [&]<template <class> class Object, class Real>(const Object<Real>& o) { \
+      check_pointer("values", values);                                                          \
+      const std::span<const Real> found = o.standard_error();                                   \
+      if (count != static_cast<int64_t>(found.size())) {                                        \
+        refuse("count", "is ", count, ", but the mesh has ", found.size(), " vertices");        \
+      }                                                                                         \
+      if (type != type_of<Real>) {                                                              \
+        refuse("type", "must be ", type_of<Real>, ", that of the first frame, not ", type);     \
+      }                                                                                         \
+      std::ranges::copy(found, static_cast<Real*>(values));                                     \
+    });                                                                                         \
   }
 DYNMESH_STREAM(dynmesh_, dynmesh_completer, dynmesh_frame_report)
 DYNMESH_STREAM(dynmesh_tracker_, dynmesh_tracker, dynmesh_tracking_report)
@@ -310,7 +488,11 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
     const Settings defaults;
     settings->size = size;
     for_each_setting([&](const Setting&, auto member, auto member_in_c) {
-      settings->*member_in_c = setting_to_c(defaults.*member);
+      if constexpr (std::is_same_v<decltype(member_in_c), double dynmesh_settings::*>) {
+        settings->*member_in_c = (defaults.*member).value_or(std::nan(""));
+      } else {
+        settings->*member_in_c = static_cast<int32_t>(defaults.*member);
+      }
     });
   });
 }
@@ -351,7 +533,7 @@ dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
     check_pointer("training", training);
     *training = nullptr;
     if (n_vertices < 0 || n_vertices > std::numeric_limits<Index>::max()) {
-      refuse("n_vertices", "must be from 0 to 2147483647, not " + std::to_string(n_vertices));
+      refuse("n_vertices", "must be from 0 to 2147483647, not ", n_vertices);
     }
     with_type("type", type, [&]<class Real>(Real) {
       *training = new dynmesh_training{Training<Real>(static_cast<std::size_t>(n_vertices))};
@@ -438,8 +620,8 @@ dynmesh_status dynmesh_refused_face(const dynmesh_completer* completer, int64_t 
     check_pointer("reason", reason);
     const auto& refused = c.topology().refused_faces;
     if (number < 0 || number >= static_cast<int64_t>(refused.size())) {
-      refuse("number", "is " + std::to_string(number) + ", but " + std::to_string(refused.size()) +
-                           " faces were refused, counted from 0");
+      refuse("number", "is ", number, ", but ", refused.size(),
+             " faces were refused, counted from 0");
     }
     const RefusedFace& found = refused[number];
     *face = static_cast<int64_t>(found.index);
@@ -456,7 +638,7 @@ dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh_tracker* track
                                                     int64_t* n_sensors) {
   return with(tracker, [&](const auto& t) {
     check_pointer("n_sensors", n_sensors);
-    if (count < 0) refuse("count", "is " + std::to_string(count));
+    if (count < 0) refuse("count", "is ", count);
     check_pointer("values", values, static_cast<std::size_t>(count));
     const auto found = t.agreement_of_sensors();
     const auto n = std::min(found.size(), static_cast<std::size_t>(count));

@@ -4,8 +4,6 @@
 #include <dynmesh/completer.hpp>
 #include <limits>
 #include <memory>
-#include <stdexcept>
-#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -70,30 +68,6 @@ class InDoublePrecision final : public Estimator<float> {
   std::vector<Vector3<double>> points_;
 };
 
-}  // namespace
-
-/// One sequence of frames, completed after the public functions have checked the arguments.
-template <class Real>
-struct Completer<Real>::Parts {
-  using Frame = std::vector<Vector3<Real>>;
-
-  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame first_frame);
-
-  FrameReport complete(Points<Real> completed, Clock::time_point start);
-  [[nodiscard]] double mean_standard_error() const;
-  void write(Writer& writer) const;
-  void read(Reader& reader);
-  [[nodiscard]] std::vector<Trait> traits() const { return traits_of<Real>(kind, *mesh, settings); }
-
-  std::shared_ptr<StreamMesh> mesh;  // of all sequences
-  Settings settings;
-  Stream<Real> stream;
-  std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
-  std::unique_ptr<Estimator<Real>> estimator;
-  FrameReport report;
-  std::size_t state_size = 0;
-};
-
 /// The method of the settings, for a sequence with this frame 0.
 template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& settings,
@@ -117,86 +91,100 @@ std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& 
   return std::make_unique<Motion<Real>>(cells, first, settings.extra_iterations, mesh.workers);
 }
 
-template <class Real>
-Completer<Real>::Parts::Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen,
-                              Frame first_frame)
-    : mesh(std::move(of_all)),
-      settings(chosen),
-      stream(*mesh, std::move(first_frame), settings.disconnected),
-      outliers(settings.reject_outliers
-                   ? std::make_unique<Outliers<Real>>(mesh->topology.cells, stream.first_frame)
-                   : nullptr),
-      estimator(estimator_of(*mesh, settings, stream.first_frame)) {
-  stream.keep(estimator->standard_error());
-  stream.count(report);
-  Writer writer;
-  write(writer);
-  state_size = writer.take_sealed().size();
-}
+}  // namespace
 
-/// Executes algorithm 1 of the paper for the frame whose anchors have been read. Only the estimate
-/// can fail, if memory is exhausted. Nothing that is kept between calls changes before it.
+/// One sequence of frames, completed after the public functions have checked the arguments.
 template <class Real>
-FrameReport Completer<Real>::Parts::complete(Points<Real> completed, Clock::time_point start) {
-  FrameReport made;
-  if (outliers) {
-    made.rejected = outliers->drop(stream.previous, stream.current, stream.current_known);
+struct Completer<Real>::Parts {
+  using Frame = std::vector<Vector3<Real>>;
+
+  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame first_frame)
+      : mesh(std::move(of_all)),
+        settings(chosen),
+        stream(*mesh, std::move(first_frame), settings.disconnected),
+        outliers(settings.reject_outliers
+                     ? std::make_unique<Outliers<Real>>(mesh->topology.cells, stream.first_frame)
+                     : nullptr),
+        estimator(estimator_of(*mesh, settings, stream.first_frame)) {
+    stream.keep(estimator->standard_error());
+    stream.count(report);
+    Writer writer;
+    write(writer);
+    state_size = writer.take_sealed().size();
   }
-  // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
-  made.iterations = static_cast<std::size_t>(estimator->estimate(
-      stream.previous, stream.current, stream.current_known, stream.generations));
-  stream.write(completed);
-  estimator->remember(stream.current);
-  stream.advance();
-  stream.keep(estimator->standard_error());
-  stream.count(made);
-  made.standard_error = mean_standard_error();
-  made.stages = estimator->stages();
-  made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  report = made;
-  return report;
-}
 
-/// The root mean square of the standard errors of the satellites; 0 without any.
-template <class Real>
-double Completer<Real>::Parts::mean_standard_error() const {
-  const std::span<const double> values = estimator->standard_error();
-  const std::span<const Index> generation = stream.generations.of_vertices();
-  double sum = 0;
-  for (std::size_t v = 0; v < values.size(); ++v) {
-    if (generation[v] > 0) sum += values[v] * values[v];
+  /// Executes algorithm 1 of the paper for the frame whose anchors have been read. Only the
+  /// estimate can fail, if memory is exhausted. Nothing that is kept between calls changes before
+  /// it.
+  FrameReport complete(Points<Real> completed, Clock::time_point start) {
+    FrameReport made;
+    if (outliers) {
+      made.rejected = outliers->drop(stream.previous, stream.current, stream.current_known);
+    }
+    // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
+    made.iterations = static_cast<std::size_t>(estimator->estimate(
+        stream.previous, stream.current, stream.current_known, stream.generations));
+    stream.write(completed);
+    estimator->remember(stream.current);
+    stream.advance();
+    stream.keep(estimator->standard_error());
+    stream.count(made);
+    made.standard_error = mean_standard_error();
+    made.stages = estimator->stages();
+    made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    report = made;
+    return report;
   }
-  return sum > 0 ? std::sqrt(sum / static_cast<double>(stream.generations.reached())) : 0;
-}
 
-/// Writes everything that later frames depend on.
-template <class Real>
-void Completer<Real>::Parts::write(Writer& writer) const {
-  begin_state(writer, kind, traits());
-  writer.write(stream.first_frame);
-  for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
-  write_fields(writer, stream);
-  estimator->write_memory(writer);
-}
+  /// The root mean square of the standard errors of the satellites; 0 without any.
+  [[nodiscard]] double mean_standard_error() const {
+    const std::span<const double> values = estimator->standard_error();
+    const std::span<const Index> generation = stream.generations.of_vertices();
+    double sum = 0;
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      if (generation[v] > 0) sum += values[v] * values[v];
+    }
+    return sum > 0 ? std::sqrt(sum / static_cast<double>(stream.generations.reached())) : 0;
+  }
 
-/// Reads what follows frame 0.
-template <class Real>
-void Completer<Real>::Parts::read(Reader& reader) {
-  for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
-  read_fields(reader, stream);
-  stream.recall();
-  estimator->read_memory(reader, stream.previous);
-  stream.keep(estimator->standard_error());
-  stream.count(report);
-  report.standard_error = mean_standard_error();
-}
+  /// Writes everything that later frames depend on.
+  void write(Writer& writer) const {
+    begin_state(writer, kind, traits());
+    writer.write(stream.first_frame);
+    for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
+    write_fields(writer, stream);
+    estimator->write_memory(writer);
+  }
+
+  /// Reads what follows frame 0.
+  void read(Reader& reader) {
+    for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
+    read_fields(reader, stream);
+    stream.recall();
+    estimator->read_memory(reader, stream.previous);
+    stream.keep(estimator->standard_error());
+    stream.count(report);
+    report.standard_error = mean_standard_error();
+  }
+
+  [[nodiscard]] std::vector<Trait> traits() const {
+    return traits_of(kind, sizeof(Real), *mesh, settings);
+  }
+
+  std::shared_ptr<StreamMesh> mesh;  // of all sequences
+  Settings settings;
+  Stream<Real> stream;
+  std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
+  std::unique_ptr<Estimator<Real>> estimator;
+  FrameReport report;
+  std::size_t state_size = 0;
+};
 
 template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
-                                           std::span<const std::vector<Real>>());
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -213,10 +201,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                        "give one of the two");
   }
   auto frame = first_frame_of(first_frame);
-  check_training(training, frame.size());
-  check_size(training, first_frame);
-  auto mesh =
-      std::make_shared<StreamMesh>(faces, frame.size(), settings.threads, training.frames());
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads, &training);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -259,8 +244,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
                                          Points<Real> completed) {
   const auto start = Clock::now();
   if (indices.size() != points.count) {
-    throw std::invalid_argument("points: has " + std::to_string(points.count) + " rows for " +
-                                std::to_string(indices.size()) + " indices");
+    refuse("points", "has ", points.count, " rows for ", indices.size(), " indices");
   }
   check_view("points", points);
   check_output(completed, n_vertices(),
@@ -270,15 +254,12 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const Index v = indices[i];
     if (v < 0 || static_cast<std::size_t>(v) >= n_vertices()) {
-      throw std::invalid_argument("indices: position " + std::to_string(i) + " holds " +
-                                  std::to_string(v) + ", but the mesh has " +
-                                  std::to_string(n_vertices()) + " vertices, counted from 0");
+      refuse("indices", "position ", i, " holds ", v, ", but the mesh has ", n_vertices(),
+             " vertices, counted from 0");
     }
     if (stream.current_known[v] != 0) {
       const auto first = std::ranges::find(indices, v) - indices.begin();
-      throw std::invalid_argument("indices: vertex " + std::to_string(v) +
-                                  " is listed twice, at positions " + std::to_string(first) +
-                                  " and " + std::to_string(i));
+      refuse("indices", "vertex ", v, " is listed twice, at positions ", first, " and ", i);
     }
     stream.current_known[v] = 1;
     stream.current[v] = row(points, i);
@@ -325,9 +306,7 @@ std::span<const Index> Completer<Real>::age() const {
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
-  if (!settings().uncertainty) {
-    throw std::invalid_argument("standard_error: requires uncertainty=True");
-  }
+  if (!settings().uncertainty) refuse("standard_error", "requires uncertainty=True");
   return parts_->stream.standard_error;
 }
 template <class Real>

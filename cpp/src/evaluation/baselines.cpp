@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/baselines.hpp>
-#include <stdexcept>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "factor/interpolation.hpp"
@@ -23,10 +22,6 @@ namespace {
 using Mask = std::vector<std::uint8_t>;
 using Frame = std::vector<Vector3<double>>;
 
-[[noreturn]] void refuse(const std::string& argument, const std::string& why) {
-  throw std::invalid_argument(argument + ": " + why);
-}
-
 void check_components(const Topology& topology, const Mask& known) {
   std::vector<std::size_t> size(topology.report.components), first(size), n_known(size);
   for (std::size_t v = known.size(); v-- > 0;) {
@@ -37,9 +32,8 @@ void check_components(const Topology& topology, const Mask& known) {
   }
   const auto bare = std::ranges::find(n_known, std::size_t{0}) - n_known.begin();
   if (bare == std::ssize(n_known)) return;
-  refuse("known", "component " + std::to_string(bare) + " (" + std::to_string(size[bare]) +
-                      " vertices, the first is " + std::to_string(first[bare]) +
-                      ") has no known vertex, so its position is undetermined");
+  refuse("known", "component ", bare, " (", size[bare], " vertices, the first is ", first[bare],
+         ") has no known vertex, so its position is undetermined");
 }
 
 /// The known part of a frame, as positions or as motion vectors.
@@ -59,8 +53,8 @@ struct Given {
       if (known[v] == 0) continue;
       const Vector3<double> position = row(points, v);
       if (!is_finite(position)) {
-        refuse("points", "row " + std::to_string(v) + " is at " + to_text(position) +
-                             ", but known positions must be finite");
+        refuse("points", "row ", v, " is at ", to_text(position),
+               ", but known positions must be finite");
       }
       values[v] = position - origin[v];
     }
@@ -70,11 +64,9 @@ struct Given {
 
 SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
                        Points<const double> reference) {
-  if (weights == Weights::uniform && reference.data != nullptr) {
-    refuse("reference", "requires weights 'inverse_distance'");
-  }
   SparseMatrix l;
   if (weights == Weights::uniform) {
+    if (reference.data != nullptr) refuse("reference", "requires weights 'inverse_distance'");
     l = laplacian(cells);
   } else {
     if (reference.data == nullptr)
@@ -116,13 +108,13 @@ void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
 Objective objective_from_name(std::string_view name) {
   if (name == "harmonic") return Objective::harmonic;
   if (name == "least_squares") return Objective::least_squares;
-  refuse("objective", "must be 'harmonic' or 'least_squares', not '" + std::string(name) + "'");
+  refuse("objective", "must be 'harmonic' or 'least_squares', not '", name, "'");
 }
 
 Weights weights_from_name(std::string_view name) {
   if (name == "uniform") return Weights::uniform;
   if (name == "inverse_distance") return Weights::inverse_distance;
-  refuse("weights", "must be 'uniform' or 'inverse_distance', not '" + std::string(name) + "'");
+  refuse("weights", "must be 'uniform' or 'inverse_distance', not '", name, "'");
 }
 
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/metrics.hpp>
-#include <stdexcept>
 #include <vector>
 
 #include "support/checks.hpp"
@@ -31,7 +30,7 @@ Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector
 template <class Real>
 double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real> completed) {
   const std::size_t k = cells.size();
-  if (k == 0) throw std::invalid_argument("reference: has no vertices");
+  if (k == 0) refuse("reference", "has no vertices");
   const auto v = finite_frame("reference", reference, k);
   const auto w = finite_frame("completed", completed, k);
   const double shortest = std::sqrt(squared_length_floor) * mean_edge_length<double>(cells, v);

@@ -111,10 +111,7 @@ class Work {
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
       targets_.add(landmarks.vertices[i], in_double(row(landmarks.positions, i)));
     }
-    if (training == nullptr) return;
-    check_training(*training, positions.count);
-    check_size(*training, positions);
-    template_.training = training_in_double(training->frames());
+    template_.training = frames_of(training, positions);
   }
 
   [[nodiscard]] Workers& workers() { return workers_; }

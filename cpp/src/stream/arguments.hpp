@@ -12,8 +12,8 @@
 #include <initializer_list>
 #include <limits>
 #include <span>
-#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stream/overlap.hpp"
@@ -27,10 +27,9 @@ template <class Real>
 void check_position(const char* argument, const char* kind, std::size_t number,
                     const Vector3<Real>& v, const char* rule) {
   if (is_in_range(v)) return;
-  std::string message = std::string(argument) + ": " + kind + " " + std::to_string(number) +
-                        " is at " + to_text(v) + ", but " + rule;
-  if (is_finite(v)) message += " and below 1e" + std::string(sizeof(Real) == 4 ? "18" : "200");
-  throw std::invalid_argument(message);
+  const auto limit = sizeof(Real) == 4 ? " and below 1e18" : " and below 1e200";
+  refuse(argument, kind, " ", number, " is at ", to_text(v), ", but ", rule,
+         is_finite(v) ? limit : "");
 }
 
 template <class Real>
@@ -48,24 +47,19 @@ std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Rea
   return frame;
 }
 
-struct NamedExtent {
-  const char* name = "";
-  Extent extent;
-};
-
 /// Checks that the completed frame does not overlap any of `inputs`, unless it is the same array.
 template <class Real>
 void check_output(const Points<Real>& completed, std::size_t n_vertices,
-                  std::initializer_list<NamedExtent> inputs) {
+                  std::initializer_list<std::pair<const char*, Extent>> inputs) {
   check_rows("out", completed, n_vertices);
   const Extent output = Extent::of(completed);
   if (overlaps_itself(output)) {
-    throw std::invalid_argument("out: the rows of the completed frame overlap each other");
+    refuse("out", "the rows of the completed frame overlap each other");
   }
-  for (const auto& input : inputs) {
-    if (input.extent != output && overlap(input.extent, output)) {
-      throw std::invalid_argument(std::string("out: the completed frame overlaps ") + input.name +
-                                  "; it must be the same array as points or a separate one");
+  for (const auto& [name, input] : inputs) {
+    if (input != output && overlap(input, output)) {
+      refuse("out", "the completed frame overlaps ", name,
+             "; it must be the same array as points or a separate one");
     }
   }
 }
@@ -73,29 +67,12 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 template <class Real>
 std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
                                           const char* argument = "first_frame") {
-  if (points.count == 0) {
-    throw std::invalid_argument(std::string(argument) + ": has no vertices");
-  }
-  if (points.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(points.count) +
-                                " rows, more than 32-bit indices can count");
+  if (points.count == 0) refuse(argument, "has no vertices");
+  if (points.count > at(std::numeric_limits<Index>::max())) {
+    refuse(argument, "has ", points.count, " rows, more than 32-bit indices can count");
   }
   check_view(argument, points);
   return complete_frame(argument, points);
-}
-
-/// Throws SettingError, as does `check_size`.
-template <class Real>
-void check_training(const Training<Real>& training, std::size_t n_vertices) {
-  if (training.n_vertices() != n_vertices) {
-    throw SettingError("training", "its frames have " + std::to_string(training.n_vertices()) +
-                                       " vertices, but first_frame has " +
-                                       std::to_string(n_vertices));
-  }
-  if (training.n_added() < Training<Real>::fewest_frames) {
-    throw SettingError("training", "has " + std::to_string(training.n_added()) +
-                                       " frames, but at least 3 are needed");
-  }
 }
 
 /// The root mean square distance of the vertices from their mean, which does not depend on their
@@ -112,10 +89,19 @@ double size_of(const Points<const Real>& frame) {
   return std::sqrt(square);
 }
 
-/// Refuses a training sequence in another unit of length, such as millimetres for metres. One that
-/// differs less is useless at worst, and then it is not used.
+/// Throws SettingError for a training sequence of another mesh, of too few frames, or in another
+/// unit of length, such as millimetres for metres. One whose size differs less is useless at worst,
+/// and then it is not used.
 template <class Real>
-void check_size(const Training<Real>& training, const Points<const Real>& first_frame) {
+void check_training(const Training<Real>& training, const Points<const Real>& first_frame) {
+  if (training.n_vertices() != first_frame.count) {
+    throw SettingError("training", joined("its frames have ", training.n_vertices(),
+                                          " vertices, but first_frame has ", first_frame.count));
+  }
+  if (training.n_added() < Training<Real>::fewest_frames) {
+    throw SettingError("training",
+                       joined("has ", training.n_added(), " frames, but at least 3 are needed"));
+  }
   constexpr double most = 50;
   double trained = 0;
   for (const auto& positions : training.frames()) {
@@ -133,9 +119,7 @@ void check_size(const Training<Real>& training, const Points<const Real>& first_
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {
-  if (faces.count == 0) {
-    throw std::invalid_argument("faces: is empty; completion needs the connectivity of the mesh");
-  }
+  if (faces.count == 0) refuse("faces", "is empty; completion needs the connectivity of the mesh");
   return build_topology(faces, n_vertices);
 }
 

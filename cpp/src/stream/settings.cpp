@@ -2,11 +2,10 @@
 #include <cmath>
 #include <cstdio>
 #include <dynmesh/settings.hpp>
-#include <stdexcept>
-#include <string>
-#include <type_traits>
+#include <optional>
 
 #include "stream/settings_table.hpp"
+#include "support/checks.hpp"
 
 namespace dynmesh {
 namespace {
@@ -16,16 +15,15 @@ void check_value(const Setting& /*setting*/, const Value& /*value*/) {}
 
 void check_value(const Setting& setting, const Index& value) {
   if (value >= setting.least && value <= setting.most) return;
-  throw SettingError(setting.name, "must be from " + std::to_string(setting.least) + " to " +
-                                       std::to_string(setting.most) + ", not " +
-                                       std::to_string(value));
+  throw SettingError(setting.name,
+                     joined("must be from ", setting.least, " to ", setting.most, ", not ", value));
 }
 
 void check_value(const Setting& setting, const std::optional<double>& value) {
   if (!value || (*value > 0 && std::isfinite(*value))) return;
   std::array<char, 32> text{};
   (void)std::snprintf(text.data(), text.size(), "%.9g", *value);
-  throw SettingError(setting.name, std::string("must be positive and finite, not ") + text.data());
+  throw SettingError(setting.name, joined("must be positive and finite, not ", text.data()));
 }
 
 }  // namespace
@@ -36,7 +34,7 @@ void check_settings(const Settings& settings) {
     const bool is_given = settings.*member != defaults.*member;
     if (is_given && setting.method && *setting.method != settings.method) {
       const auto method = names_of<Method>.at(static_cast<std::size_t>(*setting.method));
-      throw SettingError(setting.name, "requires method='" + std::string(method) + "'");
+      throw SettingError(setting.name, joined("requires method='", method, "'"));
     }
     check_value(setting, settings.*member);
   });

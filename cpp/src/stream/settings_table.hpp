@@ -1,8 +1,6 @@
 /// Every setting of a completer and of a tracker, once: the checks, the stored states, the C
 /// interface, the options of the program and the Python binding all go through this table.
-///
-/// A new setting is a member of Settings, a row here, a field of dynmesh_settings in C, a key of
-/// the type Settings in python/dynmesh/settings.py, and a line in the help of the program.
+/// docs/architecture.md tells what else a new setting needs.
 #pragma once
 
 #include <dynmesh/dynmesh.h>
@@ -17,6 +15,8 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+
+#include "support/checks.hpp"
 
 namespace dynmesh {
 
@@ -72,9 +72,9 @@ Enumeration from_name(const char* setting, std::string_view name) {
   if (found != names.end()) return static_cast<Enumeration>(found - names.begin());
   std::string listed;
   for (const std::string_view known : names) {
-    listed += (listed.empty() ? "'" : " or '") + std::string(known) + "'";
+    listed += joined(listed.empty() ? "'" : " or '", known, "'");
   }
-  throw SettingError(setting, "must be " + listed + ", not '" + std::string(name) + "'");
+  throw SettingError(setting, joined("must be ", listed, ", not '", name, "'"));
 }
 
 }  // namespace dynmesh

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "stream/settings_table.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -53,43 +54,39 @@ std::uint64_t hash_of_cells(const Cells& cells) {
 
 }  // namespace
 
-template <class Real, class Settings>
-std::vector<Trait> traits_of(const StateKind& kind, const StreamMesh& mesh,
+template <class Settings>
+std::vector<Trait> traits_of(const StateKind& kind, std::size_t real_size, const StreamMesh& mesh,
                              const Settings& settings) {
-  const std::string name = kind.name;
+  const char* const name = kind.name;
   const std::uint64_t n_vertices = mesh.topology.cells.size();
   const std::uint64_t training = mesh.training_hash;
-  const auto in_bits = [](std::uint64_t size) { return std::to_string(8 * size) + "-bit"; };
   std::vector<Trait> traits;
   const auto add = [&](std::uint64_t value, std::function<std::string(std::uint64_t)> why) {
     traits.push_back({value, std::move(why)});
   };
-  add(sizeof(Real), [=](std::uint64_t found) {
-    return "has " + in_bits(found) + " positions, but this " + name + " has " +
-           in_bits(sizeof(Real)) + " ones";
+  add(real_size, [=](std::uint64_t found) {
+    return joined("has ", 8 * found, "-bit positions, but this ", name, " has ", 8 * real_size,
+                  "-bit ones");
   });
   add(n_vertices, [=](std::uint64_t found) {
-    return "belongs to a mesh of " + std::to_string(found) + " vertices, but this mesh has " +
-           std::to_string(n_vertices);
+    return joined("belongs to a mesh of ", found, " vertices, but this mesh has ", n_vertices);
   });
   add(hash_of_cells(mesh.topology.cells),
       [](std::uint64_t) { return "of a mesh with other faces"; });
   add(training, [=](std::uint64_t found) {
-    return "of a " + name +
-           (found == 0      ? " without training"
-            : training == 0 ? " with training"
-                            : " with another training sequence");
+    const auto which = training == 0 ? " with training" : " with another training sequence";
+    return joined("of a ", name, found == 0 ? " without training" : which);
   });
-  for_each_setting<Settings>(
-      [&]<class Value>(const Setting& setting, Value Settings::*member, auto...) {
-        if (!setting.is_stored) return;
-        // Not as a number: -0 equals 0, but would not be written again.
-        const double value = stored(settings.*member);
-        add(std::bit_cast<std::uint64_t>(value), [=](std::uint64_t found) {
-          return "of a " + name + " with other settings: " + setting.name + " is " +
-                 text_of<Value>(std::bit_cast<double>(found)) + ", not " + text_of<Value>(value);
-        });
-      });
+  for_each_setting<Settings>([&]<class Value>(const Setting& setting, Value Settings::*member,
+                                              auto...) {
+    if (!setting.is_stored) return;
+    // Not as a number: -0 equals 0, but would not be written again.
+    const double value = stored(settings.*member);
+    add(std::bit_cast<std::uint64_t>(value), [=](std::uint64_t found) {
+      return joined("of a ", name, " with other settings: ", setting.name, " is ",
+                    text_of<Value>(std::bit_cast<double>(found)), ", not ", text_of<Value>(value));
+    });
+  });
   return traits;
 }
 
@@ -104,7 +101,7 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
   StateFormat format{};
   reader.read(std::span<char>(format));
   if (!std::equal(format.begin(), format.end() - 1, kind.format.begin())) {
-    refuse_state(std::string("not a ") + kind.name + " state");
+    refuse_state(joined("not a ", kind.name, " state"));
   }
   if (format != kind.format) {
     refuse_state(std::string("has format ") + format.back() +
@@ -115,11 +112,9 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
     const auto found = reader.read<std::uint64_t>();
     if (found != trait.value) refuse_state(trait.why(found));
   }
-  const std::string bytes = std::to_string(state.size()) + " bytes";
+  const std::string bytes = joined(state.size(), " bytes");
   if (state.size() < size) refuse_state("truncated: its " + bytes + " are too few");
-  if (state.size() > size) {
-    refuse_state(std::to_string(state.size() - size) + " bytes too long");
-  }
+  if (state.size() > size) refuse_state(joined(state.size() - size, " bytes too long"));
   Reader seal(state.last(sizeof(std::uint64_t)));
   if (seal.read<std::uint64_t>() != hash_of(state.first(size - sizeof(std::uint64_t)))) {
     refuse_state("damaged: its " + bytes + " do not match their checksum");
@@ -147,12 +142,9 @@ template std::vector<Vector3<float>> stored_frame(Reader&, std::size_t);
 template std::vector<Vector3<double>> stored_frame(Reader&, std::size_t);
 template void check_stored_frame(const std::vector<Vector3<float>>&);
 template void check_stored_frame(const std::vector<Vector3<double>>&);
-#define DYNMESH_INSTANTIATE(Real, Settings) \
-  template std::vector<Trait> traits_of<Real>(const StateKind&, const StreamMesh&, const Settings&);
-DYNMESH_INSTANTIATE(float, Settings)
-DYNMESH_INSTANTIATE(double, Settings)
-DYNMESH_INSTANTIATE(float, TrackerSettings)
-DYNMESH_INSTANTIATE(double, TrackerSettings)
-#undef DYNMESH_INSTANTIATE
+template std::vector<Trait> traits_of(const StateKind&, std::size_t, const StreamMesh&,
+                                      const Settings&);
+template std::vector<Trait> traits_of(const StateKind&, std::size_t, const StreamMesh&,
+                                      const TrackerSettings&);
 
 }  // namespace dynmesh

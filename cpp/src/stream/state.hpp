@@ -33,9 +33,9 @@ struct Trait {
   std::function<std::string(std::uint64_t found)> why;
 };
 
-/// `Settings` are those of a completer or of a tracker.
-template <class Real, class Settings>
-std::vector<Trait> traits_of(const StateKind& kind, const StreamMesh& mesh,
+/// `real_size` is that of a coordinate in bytes. `Settings` are those of a completer or a tracker.
+template <class Settings>
+std::vector<Trait> traits_of(const StateKind& kind, std::size_t real_size, const StreamMesh& mesh,
                              const Settings& settings);
 
 /// Writes the beginning of a state.

@@ -20,9 +20,11 @@ std::vector<Triangle> triangles_of(Faces faces) {
 }
 
 template <class Real>
-TrainingFrames training_in_double(std::span<const std::vector<Real>> training) {
+TrainingFrames frames_of(const Training<Real>* training, Points<const Real> first_frame) {
   TrainingFrames frames;
-  for (const auto& positions : training) {
+  if (training == nullptr) return frames;
+  check_training(*training, first_frame);
+  for (const auto& positions : training->frames()) {
     const Points<const Real> rows(positions.data(), positions.size() / 3);
     auto& frame = frames.emplace_back();
     for (std::size_t v = 0; v < rows.count; ++v) frame.push_back(in_double(row(rows, v)));
@@ -31,13 +33,14 @@ TrainingFrames training_in_double(std::span<const std::vector<Real>> training) {
 }
 
 template <class Real>
-StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
-                       std::span<const std::vector<Real>> training_frames)
-    : topology(topology_of(mesh_faces, n_vertices)),
+StreamMesh::StreamMesh(Faces mesh_faces, Points<const Real> first_frame, Index threads,
+                       const Training<Real>* training_frames)
+    : training(frames_of(training_frames, first_frame)),
+      topology(topology_of(mesh_faces, first_frame.count)),
       faces(triangles_of(mesh_faces)),
-      workers(threads),
-      training(training_in_double(training_frames)) {
-  for (const auto& positions : training_frames) {
+      workers(threads) {
+  if (training_frames == nullptr) return;
+  for (const auto& positions : training_frames->frames()) {
     training_hash = training_hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
   }
 }
@@ -116,8 +119,8 @@ void Stream<Real>::recall() {
   check_stored_frame(previous);
   for (std::size_t v = 0; v < age.size(); ++v) {
     if (age[v] >= 0 && known[v] <= 1) continue;
-    refuse_state("vertex " + std::to_string(v) + " has the age " + std::to_string(age[v]) +
-                 " and the mask " + std::to_string(known[v]) + ", which is not possible");
+    refuse_state(joined("vertex ", v, " has the age ", age[v], " and the mask ", known[v],
+                        ", which is not possible"));
   }
   generations.classify(mesh_.topology.cells, known);
 }
@@ -137,10 +140,10 @@ void Stream<Real>::count(FrameReport& report) const {
   report.disconnected = generations.disconnected_vertices();
 }
 
-template TrainingFrames training_in_double(std::span<const std::vector<float>>);
-template TrainingFrames training_in_double(std::span<const std::vector<double>>);
-template StreamMesh::StreamMesh(Faces, std::size_t, Index, std::span<const std::vector<float>>);
-template StreamMesh::StreamMesh(Faces, std::size_t, Index, std::span<const std::vector<double>>);
+template TrainingFrames frames_of(const Training<float>*, Points<const float>);
+template TrainingFrames frames_of(const Training<double>*, Points<const double>);
+template StreamMesh::StreamMesh(Faces, Points<const float>, Index, const Training<float>*);
+template StreamMesh::StreamMesh(Faces, Points<const double>, Index, const Training<double>*);
 template class Stream<float>;
 template class Stream<double>;
 

@@ -6,6 +6,7 @@
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
+#include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
@@ -19,22 +20,23 @@
 namespace dynmesh {
 
 std::vector<Triangle> triangles_of(Faces faces);
-/// Frames of a training sequence, x y z of each vertex.
+/// The frames of a training sequence for a template with this frame 0; none if it is null. Refuses
+/// one that does not fit.
 template <class Real>
-TrainingFrames training_in_double(std::span<const std::vector<Real>> training);
+TrainingFrames frames_of(const Training<Real>* training, Points<const Real> first_frame);
 
 /// What all sequences of a completer or of a tracker have in common.
 struct StreamMesh {
-  /// `training_frames` may be none.
+  /// Refuses a training sequence that does not fit the mesh.
   template <class Real>
-  StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
-             std::span<const std::vector<Real>> training_frames);
+  StreamMesh(Faces mesh_faces, Points<const Real> first_frame, Index threads,
+             const Training<Real>* training_frames = nullptr);
 
+  TrainingFrames training;  ///< empty without training
   Topology topology;
   std::vector<Triangle> faces;
   Workers workers;
-  TrainingFrames training;
-  std::uint64_t training_hash = 0;  ///< of its frames; 0 without training
+  std::uint64_t training_hash = 0;  ///< of the training frames; 0 without training
 };
 
 /// The last frames of a sequence, and the ages of the vertices.

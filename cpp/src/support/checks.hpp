@@ -7,6 +7,8 @@
 #include <dynmesh/types.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "support/geometry.hpp"
@@ -22,28 +24,43 @@ std::string to_text(const Vector3<Real>& v) {
   return text.data();
 }
 
-/// Throws std::invalid_argument if `data` is null although there are rows.
+/// Returns texts and whole numbers as one text.
+template <class... Parts>
+std::string joined(const Parts&... parts) {
+  const auto text = []<class Part>(const Part& part) {
+    if constexpr (std::is_integral_v<Part>) {
+      return std::to_string(part);
+    } else {
+      return std::string(part);
+    }
+  };
+  return (text(parts) + ...);
+}
+
+/// Throws std::invalid_argument, with the name of an argument and texts and whole numbers that say
+/// what is wrong with it.
+template <class... Parts>
+[[noreturn]] void refuse(std::string_view argument, const Parts&... why) {
+  throw std::invalid_argument(joined(argument, ": ", why...));
+}
+
+/// Refuses a pointer that is null although there are rows.
 inline void check_pointer(const char* argument, const void* data, std::size_t rows = 1) {
-  if (rows > 0 && data == nullptr) {
-    throw std::invalid_argument(std::string(argument) + ": is a null pointer");
-  }
+  if (rows > 0 && data == nullptr) refuse(argument, "is a null pointer");
 }
 
 [[noreturn]] inline void refuse_row_stride(const char* argument, std::size_t rows) {
-  throw std::invalid_argument(std::string(argument) + ": has a row stride of 0, with which its " +
-                              std::to_string(rows) + " rows would be the same");
+  refuse(argument, "has a row stride of 0, with which its ", rows, " rows would be the same");
 }
 
-/// Throws std::invalid_argument if the rows of a view cannot exist. A stride of 0 is always a
+/// Refuses a view whose rows cannot exist. A stride of 0 is always a
 /// mistake, often of a caller who assumes that it means packed.
 template <class Real>
 void check_view(const char* argument, const Points<Real>& points) {
   check_pointer(argument, points.data, points.count);
   if (points.count > 1 && points.row_stride == 0) refuse_row_stride(argument, points.count);
   if (points.count > 0 && points.column_stride == 0) {
-    throw std::invalid_argument(
-        std::string(argument) +
-        ": has a column stride of 0, with which x, y and z would be the same");
+    refuse(argument, "has a column stride of 0, with which x, y and z would be the same");
   }
 }
 
@@ -52,14 +69,11 @@ inline void check_view(const char* argument, const KnownMask& known) {
   if (known.count > 1 && known.stride == 0) refuse_row_stride(argument, known.count);
 }
 
-/// Also throws std::invalid_argument unless there is a row for each vertex. `View` is Points or
-/// KnownMask.
+/// Also refuses it unless there is a row for each vertex. `View` is Points or KnownMask.
 template <class View>
 void check_rows(const char* argument, const View& view, std::size_t n_vertices) {
   if (view.count != n_vertices) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(view.count) +
-                                " rows, but the mesh has " + std::to_string(n_vertices) +
-                                " vertices");
+    refuse(argument, "has ", view.count, " rows, but the mesh has ", n_vertices, " vertices");
   }
   check_view(argument, view);
 }
@@ -73,9 +87,8 @@ std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Rea
   for (std::size_t v = 0; v < n_vertices; ++v) {
     frame[v] = in_double(row(points, v));
     if (is_finite(frame[v])) continue;
-    throw std::invalid_argument(std::string(argument) + ": vertex " + std::to_string(v) +
-                                " is at " + to_text(frame[v]) +
-                                ", but this frame must be complete and finite");
+    refuse(argument, "vertex ", v, " is at ", to_text(frame[v]),
+           ", but this frame must be complete and finite");
   }
   return frame;
 }

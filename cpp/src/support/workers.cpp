@@ -37,8 +37,8 @@ void wake_one(std::atomic<std::uint32_t>& number) { number.notify_one(); }
 void wake_all(std::atomic<std::uint32_t>& number) { number.notify_all(); }
 #endif
 
-constexpr unsigned bits = 20;  // in each of the two counters of a ticket
-constexpr std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+constexpr unsigned counter_bits = 20;  // in each of the two counters of a ticket
+constexpr std::uint64_t counter_mask = (std::uint64_t{1} << counter_bits) - 1;
 
 /// A thread that has nothing to do stays awake for this long, about twice the time that waking it
 /// takes: between two parts of a frame it usually has to wait less.
@@ -93,10 +93,11 @@ void Workers::run(Index count, Piece piece, void* context) {
   context_ = context;
   done_.store(0, std::memory_order_relaxed);
   const auto pieces = static_cast<std::uint64_t>(count);
-  ticket_.store((++calls_ << (2 * bits)) | (pieces << bits), std::memory_order_release);
+  ticket_.store((++calls_ << (2 * counter_bits)) | (pieces << counter_bits),
+                std::memory_order_release);
   ++call_;
   wake_all(call_);
-  for (Index i = 0; i < sharing_.patience && (ticket_.load() & mask) == 0; ++i) {
+  for (Index i = 0; i < sharing_.patience && (ticket_.load() & counter_mask) == 0; ++i) {
     std::this_thread::sleep_for(std::chrono::microseconds(10));
   }
   take_pieces(true);
@@ -110,8 +111,8 @@ void Workers::run(Index count, Piece piece, void* context) {
 void Workers::take_pieces(bool as_caller) {
   while (true) {
     const std::uint64_t ticket = ticket_.fetch_add(1, std::memory_order_acq_rel);
-    const std::uint64_t pieces = (ticket >> bits) & mask;
-    const std::uint64_t i = ticket & mask;
+    const std::uint64_t pieces = (ticket >> counter_bits) & counter_mask;
+    const std::uint64_t i = ticket & counter_mask;
     if (i >= pieces) return;
     piece_(context_, static_cast<Index>(i));
     if (!as_caller) done_by_others.fetch_add(1, std::memory_order_relaxed);

@@ -157,7 +157,9 @@ struct Tracker<Real>::Parts {
     report.standard_error = mean_standard_error();
   }
 
-  [[nodiscard]] std::vector<Trait> traits() const { return traits_of<Real>(kind, *mesh, settings); }
+  [[nodiscard]] std::vector<Trait> traits() const {
+    return traits_of(kind, sizeof(Real), *mesh, settings);
+  }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
   TrackerSettings settings;
@@ -175,8 +177,7 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
                        const TrackerSettings& settings) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
-                                           std::span<const std::vector<Real>>());
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -185,10 +186,7 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const Tracke
                        const Training<Real>& training) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  check_training(training, frame.size());
-  check_size(training, first_frame);
-  auto mesh =
-      std::make_shared<StreamMesh>(faces, frame.size(), settings.threads, training.frames());
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads, &training);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 

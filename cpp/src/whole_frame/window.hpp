@@ -6,6 +6,8 @@
 #include <dynmesh/types.hpp>
 #include <vector>
 
+#include "support/geometry.hpp"
+
 namespace dynmesh {
 
 /// Some frames of a sequence, with what they know. Positions are those of the caller, so the rows
@@ -26,22 +28,17 @@ struct Window {
     return known[frame][vertex] != 0;
   }
   [[nodiscard]] Vector3<double> position(std::size_t frame, Index vertex) const {
-    const Real* row = positions[frame].data() + 3 * static_cast<std::size_t>(vertex);
-    return {static_cast<double>(row[0]), static_cast<double>(row[1]), static_cast<double>(row[2])};
+    return in_double(row(points(frame), at(vertex)));
+  }
+  /// (k,) 1 for the vertices that at least one of these frames knows.
+  template <class Frames>
+  [[nodiscard]] std::vector<std::uint8_t> seen_in(const Frames& frames) const {
+    std::vector<std::uint8_t> seen(n_vertices);
+    for (const std::size_t frame : frames) {
+      for (std::size_t v = 0; v < n_vertices; ++v) seen[v] |= known[frame][v];
+    }
+    return seen;
   }
 };
-
-/// The indices of the frames of one side of a window, from the nearest to the farthest.
-enum class Side { before, after };
-template <class Real>
-std::vector<std::size_t> frames_of(const Window<Real>& window, Side side) {
-  std::vector<std::size_t> frames;
-  if (side == Side::before) {
-    for (std::size_t i = window.base; i > 0; --i) frames.push_back(i - 1);
-  } else {
-    for (std::size_t i = window.base + 1; i < window.size(); ++i) frames.push_back(i);
-  }
-  return frames;
-}
 
 }  // namespace dynmesh
