@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detail/constants.hpp"
+
 namespace dynmesh {
 
 ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
@@ -33,25 +35,24 @@ ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
   return sums;
 }
 
-Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
-  const double caution = constants.caution;
+Blend global_blend(const ResidualSums& sums) {
+  const double caution = detail_constants.caution;
   const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * sums.mean_edges);
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
   // Remove from r0 and r2 what b can explain.
   const double b_of_r2 = finite(sums.s12 / s11);
   const double h = -(sums.s02 - b_of_r2 * sums.s01);
-  const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
+  const double q = detail_constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
   const double c = std::clamp(finite(h / q), 0.0, 1.0);
   return {finite(-(sums.s01 + c * sums.s12) / s11), c};
 }
 
-double bounded_blend(double b, const DetailConstants& constants) {
-  return std::clamp(b, -constants.largest_excess, 1 + constants.largest_excess);
+double bounded_blend(double b) {
+  return std::clamp(b, -detail_constants.largest_excess, 1 + detail_constants.largest_excess);
 }
 
-LocalBlend::LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants)
+LocalBlend::LocalBlend(const Cells& cells, Workers& workers)
     : workers_(workers),
-      constants_(constants),
       smoother_(smoother_of(cells, 0)),
       fits_(cells.size()),
       averaged_(cells.size()),
@@ -69,11 +70,11 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
   });
   double sum = 0;
   for (const auto& fit : fits_) sum += fit.y;
-  const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
-  smooth(smoother_, 1, constants_.averagings, fits_, averaged_, workers_);
+  const double eta = detail_constants.pull * sum / static_cast<double>(fits_.size());
+  smooth(smoother_, 1, detail_constants.averagings, fits_, averaged_, workers_);
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     const double blend = (fits_[i].x + eta * global.b) / (fits_[i].y + eta);
-    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b, constants_);
+    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   });
   return blend_;
 }

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/shape_system.hpp"
 #include "support/geometry.hpp"
@@ -69,17 +68,17 @@ ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
 
 /// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced, or 0 if the respective
 /// residuals are 0. c is between 0 and 1.
-Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
+Blend global_blend(const ResidualSums& sums);
 
 /// Returns b in the range of local blends.
-double bounded_blend(double b, const DetailConstants& constants);
+double bounded_blend(double b);
 
 /// Computes the blend of each vertex from the residuals around it, regularised towards the global
 /// blend.
 class LocalBlend {
  public:
-  /// `workers` and `constants` must outlive this object. Allocates memory only in the constructor.
-  LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants);
+  /// `workers` must outlive this object. Allocates memory only in the constructor.
+  LocalBlend(const Cells& cells, Workers& workers);
 
   /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or s11
   /// is 0.
@@ -88,7 +87,6 @@ class LocalBlend {
 
  private:
   Workers& workers_;
-  const DetailConstants& constants_;
   DetailOperator smoother_;
   // (k,) of the least-squares fit of b given c: -r1 . (r0 + c r2) in x, and |r1|^2 in y
   std::vector<Vector3<double>> fits_, averaged_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "detail/constants.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -29,10 +30,8 @@ class Stopwatch {
 Modes modes_of(const DetailSettings& settings, const ShapeSystem& system, const Cells& cells,
                std::span<const Vector3<double>> first, double mean_edge, const Rounding& precision,
                Workers& workers) {
-  const TrainingConstants& constants = settings.constants.training;
-  if (settings.learns) return {divide_surface(cells, first, constants), mean_edge};
-  return training_modes(settings.training, system.k(), cells, first, mean_edge, precision,
-                        settings.constants, workers);
+  if (settings.learns) return {divide_surface(cells, first), mean_edge};
+  return training_modes(settings.training, system.k(), cells, first, mean_edge, precision, workers);
 }
 
 }  // namespace
@@ -40,27 +39,24 @@ Modes modes_of(const DetailSettings& settings, const ShapeSystem& system, const 
 Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
                const DetailSettings& settings)
     : topology_(topology),
-      constants_(settings.constants),
       workers_(workers),
       noise_(settings.noise),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      system_(settings.faces, topology.cells, workers, first_frame, constants_),
+      system_(settings.faces, topology.cells, workers, first_frame),
       rounding_(system_.k(), mean_edge_, settings.epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
-      local_blend_(topology.cells, workers, constants_),
+      local_blend_(topology.cells, workers),
       is_trained_(!settings.training.empty()),
       fit_(
           settings.learns ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
-          constants_.training,
+          training_constants.largest_kept,
           modes_of(settings, system_, topology.cells, first_frame, mean_edge_, rounding_, workers)),
-      error_bars_(topology.cells, workers, constants_, settings.has_uncertainty,
-                  noise_.has_value()),
-      first_order_(topology, system_.k(), rounding_, workers, constants_.first_order,
-                   noise_.has_value()),
+      error_bars_(topology.cells, workers, settings.has_uncertainty, noise_.has_value()),
+      first_order_(topology, system_.k(), rounding_, workers, noise_.has_value()),
       next_generations_(first_frame.size()),
       first_shape_(first_frame.size()),
       shapes_(first_frame.size()),
-      lambda_(constants_.first_lambda),
+      lambda_(detail_constants.first_lambda),
       anchors_(first_frame.size(), noise_.has_value()),
       x_(first_frame.begin(), first_frame.end()),
       kx_(x_.size()),
@@ -68,9 +64,9 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       turned_(x_.size()),
       k_steps_(x_.size()) {
   if (settings.learns) {
-    library_ = std::make_unique<ShapeLibrary>(
-        divide_surface(topology.cells, x_, constants_.training), constants_.training.most_learned,
-        fit_.modes(), mean_edge_, rounding_.mean_square(x_), workers, constants_.training);
+    library_ = std::make_unique<ShapeLibrary>(divide_surface(topology.cells, x_),
+                                              training_constants.most_learned, fit_.modes(),
+                                              mean_edge_, rounding_.mean_square(x_), workers);
   }
   if (settings.learns || is_trained_) {
     steps_.resize(x_.size());
@@ -101,16 +97,16 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   FittedModes found = {.prior_weight = 0};
   if (fit_.exists()) found = add_modes(directions, generations);
   const ResidualSums sums = sum_products(directions, mean_edge_);
-  Blend blend = global_blend(sums, constants_);
+  Blend blend = global_blend(sums);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
-  if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b, constants_);
+  if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b);
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, sums, blend);
   take_directions(directions, blend);
 
   // Step 4: fit rotations and solve again.
-  for (int round = 1; round < constants_.rounds; ++round) {
+  for (int round = 1; round < detail_constants.rounds; ++round) {
     fit_rotations(x_);
     take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
   }
@@ -129,7 +125,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
   report_.blend = blend.b;
-  return constants_.rounds;
+  return detail_constants.rounds;
 }
 
 /// Sets the anchors of the frame and factors N for them.
@@ -232,9 +228,9 @@ void Detail::weigh_anchors() {
   if (!std::isfinite(energy)) return;
   // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
   const double found = energy / (3 * static_cast<double>(anchors_.number)) / *noise_ / *noise_;
-  const double range = constants_.range_of_lambda;
-  lambda_ = (lambda_ +
-             std::clamp(found, constants_.first_lambda / range, constants_.first_lambda * range)) /
+  const double range = detail_constants.range_of_lambda;
+  lambda_ = (lambda_ + std::clamp(found, detail_constants.first_lambda / range,
+                                  detail_constants.first_lambda * range)) /
             2;
 }
 
@@ -253,7 +249,8 @@ void Detail::remember(Frame completed) {
     const auto newest = detail[v] - shapes_[v].last;
     // A jump by a mean edge length or more is considered an error, and u is reset.
     const bool is_jump = !(squared_norm(newest) < mean_edge_ * mean_edge_);
-    const auto mean = (1 - constants_.newest) * shapes_[v].change + constants_.newest * newest;
+    const auto mean =
+        (1 - detail_constants.newest) * shapes_[v].change + detail_constants.newest * newest;
     shapes_[v] = {detail[v], first_shape_[v] - detail[v], is_jump ? Vector3<double>{} : mean};
   });
   if (library_ && anchors_.number > 0) learn();
@@ -261,9 +258,8 @@ void Detail::remember(Frame completed) {
 
 /// Adds some of the frames to the library, and makes new modes.
 void Detail::learn() {
-  const TrainingConstants& constants = constants_.training;
-  if (++n_evident_ % constants.learned_interval != 0) return;
-  const double largest = constants.largest_learned * mean_edge_;
+  if (++n_evident_ % training_constants.learned_interval != 0) return;
+  const double largest = training_constants.largest_learned * mean_edge_;
   const auto is_small = [&](double x) { return std::abs(x) <= largest; };
   const bool is_possible = std::ranges::all_of(shapes_, [&](const ShapeTerms& shape) {
     const auto& [x, y, z, unused] = shape.to_rest;
@@ -283,8 +279,9 @@ void Detail::read_memory(Reader& reader, Frame completed) {
   read_fields(reader, *this);
   error_bars_.read_memory(reader);
   check_stored(rotations_.quaternions());
-  const double range = constants_.range_of_lambda;
-  if (lambda_ < constants_.first_lambda / range || lambda_ > constants_.first_lambda * range) {
+  const double range = detail_constants.range_of_lambda;
+  if (lambda_ < detail_constants.first_lambda / range ||
+      lambda_ > detail_constants.first_lambda * range) {
     refuse_state("weighs anchors as no frame can");
   }
   const Field detail = detail_turned_back(completed);

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "detail/blend.hpp"
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/first_order.hpp"
@@ -36,7 +35,6 @@ struct DetailSettings {
   bool learns = false;  ///< from completed frames; requires that there is no training
   bool has_uncertainty = false;
   double epsilon = 0;  ///< of the type in which positions are given
-  DetailConstants constants = {};
 };
 
 /// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2 with the anchors
@@ -98,7 +96,6 @@ class Detail final : public Estimator<double> {
   Field detail_turned_back(Frame completed);
 
   const Topology& topology_;
-  DetailConstants constants_;
   Workers& workers_;
   std::optional<double> noise_;
   double mean_edge_;  // of frame 0

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "detail/constants.hpp"
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 
-ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers), constants_(constants.uncertainty) {
+ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy)
+    : cells_(cells), workers_(workers) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells, 0.5);
@@ -43,11 +43,13 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
     const std::uint64_t own = mixed(of_vertices + v);
     const std::uint64_t shared = mixed(of_clusters + at(clusters.of_vertex[v]));
     for (std::size_t i = 0; i < members; ++i) {
-      targets_[members * v + i] = signs_of(own, i) + constants_.shared_change * signs_of(shared, i);
+      targets_[members * v + i] =
+          signs_of(own, i) + uncertainty_constants.shared_change * signs_of(shared, i);
     }
   });
-  smooth(smoother_, static_cast<int>(members), constants_.smoothings, targets_, next_, workers_);
-  const double kept = frame_ == 0 ? 0 : constants_.persistence;
+  smooth(smoother_, static_cast<int>(members), uncertainty_constants.smoothings, targets_, next_,
+         workers_);
+  const double kept = frame_ == 0 ? 0 : uncertainty_constants.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
@@ -105,9 +107,9 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
 void ErrorBars::learn_sizes() {
   workers_.for_each_in_chunks(sizes_.size(),
                               [&](std::size_t v) { newest_[v].y /= sizes_[v] * sizes_[v]; });
-  smooth(smoother_, 1, constants_.averagings, newest_, averaged_, workers_);
+  smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    energies_[v].add({newest_[v].x, newest_[v].y}, constants_.kept_of_sizes);
+    energies_[v].add({newest_[v].x, newest_[v].y}, uncertainty_constants.kept_of_sizes);
   });
   find_sizes();
 }
@@ -119,11 +121,12 @@ void ErrorBars::find_sizes() {
   Energy mean;
   for (const Energy& energy : energies_) mean.add(energy, 1);
   const double ratio = mean.found / mean.expected;
-  const double prior = constants_.pull * mean.found / static_cast<double>(energies_.size());
+  const double prior =
+      uncertainty_constants.pull * mean.found / static_cast<double>(energies_.size());
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
     const auto& [found, expected] = energies_[v];
     const double size = std::sqrt((found + prior) / (ratio * expected + prior));
-    const double largest = constants_.largest_size;
+    const double largest = uncertainty_constants.largest_size;
     sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
   });
 }
@@ -167,7 +170,7 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
   if (std::isfinite(energy.found)) {
     // A motion that has just begun shows in this frame alone, one that has ended has left its
     // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
-    energy_.add(energy, constants_.kept_of_scale);
+    energy_.add(energy, uncertainty_constants.kept_of_scale);
     scale = std::max(energy.ratio(), energy_.ratio());
     // Where rounding errors happen to be large says nothing about the subject.
     const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
@@ -48,9 +47,8 @@ class ErrorBars {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells`, `workers` and `constants` must outlive this object.
-  ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants, bool are_wanted,
-            bool are_noisy);
+  /// `cells` and `workers` must outlive this object.
+  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
 
   [[nodiscard]] bool exist() const { return !errors_.empty(); }
 
@@ -104,7 +102,6 @@ class ErrorBars {
 
   const Cells& cells_;
   Workers& workers_;
-  const UncertaintyConstants& constants_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:

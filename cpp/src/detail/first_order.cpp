@@ -5,6 +5,7 @@
 #include <cmath>
 #include <new>
 
+#include "detail/constants.hpp"
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
 
@@ -22,7 +23,7 @@ Covariance matrix_of(const Quaternion& q) {
 }
 
 /// L of the weights w_ij = -C_ij, with a lower bound, since an edge without weight keeps nothing.
-DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
+DetailOperator laplacian_of(const DetailOperator& k) {
   using Row = DetailOperator::Rows::InnerIterator;
   const auto l = std::make_shared<DetailOperator::Rows>();
   *l = *k.c;
@@ -35,7 +36,7 @@ DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
       ++n_edges;
     }
   }
-  const double floor = n_edges > 0 ? least_weight * sum / n_edges : 0;
+  const double floor = n_edges > 0 ? first_order_constants.least_weight * sum / n_edges : 0;
   for (Index i = 0; i < l->rows(); ++i) {
     double weights = 0;
     for (Row e(*l, i); e; ++e) {
@@ -48,10 +49,9 @@ DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
 
 }  // namespace
 
-FirstOrderStep::FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants,
-                               Workers& workers)
+FirstOrderStep::FirstOrderStep(const DetailOperator& k, Workers& workers)
     : workers_(workers),
-      laplacian_(laplacian_of(k, constants.least_weight)),
+      laplacian_(laplacian_of(k)),
       // It has so few entries that threads would hardly share it.
       factor_(SparseMatrix(*laplacian_.c), workers),
       edges_(laplacian_.c->nonZeros()),
@@ -126,10 +126,9 @@ void FirstOrder::Gains::add(const Gains& other, double kept) {
 }
 
 FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-                       Workers& workers, const FirstOrderConstants& constants, bool is_noisy)
+                       Workers& workers, bool is_noisy)
     : topology_(topology),
-      constants_(constants),
-      step_(k, constants, workers),
+      step_(k, workers),
       rounding_(rounding),
       sizes_(topology.report.components),
       components_(sizes_.size()),
@@ -158,7 +157,7 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
 /// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,
 /// since nothing is known yet.
 bool FirstOrder::is_due() const {
-  const auto gap = static_cast<std::uint64_t>(constants_.gap);
+  const auto gap = static_cast<std::uint64_t>(first_order_constants.gap);
   return frame_ < gap ? std::has_single_bit(frame_) : frame_ % gap == 0;
 }
 
@@ -172,14 +171,15 @@ bool FirstOrder::draw(const Generations& generations) {
   }
   const std::uint64_t of_frame = mixed(frame_);
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    const double probability =
-        std::min(constants_.left_out / drawn_of(v).anchors, constants_.largest_left_out);
+    const double probability = std::min(first_order_constants.left_out / drawn_of(v).anchors,
+                                        first_order_constants.largest_left_out);
     const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
     is_left_out_[v] = generation[v] == Generations::anchor && random < probability ? 1 : 0;
     drawn_of(v).left_out += is_left_out_[v];
   }
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (drawn_of(v).anchors - drawn_of(v).left_out < constants_.least_kept) is_left_out_[v] = 0;
+    if (drawn_of(v).anchors - drawn_of(v).left_out < first_order_constants.least_kept)
+      is_left_out_[v] = 0;
   }
   return std::ranges::count(is_left_out_, 1) > 0;
 }
@@ -202,7 +202,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
   const auto rings_around = [&](Index v) {
     const Index c = topology_.component[v];
     const double distance = std::sqrt(sizes_[c] / drawn_[c].anchors);
-    return static_cast<int>(std::ceil(constants_.rings * distance));
+    return static_cast<int>(std::ceil(first_order_constants.rings * distance));
   };
   std::size_t begin = 0;
   for (int ring = 0; begin < nearby_.size(); ++ring) {
@@ -261,12 +261,12 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
   if (!is_finite) return;
 
   const auto group_of = [&](std::size_t c) -> Group& {
-    return groups_[components_[c].gains.count >= constants_.least_count ? c + 1 : 0];
+    return groups_[components_[c].gains.count >= first_order_constants.least_count ? c + 1 : 0];
   };
   std::ranges::fill(groups_, Group{});
   for (std::size_t c = 0; c < components_.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
-    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], constants_.kept);
+    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], first_order_constants.kept);
     group_of(c).gains.add(components_[c].gains);
     group_of(c).newest.add(newest_[c]);
   }
@@ -281,11 +281,12 @@ double FirstOrder::best_share(const Group& group) const {
   const auto& [gains, newest] = group;
   double best = 0;
   double share = 0;
-  for (std::size_t q = 0; q < n_shares && gains.count >= constants_.least_count; ++q) {
+  for (std::size_t q = 0; q < n_shares && gains.count >= first_order_constants.least_count; ++q) {
     const double candidate = static_cast<double>(q + 1) / n_shares;
     const bool is_worse = newest.sums[q] + std::sqrt(newest.squares[q]) < 0;
-    if (is_worse || candidate < constants_.least_share) continue;
-    const double found = gains.sums[q] - constants_.deviations * std::sqrt(gains.squares[q]);
+    if (is_worse || candidate < first_order_constants.least_share) continue;
+    const double found =
+        gains.sums[q] - first_order_constants.deviations * std::sqrt(gains.squares[q]);
     if (found <= best) continue;
     best = found;
     share = candidate;

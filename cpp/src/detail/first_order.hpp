@@ -11,7 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/shape_system.hpp"
 #include "factor/masked_factor.hpp"
@@ -32,7 +31,7 @@ class FirstOrderStep {
   using Field = std::span<const Vector3<double>>;
 
   /// For a sequence whose frame 0 has the operator `k`. `workers` must outlive this object.
-  FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants, Workers& workers);
+  FirstOrderStep(const DetailOperator& k, Workers& workers);
 
   /// Returns the step (k,) from the positions X, 0 where `is_free` is 0. Every component with free
   /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
@@ -63,10 +62,10 @@ class FirstOrder {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology`, `workers` and
-  /// `constants` must outlive this object.
+  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology` and
+  /// `workers` must outlive this object.
   FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-             Workers& workers, const FirstOrderConstants& constants, bool is_noisy);
+             Workers& workers, bool is_noisy);
 
   /// Counts a frame. Called once for each frame after frame 0.
   void count_frame() { ++frame_; }
@@ -130,7 +129,6 @@ class FirstOrder {
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
 
   const Topology& topology_;
-  const FirstOrderConstants& constants_;
   FirstOrderStep step_;
   Rounding rounding_;
   std::vector<double> sizes_;  // of the components, in vertices

@@ -74,12 +74,12 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
 }  // namespace
 
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const TrainingConstants& constants) {
+                            Index local_parts) {
   std::vector<std::vector<double>> distances;
-  for (const std::size_t seed : seeds_of(frame, constants.local_parts)) {
+  for (const std::size_t seed : seeds_of(frame, local_parts)) {
     distances.push_back(distances_from(seed, cells, frame));
   }
-  const double reach = constants.reach * typical_distance(distances, frame.size());
+  const double reach = training_constants.reach * typical_distance(distances, frame.size());
   if (!(reach > 0)) distances.clear();
 
   SurfaceParts parts;
@@ -99,7 +99,7 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
     }
     double kept = 0;
     for (double& weight : weights) {
-      weight = sum > 0 && weight >= constants.least_weight * sum ? weight : 0;
+      weight = sum > 0 && weight >= training_constants.least_weight * sum ? weight : 0;
       kept += weight;
     }
     for (std::size_t c = 0; c < weights.size(); ++c) {

@@ -28,7 +28,7 @@ struct SurfaceParts {
 /// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
 /// all vertices. The weight of a seed decreases with the shortest distance along the edges.
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const TrainingConstants& constants);
+                            Index local_parts = training_constants.local_parts);
 
 /// Sums over the vertices. They are added up in chunks, which do not depend on the number of
 /// threads, and are short, so that sums of float are as accurate as their terms. Allocates memory

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "detail/constants.hpp"
 #include "detail/rotations.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
@@ -42,8 +43,7 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
 }  // namespace
 
 ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes,
-                           double mean_edge, double rounding, Workers& workers,
-                           const TrainingConstants& constants)
+                           double mean_edge, double rounding, Workers& workers)
     : workers_(workers),
       most_(most),
       slots_((most + 4) / 4 * 4),
@@ -58,7 +58,7 @@ ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Mo
       sums_(offsets_.size() - 1, n_parts_ * slots_),
       factors_(n_parts_ * slots_ * modes_of_part),
       order_(slots_) {
-  const double least = constants.least_mode * mean_edge / unit_;
+  const double least = training_constants.least_mode * mean_edge / unit_;
   least_eigenvalue_ = least * least + rounding / unit_ / unit_;
   for (std::size_t e = 0; e < parts_.size(); ++e) of_parts_[parts_[e]] += parts.weights[e];
   std::iota(order_.begin(), order_.end(), 0);
@@ -148,16 +148,15 @@ void ShapeLibrary::recall() {
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
                      const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+                     const Rounding& rounding, Workers& workers) {
   if (training.empty()) return {};
   double largest_rounding = 0;
   for (const auto& frame : training) {
     largest_rounding = std::max(largest_rounding, rounding.mean_square(frame));
   }
-  const SurfaceParts parts = divide_surface(cells, first, constants.training);
+  const SurfaceParts parts = divide_surface(cells, first);
   Modes modes(parts, mean_edge);
-  ShapeLibrary library(parts, training.size(), modes, mean_edge, largest_rounding, workers,
-                       constants.training);
+  ShapeLibrary library(parts, training.size(), modes, mean_edge, largest_rounding, workers);
   std::vector<Vector3<double>> first_shape(first.size()), kx(first.size());
   std::vector<Quaternion> before(first.size());
   apply_operator(k, first, 1, first_shape, workers);

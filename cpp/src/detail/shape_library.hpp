@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
 #include "kernels/kernels.hpp"
@@ -26,7 +25,7 @@ class ShapeLibrary {
   /// For at most `most` shapes, of which the mean square of rounding errors is `rounding`. `modes`
   /// are those of these parts, not set yet. `workers` must outlive this object.
   ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes, double mean_edge,
-               double rounding, Workers& workers, const TrainingConstants& constants);
+               double rounding, Workers& workers);
 
   /// Adds the shape that is `shape(v)` at vertex v.
   template <class Shape>
@@ -92,6 +91,6 @@ class ShapeLibrary {
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
                      const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, const DetailConstants& constants, Workers& workers);
+                     const Rounding& rounding, Workers& workers);
 
 }  // namespace dynmesh

@@ -10,12 +10,11 @@
 namespace dynmesh {
 
 ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
-                         std::span<const Vector3<double>> first_frame,
-                         const DetailConstants& constants, std::vector<double> membrane)
+                         std::span<const Vector3<double>> first_frame, std::vector<double> membrane)
     : cells_(cells),
       workers_(workers),
       kernels_(best_kernels().products),
-      operator_(build_detail_operator(faces, cells, first_frame, constants)),
+      operator_(build_detail_operator(faces, cells, first_frame)),
       membrane_(std::move(membrane)),
       factor_(normal_matrix(operator_, membrane_), workers),
       scaled_residual_(3 * cells.size()),
