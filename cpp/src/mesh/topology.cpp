@@ -1,12 +1,13 @@
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "support/checks.hpp"
@@ -37,31 +38,13 @@ void check_indices(Faces faces, std::size_t n_vertices) {
   }
 }
 
-/// Returns, for each face, the earlier face with the same three vertices, or -1. Faces are first
-/// listed by their smallest vertex, so that comparisons are local and the time is nearly linear.
-std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
-  std::vector<Triangle> sorted(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) {
-    sorted[f] = faces[f];
-    std::ranges::sort(sorted[f]);
+struct Hash {
+  std::size_t operator()(const Triangle& triangle) const {
+    std::uint64_t hash = 0;
+    for (const Index v : triangle) hash = (hash + at(v)) * 0x9e3779b97f4a7c15ULL;
+    return static_cast<std::size_t>(hash ^ (hash >> 32U));
   }
-  Cells by_vertex = lists_by_key(n_vertices, [&](const auto& visit) {
-    for (std::size_t f = 0; f < faces.count; ++f) visit(sorted[f][0], static_cast<Index>(f));
-  });
-
-  const auto key = [&](Index f) { return std::pair(sorted[f], f); };
-  std::vector<Index> duplicate_of(faces.count, -1);
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    const auto first = at(by_vertex.offsets[v]);
-    const auto list = std::span(by_vertex.neighbours).subspan(first, by_vertex[v].size());
-    std::ranges::sort(list, {}, key);
-    for (std::size_t i = 1, original = 0; i < list.size(); ++i) {
-      if (sorted[list[i]] != sorted[list[original]]) original = i;
-      if (i != original) duplicate_of[list[i]] = list[original];
-    }
-  }
-  return duplicate_of;
-}
+};
 
 struct Reason {
   Refusal kind;
@@ -135,15 +118,18 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
     }
   };
 
-  const std::vector<Index> duplicate_of = find_duplicates(faces, n_vertices);
+  std::unordered_map<Triangle, std::size_t, Hash> first_with;  // the vertices, ascending
+  first_with.reserve(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     const auto face = faces[f];
+    auto sorted = face;
+    std::ranges::sort(sorted);
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
       refuse(f, {Refusal::degenerate, "degenerate: vertices " + std::to_string(face[0]) + ", " +
                                           std::to_string(face[1]) + ", " + std::to_string(face[2]) +
                                           " are not distinct"});
-    } else if (const Index original = duplicate_of[f]; original >= 0) {
-      refuse(f, {Refusal::duplicate, "duplicate of face " + std::to_string(original)});
+    } else if (const auto [first, is_new] = first_with.try_emplace(sorted, f); !is_new) {
+      refuse(f, {Refusal::duplicate, "duplicate of face " + std::to_string(first->second)});
     } else if (std::optional<Reason> reason = refusal(mesh, face)) {
       refuse(f, *std::move(reason));
     } else {
