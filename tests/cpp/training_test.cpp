@@ -95,7 +95,7 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
   Workers workers(1);
   const auto number = [&](double size, double mean_edge, double rounding) {
     Modes modes(parts, mean_edge);
-    ShapeLibrary library(parts, n_frames, modes, mean_edge, rounding, workers);
+    ShapeLibrary library(modes, n_frames, mean_edge, rounding, workers);
     for (std::size_t n = 0; n < n_frames; ++n) {
       library.add([&](std::size_t v) { return size * shapes[v * n_frames + n]; });
     }
@@ -153,14 +153,14 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
       CHECK(squared_norm(of_level[v] - expected) < 1e-8);
     }
     std::vector<float> sums(n, 1);
-    kernels.project(data, field.data(), sums.data(), first, last);
+    kernels.project(data, field.data(), nullptr, sums.data(), nullptr, first, last);
     for (std::size_t c = 0; c < n; ++c) {
       CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
     }
     std::ranges::fill(sums, 1.0F);
     std::vector<float> sums_of_squares(n, 1);
-    kernels.project_and_weigh(data, field.data(), weights.data(), sums.data(),
-                              sums_of_squares.data(), first, last);
+    kernels.project(data, field.data(), weights.data(), sums.data(), sums_of_squares.data(), first,
+                    last);
     for (std::size_t c = 0; c < n; ++c) {
       CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
       CHECK(sums_of_squares[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));

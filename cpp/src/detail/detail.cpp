@@ -26,32 +26,26 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-/// Without frames of a training, no modes, or those that are to be learned.
-Modes modes_of(const DetailSettings& settings, const ShapeSystem& system, const Cells& cells,
-               std::span<const Vector3<double>> first, double mean_edge, const Rounding& precision,
-               Workers& workers) {
-  if (settings.learns) return {divide_surface(cells, first), mean_edge};
-  return training_modes(settings.training, system.k(), cells, first, mean_edge, precision, workers);
-}
-
 }  // namespace
 
-Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
-               const DetailSettings& settings)
+Detail::Detail(Frame first_frame, std::span<const Triangle> faces, const Topology& topology,
+               const TrainingFrames& training, Workers& workers, const Settings& settings,
+               double epsilon)
     : topology_(topology),
       workers_(workers),
       noise_(settings.noise),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      system_(settings.faces, topology.cells, workers, first_frame),
-      rounding_(system_.k(), mean_edge_, settings.epsilon),
+      system_(faces, topology.cells, workers, first_frame),
+      rounding_(system_.k(), mean_edge_, epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
       local_blend_(topology.cells, workers),
-      is_trained_(!settings.training.empty()),
-      fit_(
-          settings.learns ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
-          training_constants.largest_kept,
-          modes_of(settings, system_, topology.cells, first_frame, mean_edge_, rounding_, workers)),
-      error_bars_(topology.cells, workers, settings.has_uncertainty, noise_.has_value()),
+      is_trained_(!training.empty()),
+      fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
+           training_constants.largest_kept,
+           settings.learn ? Modes(divide_surface(topology.cells, first_frame), mean_edge_)
+                          : training_modes(training, system_.k(), topology.cells, first_frame,
+                                           mean_edge_, rounding_, workers)),
+      error_bars_(topology.cells, workers, settings.uncertainty, noise_.has_value()),
       first_order_(topology, system_.k(), rounding_, workers, noise_.has_value()),
       next_generations_(first_frame.size()),
       first_shape_(first_frame.size()),
@@ -63,12 +57,11 @@ Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
       shape_(x_.size()),
       turned_(x_.size()),
       k_steps_(x_.size()) {
-  if (settings.learns) {
-    library_ = std::make_unique<ShapeLibrary>(divide_surface(topology.cells, x_),
-                                              training_constants.most_learned, fit_.modes(),
+  if (settings.learn) {
+    library_ = std::make_unique<ShapeLibrary>(fit_.modes(), training_constants.most_learned,
                                               mean_edge_, rounding_.mean_square(x_), workers);
   }
-  if (settings.learns || is_trained_) {
+  if (settings.learn || is_trained_) {
     steps_.resize(x_.size());
     fitted_.resize(x_.size());
   }
@@ -96,13 +89,12 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   ResidualField directions = find_directions();
   FittedModes found = {.prior_weight = 0};
   if (fit_.exists()) found = add_modes(directions, generations);
-  const ResidualSums sums = sum_products(directions, mean_edge_);
-  Blend blend = global_blend(sums);
+  Blend blend = global_blend(directions, mean_edge_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
   if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b);
 
   // Step 3: find the local b_i.
-  const std::span<const double> b = local_blend_.find(directions, sums, blend);
+  const std::span<const double> b = local_blend_.find(directions, blend);
   take_directions(directions, blend);
 
   // Step 4: fit rotations and solve again.

@@ -80,7 +80,8 @@ void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x,
                     std::span<Vector3<double>> products, Workers& workers) {
   const OperatorData data = data_of(k);
   workers.for_each_short_chunk(static_cast<Index>(k.size()), [&](Index first, Index last) {
-    best_kernels().products.apply(data, x.data(), fields, products.data(), first, last);
+    best_kernels().rotations.multiply(data, x.data(), fields, nullptr, products.data(), first,
+                                      last);
   });
 }
 

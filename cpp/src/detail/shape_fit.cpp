@@ -142,7 +142,7 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rota
       left_[v] = anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
     }
     rotations.turn_back(left_, left_);
-    modes_.project(left_, product_, workers_);
+    modes_.project(left_, product_, {}, {}, workers_);
     for (std::size_t j = 0; j < a.size(); ++j) product_[j] += penalties_[j] * direction_[j];
   };
   const auto advance = [&](const std::array<double, 1>& lengths) {
@@ -221,7 +221,7 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   if (!is_at_rest && ratio > 0 && std::isfinite(ratio)) {
     weigh_seen(generations);
     rotations.turn_back(left_, left_);
-    modes_.project_and_weigh(left_, seen_, gradient_, squares_, workers_);
+    modes_.project(left_, gradient_, seen_, squares_, workers_);
     penalize(ratio);
     if (descend(anchors, system, rotations) > 0) {
       if (!is_plausible()) begin_at_zero();

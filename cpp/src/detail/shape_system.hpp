@@ -166,7 +166,6 @@ class ShapeSystem {
 
   const Cells& cells_;
   Workers& workers_;
-  const OperatorKernels& kernels_;
   DetailOperator operator_;  // K
   std::vector<double> membrane_;
   MaskedFactor factor_;  // of N
