@@ -54,7 +54,7 @@ std::vector<Quaternion> turn(const RotationKernels& kernels,
     }
   }
   std::vector<Quaternion> quaternions = last;
-  kernels.turn(given.data(), quaternions.data(), 0, n);
+  kernels.fit(given.data(), quaternions.data(), 0, n);
   return quaternions;
 }
 

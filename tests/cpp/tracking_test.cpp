@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/shape_system.hpp"
 #include "meshes.hpp"
 #include "registration/coverage.hpp"
@@ -246,8 +245,7 @@ double slope_after(int steps) {
   const std::size_t k = mesh.size();
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
-  ShapeSystem system(triangles_of(mesh), topology.cells, workers, rows_of(mesh.vertices),
-                     DetailConstants{});
+  ShapeSystem system(triangles_of(mesh), topology.cells, workers, rows_of(mesh.vertices));
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
@@ -287,7 +285,7 @@ double slope_of_rows_after(int steps) {
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
   const Field first = rows_of(mesh.vertices);
-  ShapeSystem shape(triangles_of(mesh), topology.cells, workers, first, DetailConstants{},
+  ShapeSystem shape(triangles_of(mesh), topology.cells, workers, first,
                     std::vector<double>(k, 0.0));
   TrackingConstants constants;
   constants.steps = steps;

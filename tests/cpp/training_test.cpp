@@ -94,9 +94,8 @@ TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, ar
   const auto shapes = random_field(n_vertices * n_frames, 3);
   Workers workers(1);
   const auto number = [&](double size, double mean_edge, double rounding) {
-    const TrainingConstants constants;
     Modes modes(parts, mean_edge);
-    ShapeLibrary library(parts, n_frames, modes, mean_edge, rounding, workers, constants);
+    ShapeLibrary library(modes, n_frames, mean_edge, rounding, workers);
     for (std::size_t n = 0; n < n_frames; ++n) {
       library.add([&](std::size_t v) { return size * shapes[v * n_frames + n]; });
     }
@@ -154,14 +153,14 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
       CHECK(squared_norm(of_level[v] - expected) < 1e-8);
     }
     std::vector<float> sums(n, 1);
-    kernels.project(data, field.data(), sums.data(), first, last);
+    kernels.project(data, field.data(), nullptr, sums.data(), nullptr, first, last);
     for (std::size_t c = 0; c < n; ++c) {
       CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
     }
     std::ranges::fill(sums, 1.0F);
     std::vector<float> sums_of_squares(n, 1);
-    kernels.project_and_weigh(data, field.data(), weights.data(), sums.data(),
-                              sums_of_squares.data(), first, last);
+    kernels.project(data, field.data(), weights.data(), sums.data(), sums_of_squares.data(), first,
+                    last);
     for (std::size_t c = 0; c < n; ++c) {
       CHECK(sums[c] == doctest::Approx(1 + projected[c]).epsilon(1e-4));
       CHECK(sums_of_squares[c] == doctest::Approx(1 + squares[c]).epsilon(1e-4));
@@ -223,9 +222,9 @@ TEST_CASE("all kernels form modes and multiply shapes") {
   }
 }
 
-SurfaceParts parts_of(const Mesh<double>& mesh, const TrainingConstants& constants = {}) {
+SurfaceParts parts_of(const Mesh<double>& mesh, Index local_parts) {
   const Topology topology = build_topology(mesh.faces(), mesh.size());
-  return divide_surface(topology.cells, rows_of(mesh.vertices), constants);
+  return divide_surface(topology.cells, rows_of(mesh.vertices), local_parts);
 }
 
 /// The number of vertices with local parts.
@@ -237,14 +236,11 @@ std::size_t n_local(const SurfaceParts& parts, std::size_t k) {
 }
 
 TEST_CASE("what no seed reaches has the global part alone") {
-  TrainingConstants one_seed;
-  one_seed.local_parts = 1;
   auto mesh = join(sheet<double>(8), sheet<double>(3, 100));
   // A single seed has no second nearest one, so there is no typical distance.
-  CHECK(parts_of(mesh, one_seed).n_parts == 1);
-  one_seed.local_parts = 2;
+  CHECK(parts_of(mesh, 1).n_parts == 1);
   mesh = join(sheet<double>(12), sheet<double>(2, 5));  // both seeds on the first sheet
-  const SurfaceParts parts = parts_of(mesh, one_seed);
+  const SurfaceParts parts = parts_of(mesh, 2);
   CHECK(parts.n_parts == 3);
   CHECK(n_local(parts, mesh.size()) == 144);
 }

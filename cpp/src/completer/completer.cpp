@@ -74,10 +74,9 @@ std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& 
                                               const std::vector<Vector3<Real>>& first) {
   const std::size_t k = first.size();
   if (settings.method == Method::detail) {
-    const DetailSettings chosen = {mesh.faces,           settings.noise,
-                                   mesh.training,        settings.learn,
-                                   settings.uncertainty, std::numeric_limits<Real>::epsilon()};
-    auto detail = std::make_unique<Detail>(widened(first), mesh.topology, mesh.workers, chosen);
+    auto detail =
+        std::make_unique<Detail>(widened(first), mesh.faces, mesh.topology, mesh.training,
+                                 mesh.workers, settings, std::numeric_limits<Real>::epsilon());
     if constexpr (std::is_same_v<Real, double>) {
       return detail;
     } else {

@@ -3,65 +3,62 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detail/constants.hpp"
+
 namespace dynmesh {
 
-ResidualSums sum_products(const ResidualField& residuals, double mean_edge) {
+Blend global_blend(const ResidualField& residuals, double mean_edge) {
   // If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
   // errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
   // solution in double precision.
   constexpr double rounding = 1e-18;
-  ResidualSums sums;
+  double s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;  // s01 is the sum of r0 . r1
   double shape = 0;
   double change = 0;
   double counted = 0;
   for (std::size_t v = 0; v < residuals.size(); ++v) {
     residuals.visit(v, [&](const Residuals& r) {
-      sums.s01 += r.weight * dot(r.r0, r.r1);
-      sums.s02 += r.weight * dot(r.r0, r.r2);
-      sums.s11 += r.weight * dot(r.r1, r.r1);
-      sums.s12 += r.weight * dot(r.r1, r.r2);
-      sums.s22 += r.weight * dot(r.r2, r.r2);
+      s01 += r.weight * dot(r.r0, r.r1);
+      s02 += r.weight * dot(r.r0, r.r2);
+      s11 += r.weight * dot(r.r1, r.r1);
+      s12 += r.weight * dot(r.r1, r.r2);
+      s22 += r.weight * dot(r.r2, r.r2);
     });
     shape += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].to_rest);
     change += residuals.anchors.counts[v] * squared_norm(residuals.wanted[v].change);
     counted += residuals.anchors.counts[v];
   }
-  sums.mean_edges = counted * mean_edge * mean_edge;
   const double nothing = counted * residuals.rounding;
-  if (shape <= nothing || sums.s11 <= rounding * shape) sums.s01 = sums.s11 = sums.s12 = 0;
-  if (change <= nothing || sums.s22 <= rounding * change) sums.s02 = sums.s12 = sums.s22 = 0;
-  return sums;
-}
+  if (shape <= nothing || s11 <= rounding * shape) s01 = s11 = s12 = 0;
+  if (change <= nothing || s22 <= rounding * change) s02 = s12 = s22 = 0;
 
-Blend global_blend(const ResidualSums& sums, const DetailConstants& constants) {
-  const double caution = constants.caution;
-  const double s11 = std::min(caution * sums.s11, sums.s11 + (caution - 1) * sums.mean_edges);
+  const double caution = detail_constants.caution;
+  const double mean_edges = counted * mean_edge * mean_edge;
+  const double cautious_s11 = std::min(caution * s11, s11 + (caution - 1) * mean_edges);
   const auto finite = [](double value) { return std::isfinite(value) ? value : 0; };
   // Remove from r0 and r2 what b can explain.
-  const double b_of_r2 = finite(sums.s12 / s11);
-  const double h = -(sums.s02 - b_of_r2 * sums.s01);
-  const double q = constants.caution_of_change * sums.s22 - b_of_r2 * sums.s12;
+  const double b_of_r2 = finite(s12 / cautious_s11);
+  const double h = -(s02 - b_of_r2 * s01);
+  const double q = detail_constants.caution_of_change * s22 - b_of_r2 * s12;
   const double c = std::clamp(finite(h / q), 0.0, 1.0);
-  return {finite(-(sums.s01 + c * sums.s12) / s11), c};
+  return {finite(-(s01 + c * s12) / cautious_s11), c, s11 != 0};
 }
 
-double bounded_blend(double b, const DetailConstants& constants) {
-  return std::clamp(b, -constants.largest_excess, 1 + constants.largest_excess);
+double bounded_blend(double b) {
+  return std::clamp(b, -detail_constants.largest_excess, 1 + detail_constants.largest_excess);
 }
 
-LocalBlend::LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants)
+LocalBlend::LocalBlend(const Cells& cells, Workers& workers)
     : workers_(workers),
-      constants_(constants),
       smoother_(smoother_of(cells, 0)),
       fits_(cells.size()),
       averaged_(cells.size()),
       blend_(cells.size()) {}
 
-std::span<const double> LocalBlend::find(const ResidualField& residuals, const ResidualSums& sums,
-                                         const Blend& global) {
+std::span<const double> LocalBlend::find(const ResidualField& residuals, const Blend& global) {
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     Vector3<double>& fit = fits_[i] = {};
-    if (sums.s11 == 0) return;
+    if (!global.is_b_known) return;
     residuals.visit(i, [&](const Residuals& r) {
       fit.x -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
       fit.y += r.weight * dot(r.r1, r.r1);
@@ -69,11 +66,11 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const R
   });
   double sum = 0;
   for (const auto& fit : fits_) sum += fit.y;
-  const double eta = constants_.pull * sum / static_cast<double>(fits_.size());
-  smooth(smoother_, 1, constants_.averagings, fits_, averaged_, workers_);
+  const double eta = detail_constants.pull * sum / static_cast<double>(fits_.size());
+  smooth(smoother_, 1, detail_constants.averagings, fits_, averaged_, workers_);
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
     const double blend = (fits_[i].x + eta * global.b) / (fits_[i].y + eta);
-    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b, constants_);
+    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   });
   return blend_;
 }

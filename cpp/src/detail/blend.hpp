@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/shape_system.hpp"
 #include "support/geometry.hpp"
@@ -21,6 +20,7 @@ namespace dynmesh {
 struct Blend {
   double b = 0;
   double c = 0;
+  bool is_b_known = false;  ///< whether r1 is more than rounding errors, so that it tells b
 };
 
 /// Residuals at a vertex: r0 with the shape of the last frame, and the residuals r1 and r2 that a
@@ -55,40 +55,30 @@ struct ResidualField {
   }
 };
 
-/// Sums of the products of residuals over all vertices; s01 is the sum of r0 . r1.
-struct ResidualSums {
-  double s01 = 0, s02 = 0, s11 = 0, s12 = 0, s22 = 0;
-  double mean_edges = 0;  ///< the value of s11 if r1 were a mean edge length at every vertex
-};
-
-/// Computes the sums. r1 and r2 are replaced by 0 if they are rounding errors compared with |Q
-/// (m_first - m)|^2 and |Q u|^2, or if these are rounding errors themselves. For example, a
-/// component with a single anchor can take on any shape, and a subject that stands still has the
-/// shape of frame 0; without this check b would be a quotient of rounding errors.
-ResidualSums sum_products(const ResidualField& residuals, double mean_edge);
-
-/// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced, or 0 if the respective
-/// residuals are 0. c is between 0 and 1.
-Blend global_blend(const ResidualSums& sums, const DetailConstants& constants);
+/// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced. c is between 0 and 1.
+///
+/// b or c is 0 if r1 or r2 is, or if that consists of rounding errors compared with |Q (m_first -
+/// m)|^2 or |Q u|^2, or if these are rounding errors themselves. For example, a component with a
+/// single anchor can take on any shape, and a subject that stands still has the shape of frame 0;
+/// without this check b would be a quotient of rounding errors.
+Blend global_blend(const ResidualField& residuals, double mean_edge);
 
 /// Returns b in the range of local blends.
-double bounded_blend(double b, const DetailConstants& constants);
+double bounded_blend(double b);
 
 /// Computes the blend of each vertex from the residuals around it, regularised towards the global
 /// blend.
 class LocalBlend {
  public:
-  /// `workers` and `constants` must outlive this object. Allocates memory only in the constructor.
-  LocalBlend(const Cells& cells, Workers& workers, const DetailConstants& constants);
+  /// `workers` must outlive this object. Allocates memory only in the constructor.
+  LocalBlend(const Cells& cells, Workers& workers);
 
-  /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or s11
-  /// is 0.
-  std::span<const double> find(const ResidualField& residuals, const ResidualSums& sums,
-                               const Blend& global);
+  /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or does
+  /// not tell the global one.
+  std::span<const double> find(const ResidualField& residuals, const Blend& global);
 
  private:
   Workers& workers_;
-  const DetailConstants& constants_;
   DetailOperator smoother_;
   // (k,) of the least-squares fit of b given c: -r1 . (r0 + c r2) in x, and |r1|^2 in y
   std::vector<Vector3<double>> fits_, averaged_;

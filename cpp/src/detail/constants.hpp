@@ -8,7 +8,7 @@
 namespace dynmesh {
 
 /// The constants of training.
-struct TrainingConstants {
+inline constexpr struct TrainingConstants {
   /// The number of parts beside the global one.
   Index local_parts = 12;
   /// The width of the weights of a part, in typical distances between neighbouring seeds.
@@ -52,10 +52,10 @@ struct TrainingConstants {
   /// The bound of the coordinates of a shape that enters in mean edge lengths, about 1 where the
   /// surface is creased. A frame beyond it holds positions far out of the range of the subject.
   double largest_learned = 1e6;
-};
+} training_constants;
 
 /// The constants of the error bars.
-struct UncertaintyConstants {
+inline constexpr struct UncertaintyConstants {
   /// How often the changes of the members are averaged over the mesh.
   int smoothings = 2;
   /// The part of a change, before that, that is the same in all of a cluster, compared with the
@@ -74,10 +74,10 @@ struct UncertaintyConstants {
   double pull = 0.3;
   /// The largest size of changes, compared with the mean; the least one is its inverse.
   double largest_size = 10;
-};
+} uncertainty_constants;
 
 /// The constants of the first-order step and of its shares.
-struct FirstOrderConstants {
+inline constexpr struct FirstOrderConstants {
   /// The lower bound of the weight of an edge, in mean weights.
   double least_weight = 0.001;
 
@@ -102,10 +102,10 @@ struct FirstOrderConstants {
 
   /// The number of frames from test to test, which doubles from 1 to this in the first frames.
   Index gap = 8;
-};
+} first_order_constants;
 
 /// Another value may be better on a single sequence.
-struct DetailConstants {
+inline constexpr struct DetailConstants {
   /// The number of rounds of fitting Q and solving. The first round determines the blend.
   int rounds = 3;
 
@@ -140,10 +140,6 @@ struct DetailConstants {
   /// smaller or larger later values may be.
   double first_lambda = 10;
   double range_of_lambda = 100;
-
-  TrainingConstants training;
-  UncertaintyConstants uncertainty;
-  FirstOrderConstants first_order;
-};
+} detail_constants;
 
 }  // namespace dynmesh

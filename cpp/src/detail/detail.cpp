@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "detail/constants.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -25,54 +26,42 @@ class Stopwatch {
   Clock::time_point start_ = Clock::now();
 };
 
-/// Without frames of a training, no modes, or those that are to be learned.
-Modes modes_of(const DetailSettings& settings, const ShapeSystem& system, const Cells& cells,
-               std::span<const Vector3<double>> first, double mean_edge, const Rounding& precision,
-               Workers& workers) {
-  const TrainingConstants& constants = settings.constants.training;
-  if (settings.learns) return {divide_surface(cells, first, constants), mean_edge};
-  return training_modes(settings.training, system.k(), cells, first, mean_edge, precision,
-                        settings.constants, workers);
-}
-
 }  // namespace
 
-Detail::Detail(Frame first_frame, const Topology& topology, Workers& workers,
-               const DetailSettings& settings)
+Detail::Detail(Frame first_frame, std::span<const Triangle> faces, const Topology& topology,
+               const TrainingFrames& training, Workers& workers, const Settings& settings,
+               double epsilon)
     : topology_(topology),
-      constants_(settings.constants),
       workers_(workers),
       noise_(settings.noise),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      system_(settings.faces, topology.cells, workers, first_frame, constants_),
-      rounding_(system_.k(), mean_edge_, settings.epsilon),
+      system_(faces, topology.cells, workers, first_frame),
+      rounding_(system_.k(), mean_edge_, epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
-      local_blend_(topology.cells, workers, constants_),
-      is_trained_(!settings.training.empty()),
-      fit_(
-          settings.learns ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
-          constants_.training,
-          modes_of(settings, system_, topology.cells, first_frame, mean_edge_, rounding_, workers)),
-      error_bars_(topology.cells, workers, constants_, settings.has_uncertainty,
-                  noise_.has_value()),
-      first_order_(topology, system_.k(), rounding_, workers, constants_.first_order,
-                   noise_.has_value()),
+      local_blend_(topology.cells, workers),
+      is_trained_(!training.empty()),
+      fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
+           training_constants.largest_kept,
+           settings.learn ? Modes(divide_surface(topology.cells, first_frame), mean_edge_)
+                          : training_modes(training, system_.k(), topology.cells, first_frame,
+                                           mean_edge_, rounding_, workers)),
+      error_bars_(topology.cells, workers, settings.uncertainty, noise_.has_value()),
+      first_order_(topology, system_.k(), rounding_, workers, noise_.has_value()),
       next_generations_(first_frame.size()),
       first_shape_(first_frame.size()),
       shapes_(first_frame.size()),
-      lambda_(constants_.first_lambda),
+      lambda_(detail_constants.first_lambda),
       anchors_(first_frame.size(), noise_.has_value()),
       x_(first_frame.begin(), first_frame.end()),
       kx_(x_.size()),
       shape_(x_.size()),
       turned_(x_.size()),
       k_steps_(x_.size()) {
-  if (settings.learns) {
-    library_ = std::make_unique<ShapeLibrary>(
-        divide_surface(topology.cells, x_, constants_.training), constants_.training.most_learned,
-        fit_.modes(), mean_edge_, rounding_.mean_square(x_), workers, constants_.training);
+  if (settings.learn) {
+    library_ = std::make_unique<ShapeLibrary>(fit_.modes(), training_constants.most_learned,
+                                              mean_edge_, rounding_.mean_square(x_), workers);
   }
-  if (settings.learns || is_trained_) {
+  if (settings.learn || is_trained_) {
     steps_.resize(x_.size());
     fitted_.resize(x_.size());
   }
@@ -100,17 +89,16 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   ResidualField directions = find_directions();
   FittedModes found = {.prior_weight = 0};
   if (fit_.exists()) found = add_modes(directions, generations);
-  const ResidualSums sums = sum_products(directions, mean_edge_);
-  Blend blend = global_blend(sums, constants_);
+  Blend blend = global_blend(directions, mean_edge_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
-  if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b, constants_);
+  if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b);
 
   // Step 3: find the local b_i.
-  const std::span<const double> b = local_blend_.find(directions, sums, blend);
+  const std::span<const double> b = local_blend_.find(directions, blend);
   take_directions(directions, blend);
 
   // Step 4: fit rotations and solve again.
-  for (int round = 1; round < constants_.rounds; ++round) {
+  for (int round = 1; round < detail_constants.rounds; ++round) {
     fit_rotations(x_);
     take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
   }
@@ -129,7 +117,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
   report_.blend = blend.b;
-  return constants_.rounds;
+  return detail_constants.rounds;
 }
 
 /// Sets the anchors of the frame and factors N for them.
@@ -232,9 +220,9 @@ void Detail::weigh_anchors() {
   if (!std::isfinite(energy)) return;
   // The square of a small noise would be 0. Any noise that is small enough has the largest lambda.
   const double found = energy / (3 * static_cast<double>(anchors_.number)) / *noise_ / *noise_;
-  const double range = constants_.range_of_lambda;
-  lambda_ = (lambda_ +
-             std::clamp(found, constants_.first_lambda / range, constants_.first_lambda * range)) /
+  const double range = detail_constants.range_of_lambda;
+  lambda_ = (lambda_ + std::clamp(found, detail_constants.first_lambda / range,
+                                  detail_constants.first_lambda * range)) /
             2;
 }
 
@@ -253,7 +241,8 @@ void Detail::remember(Frame completed) {
     const auto newest = detail[v] - shapes_[v].last;
     // A jump by a mean edge length or more is considered an error, and u is reset.
     const bool is_jump = !(squared_norm(newest) < mean_edge_ * mean_edge_);
-    const auto mean = (1 - constants_.newest) * shapes_[v].change + constants_.newest * newest;
+    const auto mean =
+        (1 - detail_constants.newest) * shapes_[v].change + detail_constants.newest * newest;
     shapes_[v] = {detail[v], first_shape_[v] - detail[v], is_jump ? Vector3<double>{} : mean};
   });
   if (library_ && anchors_.number > 0) learn();
@@ -261,9 +250,8 @@ void Detail::remember(Frame completed) {
 
 /// Adds some of the frames to the library, and makes new modes.
 void Detail::learn() {
-  const TrainingConstants& constants = constants_.training;
-  if (++n_evident_ % constants.learned_interval != 0) return;
-  const double largest = constants.largest_learned * mean_edge_;
+  if (++n_evident_ % training_constants.learned_interval != 0) return;
+  const double largest = training_constants.largest_learned * mean_edge_;
   const auto is_small = [&](double x) { return std::abs(x) <= largest; };
   const bool is_possible = std::ranges::all_of(shapes_, [&](const ShapeTerms& shape) {
     const auto& [x, y, z, unused] = shape.to_rest;
@@ -283,8 +271,9 @@ void Detail::read_memory(Reader& reader, Frame completed) {
   read_fields(reader, *this);
   error_bars_.read_memory(reader);
   check_stored(rotations_.quaternions());
-  const double range = constants_.range_of_lambda;
-  if (lambda_ < constants_.first_lambda / range || lambda_ > constants_.first_lambda * range) {
+  const double range = detail_constants.range_of_lambda;
+  if (lambda_ < detail_constants.first_lambda / range ||
+      lambda_ > detail_constants.first_lambda * range) {
     refuse_state("weighs anchors as no frame can");
   }
   const Field detail = detail_turned_back(completed);

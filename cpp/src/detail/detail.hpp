@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <memory>
@@ -11,7 +12,6 @@
 #include <vector>
 
 #include "detail/blend.hpp"
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/first_order.hpp"
@@ -26,18 +26,6 @@
 #include "support/workers.hpp"
 
 namespace dynmesh {
-
-/// What method detail is given for a sequence, beside frame 0.
-struct DetailSettings {
-  std::span<const Triangle> faces;
-  std::optional<double> noise;  ///< of the anchors, positive; without it, they are exact
-  /// Frames of a training sequence, or none.
-  std::span<const std::vector<Vector3<double>>> training;
-  bool learns = false;  ///< from completed frames; requires that there is no training
-  bool has_uncertainty = false;
-  double epsilon = 0;  ///< of the type in which positions are given
-  DetailConstants constants = {};
-};
 
 /// The positions X of a frame minimise |K X - Q (m + b (m_first - m) + c u)|^2 with the anchors
 /// fixed. K is an operator built from frame 0 that extracts the detail. m_first and m are the
@@ -55,9 +43,12 @@ struct DetailSettings {
 /// ones.
 class Detail final : public Estimator<double> {
  public:
-  /// `topology` and `workers` must outlive this object.
-  Detail(Frame first_frame, const Topology& topology, Workers& workers,
-         const DetailSettings& settings);
+  /// `topology` and `workers` must outlive this object. `training` are frames of a training
+  /// sequence, or none if the settings learn. `epsilon` is that of the type in which positions are
+  /// given.
+  Detail(Frame first_frame, std::span<const Triangle> faces, const Topology& topology,
+         const TrainingFrames& training, Workers& workers, const Settings& settings,
+         double epsilon);
 
   Index estimate(Frame previous, std::span<Vector3<double>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
@@ -98,7 +89,6 @@ class Detail final : public Estimator<double> {
   Field detail_turned_back(Frame completed);
 
   const Topology& topology_;
-  DetailConstants constants_;
   Workers& workers_;
   std::optional<double> noise_;
   double mean_edge_;  // of frame 0

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "detail/constants.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -48,8 +49,7 @@ void check_size(const DetailOperator& k) {
 }  // namespace
 
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<double>> frame,
-                                     const DetailConstants& constants) {
+                                     std::span<const Vector3<double>> frame) {
   DetailOperator result;
   auto& areas = result.scale;
   areas.assign(frame.size(), 0);
@@ -65,13 +65,13 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   for (const auto& [a, b, c] : faces) {
     if (a != b && b != c && c != a) continue;
     const Index other = a == b ? c : b;
-    add_edge(entries, a, other, constants.bare_edge_weight);
+    add_edge(entries, a, other, detail_constants.bare_edge_weight);
   }
   result.c = rows_of(entries, frame.size());
 
   const double mean =
       std::accumulate(areas.begin(), areas.end(), 0.0) / static_cast<double>(areas.size());
-  const double floor = mean > 0 ? constants.least_area * mean : 1;
+  const double floor = mean > 0 ? detail_constants.least_area * mean : 1;
   for (double& area : areas) area = 1 / std::sqrt(std::max(area, floor));
   return result;
 }
@@ -80,7 +80,8 @@ void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x,
                     std::span<Vector3<double>> products, Workers& workers) {
   const OperatorData data = data_of(k);
   workers.for_each_short_chunk(static_cast<Index>(k.size()), [&](Index first, Index last) {
-    best_kernels().products.apply(data, x.data(), fields, products.data(), first, last);
+    best_kernels().rotations.multiply(data, x.data(), fields, nullptr, products.data(), first,
+                                      last);
   });
 }
 

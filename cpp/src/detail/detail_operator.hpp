@@ -10,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "factor/masked_factor.hpp"
 #include "kernels/kernels.hpp"
 #include "support/geometry.hpp"
@@ -80,8 +79,7 @@ inline OperatorData data_of(const DetailOperator& k) {
 /// a face with a repeated vertex, which has no area, gets a constant weight for each such face. All
 /// values are finite for any mesh.
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<double>> frame,
-                                     const DetailConstants& constants = {});
+                                     std::span<const Vector3<double>> frame);
 
 /// products = K x, for one or three fields of Vector3 per vertex, side by side.
 void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,

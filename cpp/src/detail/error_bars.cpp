@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "detail/constants.hpp"
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 
-ErrorBars::ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers), constants_(constants.uncertainty) {
+ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy)
+    : cells_(cells), workers_(workers) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells, 0.5);
@@ -43,11 +43,13 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
     const std::uint64_t own = mixed(of_vertices + v);
     const std::uint64_t shared = mixed(of_clusters + at(clusters.of_vertex[v]));
     for (std::size_t i = 0; i < members; ++i) {
-      targets_[members * v + i] = signs_of(own, i) + constants_.shared_change * signs_of(shared, i);
+      targets_[members * v + i] =
+          signs_of(own, i) + uncertainty_constants.shared_change * signs_of(shared, i);
     }
   });
-  smooth(smoother_, static_cast<int>(members), constants_.smoothings, targets_, next_, workers_);
-  const double kept = frame_ == 0 ? 0 : constants_.persistence;
+  smooth(smoother_, static_cast<int>(members), uncertainty_constants.smoothings, targets_, next_,
+         workers_);
+  const double kept = frame_ == 0 ? 0 : uncertainty_constants.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
@@ -78,25 +80,24 @@ void ErrorBars::set_noise(const Anchors& anchors) {
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
 Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    Energy energy;
+    Energy& energy = newest_[v] = {};
     if (anchors.counts[v] != 0) {
-      energy.found = squared_norm(frame.kx[v] - frame.shape[v]);
+      energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
       if (anchors.are_noisy()) {
         const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
-        energy.found += anchors.weights[v] * squared_norm(off);
+        energy.x += anchors.weights[v] * squared_norm(off);
       }
       for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-        energy.expected += squared_norm(next_[i] - targets_[i]) / members;
+        energy.y += squared_norm(next_[i] - targets_[i]) / members;
         if (anchors.are_noisy()) {
           const auto off = anchors.observable(v, steps[i] - noise_[i]);
-          energy.expected += anchors.weights[v] * squared_norm(off) / members;
+          energy.y += anchors.weights[v] * squared_norm(off) / members;
         }
       }
     }
-    newest_[v] = {energy.found, energy.expected, 0};
   });
   Energy sum;
-  for (const Vector3<double>& energy : newest_) sum.add({energy.x, energy.y}, 1);
+  for (const Energy& energy : newest_) sum = sum + energy;
   return sum;
 }
 
@@ -105,9 +106,9 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
 void ErrorBars::learn_sizes() {
   workers_.for_each_in_chunks(sizes_.size(),
                               [&](std::size_t v) { newest_[v].y /= sizes_[v] * sizes_[v]; });
-  smooth(smoother_, 1, constants_.averagings, newest_, averaged_, workers_);
+  smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    energies_[v].add({newest_[v].x, newest_[v].y}, constants_.kept_of_sizes);
+    energies_[v] = uncertainty_constants.kept_of_sizes * energies_[v] + newest_[v];
   });
   find_sizes();
 }
@@ -117,13 +118,12 @@ void ErrorBars::learn_sizes() {
 /// closer to 1 where there is little energy to tell.
 void ErrorBars::find_sizes() {
   Energy mean;
-  for (const Energy& energy : energies_) mean.add(energy, 1);
-  const double ratio = mean.found / mean.expected;
-  const double prior = constants_.pull * mean.found / static_cast<double>(energies_.size());
+  for (const Energy& energy : energies_) mean = mean + energy;
+  const double ratio = mean.x / mean.y;
+  const double prior = uncertainty_constants.pull * mean.x / static_cast<double>(energies_.size());
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    const auto& [found, expected] = energies_[v];
-    const double size = std::sqrt((found + prior) / (ratio * expected + prior));
-    const double largest = constants_.largest_size;
+    const double size = std::sqrt((energies_[v].x + prior) / (ratio * energies_[v].y + prior));
+    const double largest = uncertainty_constants.largest_size;
     sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
   });
 }
@@ -159,20 +159,21 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
   system.apply(steps, static_cast<int>(members), next_);
 
   const Energy energy = compare(frame, steps, anchors);
-  if (!(energy.expected < largest_member)) {  // nothing that was made up makes sense any more
+  if (!(energy.y < largest_member)) {  // nothing that was made up makes sense any more
     begin_again();
     return pass(generations, clusters);
   }
   double scale = infinite;
-  if (std::isfinite(energy.found)) {
+  if (std::isfinite(energy.x)) {
     // A motion that has just begun shows in this frame alone, one that has ended has left its
     // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
-    energy_.add(energy, constants_.kept_of_scale);
-    scale = std::max(energy.ratio(), energy_.ratio());
+    energy_ = uncertainty_constants.kept_of_scale * energy_ + energy;
+    const auto ratio = [](const Energy& e) { return e.y > 0 ? e.x / e.y : 0; };
+    scale = std::max(ratio(energy), ratio(energy_));
     // Where rounding errors happen to be large says nothing about the subject.
     const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
-    if (energy.found <= counted * frame.rounding) {
-      for (Vector3<double>& at_vertex : newest_) at_vertex.x = 0;
+    if (energy.x <= counted * frame.rounding) {
+      for (Energy& at_vertex : newest_) at_vertex.x = 0;
     }
     learn_sizes();
   }
@@ -202,8 +203,7 @@ void ErrorBars::read_memory(Reader& reader) {
   read_fields(reader, *this);
   reader.read(std::span(standard_errors_));  // infinite for disconnected vertices
   const auto is_error = [](double x) { return x >= 0; };
-  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.found < 0 ||
-      energy_.expected < 0) {
+  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.x < 0 || energy_.y < 0) {
     refuse_state("holds standard errors that are none");
   }
   if (exist()) find_sizes();

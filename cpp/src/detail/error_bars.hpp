@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
@@ -19,16 +18,9 @@
 
 namespace dynmesh {
 
-/// Squares of residuals, or sums of them over earlier frames, each weighted less than the next.
-struct Energy {
-  double found = 0;     ///< of the residuals of the frames
-  double expected = 0;  ///< of the residuals of the ensemble
-  void add(const Energy& newest, double kept) {
-    found = kept * found + newest.found;
-    expected = kept * expected + newest.expected;
-  }
-  [[nodiscard]] double ratio() const { return expected > 0 ? found / expected : 0; }
-};
+/// Squares of residuals, or sums of them over earlier frames, each weighted less than the next: x
+/// is that of the residuals found in the frames, y that of the residuals expected by the ensemble.
+using Energy = Vector3<double>;
 
 /// A frame that has been completed, (k,) each.
 struct CompletedShape {
@@ -48,9 +40,8 @@ class ErrorBars {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells`, `workers` and `constants` must outlive this object.
-  ErrorBars(const Cells& cells, Workers& workers, const DetailConstants& constants, bool are_wanted,
-            bool are_noisy);
+  /// `cells` and `workers` must outlive this object.
+  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
 
   [[nodiscard]] bool exist() const { return !errors_.empty(); }
 
@@ -77,11 +68,11 @@ class ErrorBars {
     }
     if (!self.exist()) return;
     for (auto& energy : self.energies_) {
-      visit(energy.found);
-      visit(energy.expected);
+      visit(energy.x);
+      visit(energy.y);
     }
-    visit(self.energy_.found);
-    visit(self.energy_.expected);
+    visit(self.energy_.x);
+    visit(self.energy_.y);
     visit(self.frame_);
   }
   void write_memory(Writer& writer) const;
@@ -104,7 +95,6 @@ class ErrorBars {
 
   const Cells& cells_;
   Workers& workers_;
-  const UncertaintyConstants& constants_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:
@@ -118,7 +108,7 @@ class ErrorBars {
 
   // Of one frame:
   Members targets_, next_, noise_;
-  std::vector<Vector3<double>> newest_, averaged_;  // (k,) energies found in x, expected in y
+  std::vector<Energy> newest_, averaged_;  // (k,)
 };
 
 }  // namespace dynmesh

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <new>
 
+#include "detail/constants.hpp"
 #include "detail/random_signs.hpp"
 #include "support/geometry.hpp"
 
@@ -22,7 +23,7 @@ Covariance matrix_of(const Quaternion& q) {
 }
 
 /// L of the weights w_ij = -C_ij, with a lower bound, since an edge without weight keeps nothing.
-DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
+DetailOperator laplacian_of(const DetailOperator& k) {
   using Row = DetailOperator::Rows::InnerIterator;
   const auto l = std::make_shared<DetailOperator::Rows>();
   *l = *k.c;
@@ -35,7 +36,7 @@ DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
       ++n_edges;
     }
   }
-  const double floor = n_edges > 0 ? least_weight * sum / n_edges : 0;
+  const double floor = n_edges > 0 ? first_order_constants.least_weight * sum / n_edges : 0;
   for (Index i = 0; i < l->rows(); ++i) {
     double weights = 0;
     for (Row e(*l, i); e; ++e) {
@@ -48,75 +49,6 @@ DetailOperator laplacian_of(const DetailOperator& k, double least_weight) {
 
 }  // namespace
 
-FirstOrderStep::FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants,
-                               Workers& workers)
-    : workers_(workers),
-      laplacian_(laplacian_of(k, constants.least_weight)),
-      // It has so few entries that threads would hardly share it.
-      factor_(SparseMatrix(*laplacian_.c), workers),
-      edges_(laplacian_.c->nonZeros()),
-      covariances_(k.size()),
-      quaternions_(k.size()) {
-  factor_.reserve();
-}
-
-/// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
-void FirstOrderStep::fit_rotations(Field positions, Field last) {
-  const OperatorData l = data_of(laplacian_);
-  const RotationData data = {l.offsets,        l.columns,           edges_.data(),
-                             positions.data(), covariances_.data(), quaternions_.data()};
-  const RotationKernels& kernels = best_kernels().rotations;
-  workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()),
-                                [&](Index first, Index end) {
-                                  for (Index i = first; i < end; ++i) {
-                                    for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
-                                      const std::size_t j = at(l.columns[e]);
-                                      edges_[e] = -l.values[e] * (last[j] - last[i]);
-                                    }
-                                    quaternions_[i] = {1, 0, 0, 0};
-                                  }
-                                  kernels.measure(data, first, end);
-                                  kernels.turn(data.covariances, data.quaternions, first, end);
-                                  for (Index i = first; i < end; ++i) {
-                                    covariances_[i] = matrix_of(quaternions_[i]);
-                                  }
-                                });
-}
-
-/// The residual of the equation of vertex v: b_v - (L X)_v.
-Vector3<double> FirstOrderStep::residual(std::size_t v, Field positions) const {
-  const OperatorData l = data_of(laplacian_);
-  const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
-    return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
-                           dot(rotation.rows[2], edge)};
-  };
-  Vector3<double> sum, edges;
-  for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
-    const std::size_t j = at(l.columns[e]);
-    const Vector3<double>& edge = edges_[e];  // w_vj (G_j - G_v)
-    edges = edges + edge;
-    sum = sum - 0.5 * turned(covariances_[j], edge) - l.values[e] * (positions[j] - positions[v]);
-  }
-  return sum - 0.5 * turned(covariances_[v], edges);
-}
-
-std::span<Vector3<double>> FirstOrderStep::find(Field positions, Field last,
-                                                std::span<const std::uint8_t> is_free,
-                                                std::span<Vector3<double>> scratch) {
-  factor_.factorize(is_free);
-  fit_rotations(positions, last);
-  const auto rows = factor_.order();
-  const auto solution = scratch.first(positions.size());
-  const auto step = scratch.subspan(positions.size(), positions.size());
-  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
-    for (Index r = first; r < end; ++r) solution[r] = residual(at(rows[r]), positions);
-  });
-  factor_.solve(solution, 1);
-  std::ranges::fill(step, Vector3<double>{});
-  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
-  return step;
-}
-
 void FirstOrder::Gains::add(const Gains& other, double kept) {
   for (std::size_t q = 0; q < n_shares; ++q) {
     sums[q] = kept * sums[q] + other.sums[q];
@@ -126,10 +58,12 @@ void FirstOrder::Gains::add(const Gains& other, double kept) {
 }
 
 FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-                       Workers& workers, const FirstOrderConstants& constants, bool is_noisy)
+                       Workers& workers, bool is_noisy)
     : topology_(topology),
-      constants_(constants),
-      step_(k, constants, workers),
+      workers_(workers),
+      laplacian_(laplacian_of(k)),
+      // It has so few entries that threads would hardly share it.
+      factor_(SparseMatrix(*laplacian_.c), workers),
       rounding_(rounding),
       sizes_(topology.report.components),
       components_(sizes_.size()),
@@ -139,7 +73,10 @@ FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const 
       is_free_(k.size()),
       of_detail_(k.size()),
       newest_(sizes_.size()),
-      groups_(sizes_.size() + 1) {
+      edges_(laplacian_.c->nonZeros()),
+      quaternions_(k.size()),
+      covariances_(k.size()) {
+  factor_.reserve();
   nearby_.reserve(k.size());
   for (const Index c : topology.component) ++sizes_[c];
 }
@@ -158,7 +95,7 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
 /// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,
 /// since nothing is known yet.
 bool FirstOrder::is_due() const {
-  const auto gap = static_cast<std::uint64_t>(constants_.gap);
+  const auto gap = static_cast<std::uint64_t>(first_order_constants.gap);
   return frame_ < gap ? std::has_single_bit(frame_) : frame_ % gap == 0;
 }
 
@@ -172,14 +109,15 @@ bool FirstOrder::draw(const Generations& generations) {
   }
   const std::uint64_t of_frame = mixed(frame_);
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    const double probability =
-        std::min(constants_.left_out / drawn_of(v).anchors, constants_.largest_left_out);
+    const double probability = std::min(first_order_constants.left_out / drawn_of(v).anchors,
+                                        first_order_constants.largest_left_out);
     const double random = 0x1p-64 * static_cast<double>(mixed(of_frame + v));
     is_left_out_[v] = generation[v] == Generations::anchor && random < probability ? 1 : 0;
     drawn_of(v).left_out += is_left_out_[v];
   }
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (drawn_of(v).anchors - drawn_of(v).left_out < constants_.least_kept) is_left_out_[v] = 0;
+    if (drawn_of(v).anchors - drawn_of(v).left_out < first_order_constants.least_kept)
+      is_left_out_[v] = 0;
   }
   return std::ranges::count(is_left_out_, 1) > 0;
 }
@@ -202,7 +140,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
   const auto rings_around = [&](Index v) {
     const Index c = topology_.component[v];
     const double distance = std::sqrt(sizes_[c] / drawn_[c].anchors);
-    return static_cast<int>(std::ceil(constants_.rings * distance));
+    return static_cast<int>(std::ceil(first_order_constants.rings * distance));
   };
   std::size_t begin = 0;
   for (int ring = 0; begin < nearby_.size(); ++ring) {
@@ -229,7 +167,7 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
       [&](std::size_t v, std::size_t) { return frame.shape[v] - frame.kx[v]; }, frame.x, kept_);
   const auto sum = [](const Vector3<double>& a, const Vector3<double>& b) { return a + b; };
   std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
-  const auto of_first_order = step_.find(of_detail_, frame.last, is_free_, system.scratch());
+  const auto of_first_order = find_step(of_detail_, frame.last, system.scratch());
   std::ranges::transform(of_detail_, of_first_order, of_first_order.begin(), sum);
   learn(of_first_order, anchors.observed, std::sqrt(rounding_.mean_square_of_positions(frame.x)));
 }
@@ -260,32 +198,36 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
   }
   if (!is_finite) return;
 
-  const auto group_of = [&](std::size_t c) -> Group& {
-    return groups_[components_[c].gains.count >= constants_.least_count ? c + 1 : 0];
+  const auto has_shown_enough = [](const Component& component) {
+    return component.gains.count >= first_order_constants.least_count;
   };
-  std::ranges::fill(groups_, Group{});
+  Gains common, newest_common;
   for (std::size_t c = 0; c < components_.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
-    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], constants_.kept);
-    group_of(c).gains.add(components_[c].gains);
-    group_of(c).newest.add(newest_[c]);
+    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], first_order_constants.kept);
+    if (has_shown_enough(components_[c])) continue;
+    common.add(components_[c].gains);
+    newest_common.add(newest_[c]);
   }
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (group_of(c).newest.count > 0) components_[c].share = best_share(group_of(c));
+    const bool is_alone = has_shown_enough(components_[c]);
+    const Gains& newest = is_alone ? newest_[c] : newest_common;
+    if (newest.count == 0) continue;
+    components_[c].share = best_share(is_alone ? components_[c].gains : common, newest);
   }
 }
 
 /// The share with the largest sum of gains, reduced by what may be chance. One that was clearly
 /// worse in the newest test is not taken.
-double FirstOrder::best_share(const Group& group) const {
-  const auto& [gains, newest] = group;
+double FirstOrder::best_share(const Gains& gains, const Gains& newest) {
   double best = 0;
   double share = 0;
-  for (std::size_t q = 0; q < n_shares && gains.count >= constants_.least_count; ++q) {
+  for (std::size_t q = 0; q < n_shares && gains.count >= first_order_constants.least_count; ++q) {
     const double candidate = static_cast<double>(q + 1) / n_shares;
     const bool is_worse = newest.sums[q] + std::sqrt(newest.squares[q]) < 0;
-    if (is_worse || candidate < constants_.least_share) continue;
-    const double found = gains.sums[q] - constants_.deviations * std::sqrt(gains.squares[q]);
+    if (is_worse || candidate < first_order_constants.least_share) continue;
+    const double found =
+        gains.sums[q] - first_order_constants.deviations * std::sqrt(gains.squares[q]);
     if (found <= best) continue;
     best = found;
     share = candidate;
@@ -301,7 +243,7 @@ double FirstOrder::mix(const Frame& frame, const Generations& generations, Shape
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
     is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;
   }
-  const Field step = step_.find(frame.x, frame.last, is_free_, system.scratch());
+  const Field step = find_step(frame.x, frame.last, system.scratch());
   double sum = 0;
   for (std::size_t v = 0; v < step.size(); ++v) {
     if (is_free_[v] == 0) continue;
@@ -309,6 +251,61 @@ double FirstOrder::mix(const Frame& frame, const Generations& generations, Shape
     sum += share_of(v);
   }
   return sum / static_cast<double>(generations.reached());
+}
+
+/// Returns the step (k,) from the positions X, 0 where `is_free_` is 0. Every component with free
+/// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
+std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
+                                                 std::span<Vector3<double>> scratch) {
+  factor_.factorize(is_free_);
+  fit_rotations(positions, last);
+  const auto rows = factor_.order();
+  const auto solution = scratch.first(positions.size());
+  const auto step = scratch.subspan(positions.size(), positions.size());
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
+    for (Index r = first; r < end; ++r) solution[r] = residual(at(rows[r]), positions);
+  });
+  factor_.solve(solution, 1);
+  std::ranges::fill(step, Vector3<double>{});
+  for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
+  return step;
+}
+
+/// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
+void FirstOrder::fit_rotations(Field positions, Field last) {
+  const OperatorData l = data_of(laplacian_);
+  const RotationData data = {l.offsets,        l.columns,           edges_.data(),
+                             positions.data(), covariances_.data(), quaternions_.data()};
+  const RotationKernels& kernels = best_kernels().rotations;
+  const auto fit = [&](Index first, Index end) {
+    for (Index i = first; i < end; ++i) {
+      for (Index e = l.offsets[i]; e < l.offsets[i + 1]; ++e) {
+        edges_[e] = -l.values[e] * (last[at(l.columns[e])] - last[at(i)]);
+      }
+      quaternions_[i] = {1, 0, 0, 0};
+    }
+    kernels.measure(data, first, end);
+    kernels.fit(data.covariances, data.quaternions, first, end);
+    for (Index i = first; i < end; ++i) covariances_[i] = matrix_of(quaternions_[i]);
+  };
+  workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()), fit);
+}
+
+/// The residual of the equation of vertex v: b_v - (L X)_v.
+Vector3<double> FirstOrder::residual(std::size_t v, Field positions) const {
+  const OperatorData l = data_of(laplacian_);
+  const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
+    return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
+                           dot(rotation.rows[2], edge)};
+  };
+  Vector3<double> sum, edges;
+  for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
+    const std::size_t j = at(l.columns[e]);
+    const Vector3<double>& edge = edges_[e];  // w_vj (G_j - G_v)
+    edges = edges + edge;
+    sum = sum - 0.5 * turned(covariances_[j], edge) - l.values[e] * (positions[j] - positions[v]);
+  }
+  return sum - 0.5 * turned(covariances_[v], edges);
 }
 
 }  // namespace dynmesh

@@ -11,7 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/shape_system.hpp"
 #include "factor/masked_factor.hpp"
@@ -21,41 +20,16 @@
 
 namespace dynmesh {
 
-/// One iteration of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of the last frame G.
-/// R_i is the rotation that best maps the edges of vertex i in G to those in X. The free vertices
-/// then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all others fixed. The
-/// edges and the weights w are those of C, so the result does not depend on the scale of the mesh.
-///
-/// Allocates memory only in the constructor.
-class FirstOrderStep {
- public:
-  using Field = std::span<const Vector3<double>>;
-
-  /// For a sequence whose frame 0 has the operator `k`. `workers` must outlive this object.
-  FirstOrderStep(const DetailOperator& k, const FirstOrderConstants& constants, Workers& workers);
-
-  /// Returns the step (k,) from the positions X, 0 where `is_free` is 0. Every component with free
-  /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
-  std::span<Vector3<double>> find(Field positions, Field last,
-                                  std::span<const std::uint8_t> is_free,
-                                  std::span<Vector3<double>> scratch);
-
- private:
-  void fit_rotations(Field positions, Field last);
-  [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
-
-  Workers& workers_;
-  DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
-  MaskedFactor factor_;
-  std::vector<Vector3<double>> edges_;
-  std::vector<Covariance> covariances_;
-  std::vector<Quaternion> quaternions_;
-};
-
 /// Moves the completed vertices of a frame of detail by a share of the first-order step. In some
 /// frames anchors are left out, and what both predict of them decides on the shares. Components
 /// that have shown little so far form one group with a common share; each of the others is a group
 /// of its own.
+///
+/// The step is one iteration of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of the
+/// last frame G. R_i is the rotation that best maps the edges of vertex i in G to those in X. The
+/// free vertices then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all
+/// others fixed. The edges and the weights w are those of C, so the result does not depend on the
+/// scale of the mesh.
 ///
 /// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
 /// the same for any number of threads.
@@ -63,10 +37,10 @@ class FirstOrder {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology`, `workers` and
-  /// `constants` must outlive this object.
+  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology` and
+  /// `workers` must outlive this object.
   FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-             Workers& workers, const FirstOrderConstants& constants, bool is_noisy);
+             Workers& workers, bool is_noisy);
 
   /// Counts a frame. Called once for each frame after frame 0.
   void count_frame() { ++frame_; }
@@ -110,10 +84,6 @@ class FirstOrder {
     Gains gains;  // of earlier tests, the less the older
     double share = 0;
   };
-  /// Sums over components.
-  struct Group {
-    Gains gains, newest;
-  };
   /// The anchors of a component, and how many of them are left out.
   struct Drawn {
     double anchors = 0;
@@ -126,12 +96,17 @@ class FirstOrder {
   void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
             ShapeSystem& system);
   void learn(Field first_order, Field observed, double rounding);
-  [[nodiscard]] double best_share(const Group& group) const;
+  [[nodiscard]] static double best_share(const Gains& gains, const Gains& newest);
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
+  std::span<Vector3<double>> find_step(Field positions, Field last,
+                                       std::span<Vector3<double>> scratch);
+  void fit_rotations(Field positions, Field last);
+  [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
 
   const Topology& topology_;
-  const FirstOrderConstants& constants_;
-  FirstOrderStep step_;
+  Workers& workers_;
+  DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
+  MaskedFactor factor_;
   Rounding rounding_;
   std::vector<double> sizes_;  // of the components, in vertices
   std::vector<Component> components_;
@@ -144,7 +119,10 @@ class FirstOrder {
   std::vector<std::uint8_t> is_left_out_, is_free_;
   std::vector<Vector3<double>> of_detail_;  // the predictions of detail
   std::vector<Gains> newest_;
-  std::vector<Group> groups_;  // group 0 is the common one, group c + 1 is component c
+  // Of the step:
+  std::vector<Vector3<double>> edges_;
+  std::vector<Quaternion> quaternions_;
+  std::vector<Covariance> covariances_;
 };
 
 }  // namespace dynmesh

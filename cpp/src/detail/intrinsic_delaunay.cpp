@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "detail/detail_operator.hpp"
+#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -21,136 +24,111 @@ constexpr std::size_t flips_per_side = 50;
 std::size_t following(std::size_t side) { return (side + 1) % 3; }
 std::size_t preceding(std::size_t side) { return (side + 2) % 3; }
 
-/// A side of a triangle.
-struct Side {
-  Index triangle = -1;  // -1 if there is no such side
-  std::size_t side = 0;
-};
-
+/// Flips edges. Half-edge 3 t + s is side s of triangle t.
 class Flipping {
  public:
   explicit Flipping(std::vector<IntrinsicTriangle> triangles)
-      : triangles_(std::move(triangles)), across_(triangles_.size()) {
+      : triangles_(std::move(triangles)), across_(3 * triangles_.size(), none) {
     glue();
   }
 
   std::vector<IntrinsicTriangle> run() {
-    std::vector<Side> open;
+    std::vector<Index> open;
     for (std::size_t t = triangles_.size(); t-- > 0;) {
-      for (std::size_t s = 0; s < 3; ++s) open.push_back({static_cast<Index>(t), s});
+      for (std::size_t s = 0; s < 3; ++s) open.push_back(static_cast<Index>(3 * t + s));
     }
     std::size_t flips_left = flips_per_side * open.size();
     while (!open.empty() && flips_left > 0) {
-      const Side side = open.back();
+      const Index half = open.back();
       open.pop_back();
-      if (!flip_if_needed(side)) continue;
+      if (!flip_if_needed(half)) continue;
       --flips_left;
-      // The side is now one of the new edge. The four edges around it may have to be flipped.
-      for (const Side& half : {side, across(side)}) {
-        open.push_back({half.triangle, following(half.side)});
-        open.push_back({half.triangle, preceding(half.side)});
+      // It is now one of the new edge. The four edges around that may have to be flipped.
+      for (const Index h : {half, across_[half]}) {
+        open.push_back(next(h));
+        open.push_back(previous(h));
       }
     }
     return std::move(triangles_);
   }
 
  private:
-  IntrinsicTriangle& triangle(const Side& side) { return triangles_[side.triangle]; }
-  Side& across(const Side& side) { return across_[side.triangle][side.side]; }
+  static std::size_t side(Index half) { return at(half) % 3; }
+  static Index next(Index half) { return half - half % 3 + (half + 1) % 3; }
+  static Index previous(Index half) { return half - half % 3 + (half + 2) % 3; }
 
-  /// Connects the two sides of every edge that has exactly two, one in each direction.
+  IntrinsicTriangle& triangle(Index half) { return triangles_[half / 3]; }
+  Index& begin(Index half) { return triangle(half).vertices[side(half)]; }
+  double& length(Index half) { return triangle(half).lengths[side(half)]; }
+
+  void join(Index a, Index b) {
+    across_[a] = b;
+    if (b != none) across_[b] = a;
+  }
+
+  /// Connects the two half-edges of every edge that has exactly two, one in each direction.
   void glue() {
-    struct Directed {
-      std::pair<Index, Index> edge;
-      bool is_ascending;
-      Side side;
-    };
-    std::vector<Directed> all;
-    all.reserve(3 * triangles_.size());
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      for (std::size_t s = 0; s < 3; ++s) {
-        const Index a = triangles_[t].vertices[s];
-        const Index b = triangles_[t].vertices[following(s)];
-        all.push_back({{std::min(a, b), std::max(a, b)}, a < b, {static_cast<Index>(t), s}});
-      }
-    }
-    std::ranges::stable_sort(all, {}, &Directed::edge);
+    const auto edge_of = [&](Index half) { return std::minmax({begin(half), begin(next(half))}); };
+    std::vector<Index> all(across_.size());
+    std::iota(all.begin(), all.end(), Index{0});
+    std::ranges::stable_sort(all, {}, edge_of);
     for (auto first = all.begin(); first != all.end();) {
-      const auto is_other = [&](const Directed& one) { return one.edge != first->edge; };
+      const auto is_other = [&](Index half) { return edge_of(half) != edge_of(*first); };
       const auto last = std::find_if(first, all.end(), is_other);
-      if (last - first == 2 && first[0].is_ascending != first[1].is_ascending) {
-        join(first[0].side, first[1].side);
-      }
+      if (last - first == 2 && begin(first[0]) != begin(first[1])) join(first[0], first[1]);
       first = last;
     }
   }
 
-  bool flip_if_needed(const Side& side) {
-    const Side other = across(side);
-    if (other.triangle < 0 || other.triangle == side.triangle) return false;
-    const IntrinsicTriangle near = triangle(side);
-    const IntrinsicTriangle far = triangle(other);
-    if (near.cotangent(side.side) + far.cotangent(other.side) >= -tolerance) return false;
+  bool flip_if_needed(Index half) {
+    const Index other = across_[half];
+    if (other == none || other / 3 == half / 3) return false;
+    const IntrinsicTriangle& near = triangle(half);
+    const IntrinsicTriangle& far = triangle(other);
+    if (near.cotangent(side(half)) + far.cotangent(side(other)) >= -tolerance) return false;
 
     // Lay out both triangles in the plane: the edge runs from u at 0 along x to v, with w on its
     // left and z on its right.
-    const double edge = near.lengths[side.side];
-    const double vw = near.lengths[following(side.side)];
-    const double wu = near.lengths[preceding(side.side)];
-    const double uz = far.lengths[following(other.side)];
-    const double zv = far.lengths[preceding(other.side)];
+    const double edge = length(half);
+    const double vw = length(next(half));
+    const double wu = length(previous(half));
+    const double uz = length(next(other));
+    const double zv = length(previous(other));
     const double along = (wu * wu - vw * vw - uz * uz + zv * zv) / (2 * edge);
     const double apart = 2 * (near.area() + far.area()) / edge;
     const double diagonal = std::hypot(along, apart);
-    const auto u = near.vertices[side.side];
-    const auto v = near.vertices[following(side.side)];
-    const auto w = near.vertices[preceding(side.side)];
-    const auto z = far.vertices[preceding(other.side)];
+    const Index u = begin(half), v = begin(next(half));
+    const Index w = begin(previous(half)), z = begin(previous(other));
     const IntrinsicTriangle at_u = {{z, w, u}, {diagonal, wu, uz}};
     const IntrinsicTriangle at_v = {{w, z, v}, {diagonal, zv, vw}};
     if (!(at_u.area() > 0) || !(at_v.area() > 0)) return false;
 
-    const Side beyond_vw = across({side.triangle, following(side.side)});
-    const Side beyond_wu = across({side.triangle, preceding(side.side)});
-    const Side beyond_uz = across({other.triangle, following(other.side)});
-    const Side beyond_zv = across({other.triangle, preceding(other.side)});
-    put(side, at_u);
+    // The other sides wu, uz, zv and vw each take the place of the one before them. One that was
+    // glued to another of them finds it there.
+    const std::array from = {previous(half), next(other), previous(other), next(half)};
+    const std::array to = {next(half), previous(half), next(other), previous(other)};
+    std::array<Index, 4> beyond{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Index old = across_[from[i]];
+      const auto found = std::ranges::find(from, old);
+      beyond[i] = found == from.end() ? old : to[found - from.begin()];
+    }
+    put(half, at_u);
     put(other, at_v);
-    // If a side was glued to one of the two triangles themselves, it has moved with it.
-    const auto moved = [&](const Side& old) {
-      if (old.triangle == side.triangle) {
-        return old.side == following(side.side) ? Side{other.triangle, preceding(other.side)}
-                                                : Side{side.triangle, following(side.side)};
-      }
-      if (old.triangle == other.triangle) {
-        return old.side == following(other.side) ? Side{side.triangle, preceding(side.side)}
-                                                 : Side{other.triangle, following(other.side)};
-      }
-      return old;
-    };
-    join({side.triangle, following(side.side)}, moved(beyond_wu));
-    join({side.triangle, preceding(side.side)}, moved(beyond_uz));
-    join({other.triangle, following(other.side)}, moved(beyond_zv));
-    join({other.triangle, preceding(other.side)}, moved(beyond_vw));
+    for (std::size_t i = 0; i < 4; ++i) join(to[i], beyond[i]);
     return true;
   }
 
-  /// Replaces the triangle of `side`, so that side 0 of `placed` becomes `side`.
-  void put(const Side& side, const IntrinsicTriangle& placed) {
-    IntrinsicTriangle& target = triangle(side);
-    for (std::size_t s = 0; s < 3; ++s) {
-      target.vertices[(side.side + s) % 3] = placed.vertices[s];
-      target.lengths[(side.side + s) % 3] = placed.lengths[s];
+  /// Replaces the triangle of `half`, which becomes side 0 of `placed`.
+  void put(Index half, const IntrinsicTriangle& placed) {
+    for (std::size_t s = 0; s < 3; ++s, half = next(half)) {
+      begin(half) = placed.vertices[s];
+      length(half) = placed.lengths[s];
     }
   }
 
-  void join(const Side& a, const Side& b) {
-    across(a) = b;
-    if (b.triangle >= 0) across(b) = a;
-  }
-
   std::vector<IntrinsicTriangle> triangles_;
-  std::vector<std::array<Side, 3>> across_;
+  std::vector<Index> across_;  // the other half-edge of an edge, or none
 };
 
 }  // namespace

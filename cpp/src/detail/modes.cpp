@@ -74,12 +74,12 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
 }  // namespace
 
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const TrainingConstants& constants) {
+                            Index local_parts) {
   std::vector<std::vector<double>> distances;
-  for (const std::size_t seed : seeds_of(frame, constants.local_parts)) {
+  for (const std::size_t seed : seeds_of(frame, local_parts)) {
     distances.push_back(distances_from(seed, cells, frame));
   }
-  const double reach = constants.reach * typical_distance(distances, frame.size());
+  const double reach = training_constants.reach * typical_distance(distances, frame.size());
   if (!(reach > 0)) distances.clear();
 
   SurfaceParts parts;
@@ -99,7 +99,7 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
     }
     double kept = 0;
     for (double& weight : weights) {
-      weight = sum > 0 && weight >= constants.least_weight * sum ? weight : 0;
+      weight = sum > 0 && weight >= training_constants.least_weight * sum ? weight : 0;
       kept += weight;
     }
     for (std::size_t c = 0; c < weights.size(); ++c) {
@@ -110,18 +110,17 @@ SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>>
   return parts;
 }
 
-Modes::Modes(const SurfaceParts& parts, double mean_edge)
-    : n_coefficients_(static_cast<std::size_t>(modes_of_part * parts.n_parts)),
-      offsets_(parts.offsets),
-      parts_(parts.parts),
+Modes::Modes(SurfaceParts parts, double mean_edge)
+    : parts_(std::move(parts)),
+      n_coefficients_(static_cast<std::size_t>(modes_of_part * parts_.n_parts)),
       unit_(std::exp2(std::ilogb(mean_edge))),
-      values_(3 * modes_of_part * parts_.size()),
+      values_(3 * modes_of_part * parts_.parts.size()),
       coefficients_(n_coefficients_),
-      sums_(offsets_.size() - 1, 2 * n_coefficients_) {}
+      sums_(parts_.size(), 2 * n_coefficients_) {}
 
 void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
                  std::size_t n_frames, Workers& workers) {
-  const auto k = static_cast<Index>(offsets_.size() - 1);
+  const auto k = static_cast<Index>(parts_.size());
   workers.for_each_short_chunk(k, [&](Index first, Index last) {
     best_kernels().modes.form(data(), shapes, combinations, values_.data(), first, last);
   });
@@ -140,26 +139,15 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   });
 }
 
-void Modes::project(Field field, std::span<double> projected, Workers& workers) {
-  const auto sums =
-      sums_.find(n_coefficients_, workers, [&](float* of_chunk, Index first, Index last) {
-        best_kernels().modes.project(data(), field.data(), of_chunk, first, last);
-      });
-  for (std::size_t j = 0; j < n_coefficients_; ++j) projected[j] = unit_ * sums[j];
-}
-
-void Modes::project_and_weigh(Field field, std::span<const double> weights,
-                              std::span<double> projected, std::span<double> squares,
-                              Workers& workers) {
+void Modes::project(Field field, std::span<double> projected, std::span<const double> weights,
+                    std::span<double> squares, Workers& workers) {
   const std::size_t n = n_coefficients_;
-  const auto sums = sums_.find(2 * n, workers, [&](float* of_chunk, Index first, Index last) {
-    best_kernels().modes.project_and_weigh(data(), field.data(), weights.data(), of_chunk,
-                                           of_chunk + n, first, last);
-  });
-  for (std::size_t j = 0; j < n; ++j) {
-    projected[j] = unit_ * sums[j];
-    squares[j] = unit_ * unit_ * sums[n + j];
-  }
+  const auto add = [&](float* sums, Index first, Index last) {
+    best_kernels().modes.project(data(), field.data(), weights.data(), sums, sums + n, first, last);
+  };
+  const auto sums = sums_.find(weights.empty() ? n : 2 * n, workers, add);
+  for (std::size_t j = 0; j < n; ++j) projected[j] = unit_ * sums[j];
+  for (std::size_t j = n; j < sums.size(); ++j) squares[j - n] = unit_ * unit_ * sums[j];
 }
 
 }  // namespace dynmesh

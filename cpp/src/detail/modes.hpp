@@ -23,12 +23,15 @@ struct SurfaceParts {
   std::vector<Index> offsets = {0};  ///< (k + 1,)
   std::vector<Index> parts;          ///< of the entries
   std::vector<double> weights;       ///< of the entries
+
+  /// k
+  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
 };
 
 /// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
 /// all vertices. The weight of a seed decreases with the shortest distance along the edges.
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            const TrainingConstants& constants);
+                            Index local_parts = training_constants.local_parts);
 
 /// Sums over the vertices. They are added up in chunks, which do not depend on the number of
 /// threads, and are short, so that sums of float are as accurate as their terms. Allocates memory
@@ -82,12 +85,13 @@ class Modes {
   /// No modes.
   Modes() = default;
   /// None yet, to be set by `form`.
-  Modes(const SurfaceParts& parts, double mean_edge);
+  Modes(SurfaceParts parts, double mean_edge);
 
   /// Sets `size` modes to combinations of `n_frames` shapes, which are in `unit()`.
   void form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
             std::size_t n_frames, Workers& workers);
 
+  [[nodiscard]] const SurfaceParts& parts() const { return parts_; }
   /// A power of two near the mean edge length.
   [[nodiscard]] double unit() const { return unit_; }
 
@@ -100,20 +104,19 @@ class Modes {
   /// combined = B a.
   void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
                Workers& workers);
-  /// projected = B^T field.
-  void project(Field field, std::span<double> projected, Workers& workers);
-  /// The same, and squares_j = sum of weights_i |B_j(i)|^2.
-  void project_and_weigh(Field field, std::span<const double> weights, std::span<double> projected,
-                         std::span<double> squares, Workers& workers);
+  /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
+  void project(Field field, std::span<double> projected, std::span<const double> weights,
+               std::span<double> squares, Workers& workers);
 
  private:
-  [[nodiscard]] ModeData data() const { return {offsets_.data(), parts_.data(), values_.data()}; }
+  [[nodiscard]] ModeData data() const {
+    return {parts_.offsets.data(), parts_.parts.data(), values_.data()};
+  }
 
+  SurfaceParts parts_;
   std::size_t size_ = 0;
   std::size_t n_coefficients_ = 0;
   std::size_t n_frames_ = 0;
-  std::vector<Index> offsets_;
-  std::vector<Index> parts_;
   double unit_ = 1;
   std::vector<float> values_;  // in this unit, so that their squares are in the range of float
   std::vector<float> coefficients_;  // as float

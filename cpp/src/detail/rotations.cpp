@@ -89,8 +89,6 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
                      std::span<const Vector3<double>> first_frame, double mean_edge)
     : cells_(cells),
       workers_(workers),
-      kernels_(best_kernels().rotations),
-      turning_(best_kernels().products),
       rest_edges_(cells.neighbours.size()),
       covariances_(cells.size()),
       quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
@@ -113,8 +111,9 @@ RotationData Rotations::data(std::span<const Vector3<double>> frame) {
 }
 
 void Rotations::fit(std::span<const Vector3<double>> frame) {
+  const RotationKernels& kernels = best_kernels().rotations;
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.measure(data(frame), first, last);
+    kernels.measure(data(frame), first, last);
   });
   const auto for_each_cluster = [&](const auto& work) {
     constexpr Index vertices = 7;  // of most clusters
@@ -123,8 +122,8 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists, bool with_own,
                           std::vector<Covariance>& sums) {
     for_each_cluster([&](Index first, Index last) {
-      kernels_.add_lists(from.data(), lists.offsets.data(), lists.neighbours.data(), with_own,
-                         sums.data(), first, last);
+      kernels.add_lists(from.data(), lists.offsets.data(), lists.neighbours.data(), with_own,
+                        sums.data(), first, last);
     });
   };
   add_up(covariances_, clusters_.members, false, sums_);
@@ -136,9 +135,9 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
     turns_[c] = quaternions_[clusters_.centres[c]];
   }
   for_each_cluster(
-      [&](Index first, Index last) { kernels_.turn(sums_.data(), turns_.data(), first, last); });
+      [&](Index first, Index last) { kernels.fit(sums_.data(), turns_.data(), first, last); });
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels_.blend(data(frame), clusters_.of_vertex.data(), turns_.data(), first, last);
+    kernels.blend(data(frame), clusters_.of_vertex.data(), turns_.data(), first, last);
   });
 }
 
@@ -150,17 +149,10 @@ void check_stored(std::span<const Quaternion> rotations) {
   }
 }
 
-void Rotations::turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,
-                     int fields) const {
+void Rotations::turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const {
   workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn(quaternions_.data(), field.data(), fields, turned.data(), first, last);
-  });
-}
-
-void Rotations::turn_back(std::span<const Vector3<double>> field,
-                          std::span<Vector3<double>> turned) const {
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    turning_.turn_back(quaternions_.data(), field.data(), turned.data(), first, last);
+    best_kernels().rotations.turn(quaternions_.data(), back, field.data(), fields, turned.data(),
+                                  first, last);
   });
 }
 

@@ -39,6 +39,8 @@ void check_stored(std::span<const Quaternion> rotations);
 /// determine a rotation keeps its rotation. Allocates memory only in the constructor.
 class Rotations {
  public:
+  using Field = std::span<const Vector3<double>>;
+
   /// `cells` and `workers` must outlive this object. All rotations are the identity.
   Rotations(const Cells& cells, Workers& workers, std::span<const Vector3<double>> first_frame,
             double mean_edge);
@@ -49,14 +51,15 @@ class Rotations {
 
   /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
   /// frame. The result may be the same memory.
-  void turn(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned,
-            int fields = 1) const;
+  void turn(Field field, std::span<Vector3<double>> turned) const { turn(false, field, 1, turned); }
   /// The same for three fields.
   void turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
-    turn(side_by_side(terms), side_by_side(turned), 3);
+    turn(false, side_by_side(terms), 3, side_by_side(turned));
   }
   /// Multiplies a field (k,) by Q^T. The result may be the same memory.
-  void turn_back(std::span<const Vector3<double>> field, std::span<Vector3<double>> turned) const;
+  void turn_back(Field field, std::span<Vector3<double>> turned) const {
+    turn(true, field, 1, turned);
+  }
 
   /// The rotations (k,), as unit quaternions.
   [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }
@@ -66,12 +69,11 @@ class Rotations {
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
 
  private:
-  [[nodiscard]] RotationData data(std::span<const Vector3<double>> frame);
+  [[nodiscard]] RotationData data(Field frame);
+  void turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const;
 
   const Cells& cells_;
   Workers& workers_;
-  const RotationKernels& kernels_;
-  const OperatorKernels& turning_;
   std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
   std::vector<Covariance> covariances_;
   std::vector<Quaternion> quaternions_;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "detail/constants.hpp"
 #include "support/conjugate_gradients.hpp"
 #include "support/geometry.hpp"
 #include "support/stored_numbers.hpp"
@@ -25,14 +26,14 @@ void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system
 
 }  // namespace
 
-ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants,
-                   Modes modes)
+ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_kept, Modes modes)
     : of_(of),
-      constants_(constants),
+      largest_kept_(largest_kept),
       cells_(cells),
       workers_(workers),
       modes_(std::move(modes)),
-      coefficients_(static_cast<std::size_t>(modes_of_part * (constants.local_parts + 1))) {
+      coefficients_(
+          static_cast<std::size_t>(modes_of_part * (training_constants.local_parts + 1))) {
   begin();
   const std::size_t n = modes_.n_coefficients();
   if (n == 0) return;
@@ -49,8 +50,8 @@ ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingCo
 void ShapeFit::begin() {
   residual_variance_ = -1;
   determined_ = static_cast<double>(modes_.size());
-  size_ = constants_.least_variance * determined_;
-  explained_ = 2 * constants_.least_share;
+  size_ = training_constants.least_variance * determined_;
+  explained_ = 2 * training_constants.least_share;
 }
 
 void ShapeFit::learn(ShapeLibrary& library) {
@@ -69,7 +70,7 @@ void ShapeFit::weigh_seen(const Generations& generations) {
   for (std::size_t v = 0; v < seen_.size(); ++v) {
     seen_[v] = generation[v] == Generations::anchor ? 1 : 0;
   }
-  for (int n = 0; n < constants_.averagings; ++n) {
+  for (int n = 0; n < training_constants.averagings; ++n) {
     for (std::size_t v = 0; v < seen_.size(); ++v) {
       double sum = seen_[v];
       for (const Index j : cells_[v]) sum += seen_[j];
@@ -84,7 +85,7 @@ void ShapeFit::weigh_seen(const Generations& generations) {
 void ShapeFit::penalize(double ratio) {
   for (std::size_t j = 0; j < penalties_.size(); ++j) {
     const bool is_global = j < static_cast<std::size_t>(modes_of_part);
-    penalties_[j] = (is_global ? 1 : constants_.caution) * ratio;
+    penalties_[j] = (is_global ? 1 : training_constants.caution) * ratio;
     const double share = squares_[j] / (squares_[j] + penalties_[j]);
     shares_[j] = std::isfinite(share) ? share : 0;  // in single precision, squares can overflow
   }
@@ -115,8 +116,7 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
 /// that the fit is no larger than they demand, and otherwise what it was, so that a limb that is
 /// hidden keeps its shape.
 double ShapeFit::expected(std::size_t j) const {
-  const double largest = constants_.largest_kept;
-  return std::clamp((1 - shares_[j]) * coefficients_[j], -largest, largest);
+  return std::clamp((1 - shares_[j]) * coefficients_[j], -largest_kept_, largest_kept_);
 }
 
 /// Minimises |r + r3 + F(B d)|^2 + sum_j lambda_j (a_j + d_j - e_j)^2 over d, e being what is
@@ -142,7 +142,7 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rota
       left_[v] = anchors.counts[v] * (along.wanted[v] - along.k_steps[v]);  // -F
     }
     rotations.turn_back(left_, left_);
-    modes_.project(left_, product_, workers_);
+    modes_.project(left_, product_, {}, {}, workers_);
     for (std::size_t j = 0; j < a.size(); ++j) product_[j] += penalties_[j] * direction_[j];
   };
   const auto advance = [&](const std::array<double, 1>& lengths) {
@@ -155,7 +155,8 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rota
     }
   };
   const ConjugateVectors<double> vectors = {gradient_, preconditioned_, direction_, product_};
-  return conjugate_gradients<1>(vectors, constants_.steps, 0, precondition, multiply, advance)[0];
+  return conjugate_gradients<1>(vectors, training_constants.steps, 0, precondition, multiply,
+                                advance)[0];
 }
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is
@@ -174,12 +175,12 @@ void ShapeFit::update_evidence() {
 /// v
 double ShapeFit::variance() const {
   const double found = determined_ > 0 ? size_ / determined_ : 0;
-  const double least = constants_.least_variance;
-  return std::clamp(found, least, of_ == Of::rest ? constants_.largest_variance : least);
+  const double least = training_constants.least_variance;
+  return std::clamp(found, least, of_ == Of::rest ? training_constants.largest_variance : least);
 }
 
 bool ShapeFit::is_plausible() const {
-  const double largest = constants_.largest_coefficient;
+  const double largest = training_constants.largest_coefficient;
   return std::ranges::all_of(coefficients_, [&](double a) { return std::abs(a) <= largest; });
 }
 
@@ -192,8 +193,8 @@ void ShapeFit::recall() {
 double ShapeFit::prior_weight(const Anchors& anchors) const {
   if (of_ == Of::change) return 1;
   const auto beyond = [](double x, double least) { return std::clamp(x / least - 1, 0.0, 1.0); };
-  double weight = beyond(variance(), constants_.least_variance);
-  if (!anchors.are_noisy()) weight *= beyond(explained_, constants_.least_share);
+  double weight = beyond(variance(), training_constants.least_variance);
+  if (!anchors.are_noisy()) weight *= beyond(explained_, training_constants.least_share);
   // None of the n training frames has a coefficient whose square exceeds n. Poses far beyond them
   // say nothing about what they do not show.
   const double mean_square = determined_ > 0 ? size_ / determined_ : 0;
@@ -220,7 +221,7 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   if (!is_at_rest && ratio > 0 && std::isfinite(ratio)) {
     weigh_seen(generations);
     rotations.turn_back(left_, left_);
-    modes_.project_and_weigh(left_, seen_, gradient_, squares_, workers_);
+    modes_.project(left_, gradient_, seen_, squares_, workers_);
     penalize(ratio);
     if (descend(anchors, system, rotations) > 0) {
       if (!is_plausible()) begin_at_zero();
@@ -232,7 +233,7 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   const double explained = std::clamp(1 - energies.with / energies.without, 0.0, 1.0);
   const bool is_share = energies.without > rounding && std::isfinite(explained);
   if (is_share) {
-    const double kept = constants_.share_kept;
+    const double kept = training_constants.share_kept;
     explained_ = kept * explained_ + (1 - kept) * explained;
   }
   if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "detail/blend.hpp"
-#include "detail/constants.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_library.hpp"
@@ -54,9 +53,9 @@ class ShapeFit {
     change
   };
 
-  /// `cells`, `workers` and `constants` must outlive this object.
-  ShapeFit(Of of, const Cells& cells, Workers& workers, const TrainingConstants& constants,
-           Modes modes);
+  /// `cells` and `workers` must outlive this object. A coefficient that the anchors do not
+  /// determine is kept up to `largest_kept`.
+  ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_kept, Modes modes);
 
   /// Continues with the modes of these shapes.
   void learn(ShapeLibrary& library);
@@ -106,7 +105,7 @@ class ShapeFit {
   [[nodiscard]] double prior_weight(const Anchors& anchors) const;
 
   Of of_;
-  const TrainingConstants& constants_;
+  double largest_kept_;
   const Cells& cells_;
   Workers& workers_;
   Modes modes_;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "detail/constants.hpp"
 #include "detail/rotations.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
@@ -41,32 +42,32 @@ double largest_change(std::span<const Quaternion> before, std::span<const Quater
 
 }  // namespace
 
-ShapeLibrary::ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes,
-                           double mean_edge, double rounding, Workers& workers,
-                           const TrainingConstants& constants)
+ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double mean_edge, double rounding,
+                           Workers& workers)
     : workers_(workers),
+      parts_(modes.parts()),
       most_(most),
       slots_((most + 4) / 4 * 4),
-      n_parts_(static_cast<std::size_t>(parts.n_parts)),
+      n_parts_(at(parts_.n_parts)),
       unit_(modes.unit()),
-      offsets_(parts.offsets),
-      parts_(parts.parts),
-      weights_(parts.weights.begin(), parts.weights.end()),
+      weights_(parts_.weights.begin(), parts_.weights.end()),
       of_parts_(n_parts_),
-      rows_(3 * slots_ * (parts.offsets.size() - 1)),
+      rows_(3 * slots_ * parts_.size()),
       products_(n_parts_ * slots_ * slots_),
-      sums_(offsets_.size() - 1, n_parts_ * slots_),
+      sums_(parts_.size(), n_parts_ * slots_),
       factors_(n_parts_ * slots_ * modes_of_part),
       order_(slots_) {
-  const double least = constants.least_mode * mean_edge / unit_;
+  const double least = training_constants.least_mode * mean_edge / unit_;
   least_eigenvalue_ = least * least + rounding / unit_ / unit_;
-  for (std::size_t e = 0; e < parts_.size(); ++e) of_parts_[parts_[e]] += parts.weights[e];
+  for (std::size_t e = 0; e < parts_.parts.size(); ++e) {
+    of_parts_[parts_.parts[e]] += parts_.weights[e];
+  }
   std::iota(order_.begin(), order_.end(), 0);
 }
 
 /// Computes the products of the shape in this slot with all others.
 void ShapeLibrary::multiply(Index slot) {
-  const ModeData entries = {offsets_.data(), parts_.data(), nullptr};
+  const ModeData entries = {parts_.offsets.data(), parts_.parts.data(), nullptr};
   const auto sums =
       sums_.find(n_parts_ * slots_, workers_, [&](double* of_chunk, Index first, Index last) {
         best_kernels().modes.add_products(entries, shapes(), slot, of_chunk, first, last);
@@ -148,16 +149,14 @@ void ShapeLibrary::recall() {
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
                      const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, const DetailConstants& constants, Workers& workers) {
+                     const Rounding& rounding, Workers& workers) {
   if (training.empty()) return {};
   double largest_rounding = 0;
   for (const auto& frame : training) {
     largest_rounding = std::max(largest_rounding, rounding.mean_square(frame));
   }
-  const SurfaceParts parts = divide_surface(cells, first, constants.training);
-  Modes modes(parts, mean_edge);
-  ShapeLibrary library(parts, training.size(), modes, mean_edge, largest_rounding, workers,
-                       constants.training);
+  Modes modes(divide_surface(cells, first), mean_edge);
+  ShapeLibrary library(modes, training.size(), mean_edge, largest_rounding, workers);
   std::vector<Vector3<double>> first_shape(first.size()), kx(first.size());
   std::vector<Quaternion> before(first.size());
   apply_operator(k, first, 1, first_shape, workers);

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
 #include "kernels/kernels.hpp"
@@ -24,15 +23,15 @@ namespace dynmesh {
 class ShapeLibrary {
  public:
   /// For at most `most` shapes, of which the mean square of rounding errors is `rounding`. `modes`
-  /// are those of these parts, not set yet. `workers` must outlive this object.
-  ShapeLibrary(const SurfaceParts& parts, std::size_t most, const Modes& modes, double mean_edge,
-               double rounding, Workers& workers, const TrainingConstants& constants);
+  /// are not set yet, and must outlive this object like `workers`.
+  ShapeLibrary(const Modes& modes, std::size_t most, double mean_edge, double rounding,
+               Workers& workers);
 
   /// Adds the shape that is `shape(v)` at vertex v.
   template <class Shape>
   void add(const Shape& shape) {
     const Index slot = order_[n_members_++];
-    for (std::size_t v = 0; v < offsets_.size() - 1; ++v) {
+    for (std::size_t v = 0; v < parts_.size(); ++v) {
       const Vector3<double> z = 1 / unit_ * shape(v);
       float* row = &rows_[3 * slots_ * v + static_cast<std::size_t>(slot)];
       row[0] = static_cast<float>(z.x);
@@ -69,14 +68,13 @@ class ShapeLibrary {
   }
 
   Workers& workers_;
+  const SurfaceParts& parts_;
   std::size_t most_;
   std::size_t slots_;  // a multiple of four
   std::size_t n_parts_;
-  double unit_;              // of the modes, so that squares are in the range of float
-  double least_eigenvalue_;  // of a shape and a vertex
-  std::vector<Index> offsets_;
-  std::vector<Index> parts_;
-  std::vector<float> weights_;
+  double unit_;                   // of the modes, so that squares are in the range of float
+  double least_eigenvalue_;       // of a shape and a vertex
+  std::vector<float> weights_;    // of the entries of the parts
   std::vector<double> of_parts_;  // the sums of the weights of each part
   std::vector<float> rows_;       // of each vertex, x of all slots, then y, then z
   std::vector<double> products_;  // (n_parts, slots, slots)
@@ -92,6 +90,6 @@ class ShapeLibrary {
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
                      const DetailOperator& k, const Cells& cells,
                      std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, const DetailConstants& constants, Workers& workers);
+                     const Rounding& rounding, Workers& workers);
 
 }  // namespace dynmesh

@@ -10,12 +10,10 @@
 namespace dynmesh {
 
 ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
-                         std::span<const Vector3<double>> first_frame,
-                         const DetailConstants& constants, std::vector<double> membrane)
+                         std::span<const Vector3<double>> first_frame, std::vector<double> membrane)
     : cells_(cells),
       workers_(workers),
-      kernels_(best_kernels().products),
-      operator_(build_detail_operator(faces, cells, first_frame, constants)),
+      operator_(build_detail_operator(faces, cells, first_frame)),
       membrane_(std::move(membrane)),
       factor_(normal_matrix(operator_, membrane_), workers),
       scaled_residual_(3 * cells.size()),
@@ -33,10 +31,11 @@ void ShapeSystem::factorize(const Anchors& anchors) {
 /// Sets the solution to K^T of the residual at the vertices that are solved for.
 void ShapeSystem::multiply_transposed(int fields) {
   const auto rows = solved();
-  const OperatorData k = data_of(operator_);
+  OperatorData c = data_of(operator_);
+  c.scale = nullptr;
   workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
-    kernels_.apply_transposed(k, scaled_residual_.data(), fields, rows.data(), solution_.data(),
-                              first, last);
+    best_kernels().rotations.multiply(c, scaled_residual_.data(), fields, rows.data(),
+                                      solution_.data(), first, last);
   });
 }
 

@@ -77,8 +77,7 @@ class ShapeSystem {
   /// `cells` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane
   /// at the vertices, which `multiply` adds.
   ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
-              std::span<const Vector3<double>> first_frame, const DetailConstants& constants,
-              std::vector<double> membrane = {});
+              std::span<const Vector3<double>> first_frame, std::vector<double> membrane = {});
 
   [[nodiscard]] const DetailOperator& k() const { return operator_; }
   /// N + mu C of all vertices.
@@ -169,7 +168,6 @@ class ShapeSystem {
 
   const Cells& cells_;
   Workers& workers_;
-  const OperatorKernels& kernels_;
   DetailOperator operator_;  // K
   std::vector<double> membrane_;
   MaskedFactor factor_;  // of N

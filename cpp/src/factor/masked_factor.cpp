@@ -132,16 +132,16 @@ void MaskedFactor::thin_out(std::span<const std::uint8_t> mask) {
     factor_.reserve(size + size / 8);
   }
   if (factor_.size() < size) factor_.resize(size);
-  cost_.entries = static_cast<double>(size);
+  n_entries_ = size;
   divide();
 }
 
 /// Takes the largest subtrees whose work is a small share of all. This depends on the matrix and
 /// the mask only, so that the results do not depend on the number of threads.
 void MaskedFactor::divide() {
-  cost_.multiplications = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
+  const double all = std::accumulate(multiplications_.begin(), multiplications_.end(), 0.0);
   const bool is_worth_it = workers_.are_worth_it(static_cast<Index>(row_of_.size())) &&
-                           cost_.multiplications >= workers_.task_sharing().factor_from;
+                           all >= workers_.task_sharing().factor_from;
   for (Index s = 0; s < plan_.supernodes(); ++s) {
     const Index up = plan_.parents[s];
     if (up != none) multiplications_[up] += multiplications_[s];
@@ -151,8 +151,8 @@ void MaskedFactor::divide() {
   border_rows_.clear();
   for (Index s = plan_.supernodes(); s-- > 0;) {
     const Index first = plan_.subtree_firsts[s];
-    const bool is_subtree = is_worth_it && first != none &&
-                            multiplications_[s] <= largest_share * cost_.multiplications;
+    const bool is_subtree =
+        is_worth_it && first != none && multiplications_[s] <= largest_share * all;
     const Index first_panel = panels_before_[is_subtree ? first : s];
     const Index end_panel = panels_before_[s + 1];
     if (is_subtree) {

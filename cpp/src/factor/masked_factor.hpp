@@ -68,14 +68,6 @@ class MaskedFactor {
   /// false; otherwise returns true. Allocates memory only if the factor is larger than ever before.
   bool factorize(std::span<const std::uint8_t> mask, std::span<const double> added = {});
 
-  /// What the last factor cost: how many multiplications it took, about, and how many numbers it
-  /// has.
-  struct Cost {
-    double multiplications = 0;
-    double entries = 0;
-  };
-  [[nodiscard]] const Cost& cost() const { return cost_; }
-
   /// The factored rows and columns, in elimination order.
   [[nodiscard]] std::span<const Index> order() const { return order_; }
 
@@ -140,20 +132,12 @@ class MaskedFactor {
   void number_border(const Border& border, std::vector<Index>& local);
 
   // solves.cpp
-  /// A step with one panel. Forward steps add up in `sums` what they contribute to the rows above
-  /// their subtree, to which others contribute at the same time.
-  using Forward = void (MaskedFactor::*)(const Panel&, double* values, double* sums, int) const;
-  using Backward = void (MaskedFactor::*)(const Panel&, double* values, int fields) const;
-  void pass(std::span<Vector3<double>> values, int fields, Forward forward, Backward backward);
-  [[nodiscard]] const SolveKernels& solve_kernels(int fields) const {
-    return fields == 1 ? kernels_.dense.of_one_field : kernels_.dense.of_three_fields;
-  }
-  void solve_forward(const Panel& panel, double* values, double* sums, int fields) const;
-  void solve_backward(const Panel& panel, double* values, int fields) const;
+  template <class Forward, class Backward>
+  void pass(std::span<Vector3<double>> values, int fields, const Forward& forward,
+            const Backward& backward);
+  void precondition_one(std::span<Vector3<double>> values);
   void round();
   void round(const Panel& panel);
-  void forward_rounded(const Panel& panel, double* values, double* sums, int fields) const;
-  void backward_rounded(const Panel& panel, double* values, int fields) const;
 
   /// Calls `work(border)` for each subtree, sharing them if it is worth it.
   template <class Work>
@@ -193,7 +177,7 @@ class MaskedFactor {
   std::vector<float> rounded_;   // the factor in single precision, if it is_rounded_
   bool is_rounded_ = false;
   std::vector<Vector3<double>> field_;  // one of several right-hand sides of `precondition`
-  Cost cost_;
+  std::size_t n_entries_ = 0;           // of the factor
 
   std::vector<Index> above_;                  // the panels that are in no subtree
   std::vector<Border> borders_;               // those of the subtrees

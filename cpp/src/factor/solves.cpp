@@ -47,19 +47,19 @@ float* round_rows(const double* rows, Index n, Index columns, float* blocks) {
 
 }  // namespace
 
-/// Calls `forward` for all panels and then `backward` in reverse. Subtrees are shared if it is
-/// worth it.
-void MaskedFactor::pass(std::span<Vector3<double>> values, int fields, Forward forward,
-                        Backward backward) {
+/// Calls `forward(panel, sums)` for all panels and then `backward(panel)` in reverse. Forward steps
+/// add up in `sums` what they contribute to the rows above their subtree, to which others
+/// contribute at the same time. Subtrees are shared if it is worth it.
+template <class Forward, class Backward>
+void MaskedFactor::pass(std::span<Vector3<double>> values, int fields, const Forward& forward,
+                        const Backward& backward) {
   const std::size_t width = at(fields);
-  double* numbers = &values[0].x;
-  const bool is_worth_it = cost_.entries * fields >= workers_.task_sharing().solve_from;
+  const bool is_worth_it =
+      static_cast<double>(n_entries_) * fields >= workers_.task_sharing().solve_from;
   for_each_subtree(is_worth_it, [&](Border& border) {
     Vector3<double>* sums = border_sums_.data() + 3 * border.first;
     std::fill_n(sums, at(border.end - border.first) * width, Vector3<double>{});
-    for (Index p = border.first_panel; p < border.end_panel; ++p) {
-      (this->*forward)(panels_[p], numbers, &sums->x, fields);
-    }
+    for (Index p = border.first_panel; p < border.end_panel; ++p) forward(panels_[p], &sums->x);
   });
   for (const Border& border : borders_) {
     const Vector3<double>* sums = border_sums_.data() + 3 * border.first;
@@ -68,52 +68,45 @@ void MaskedFactor::pass(std::span<Vector3<double>> values, int fields, Forward f
       for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
     }
   }
-  for (const Index p : above_) (this->*forward)(panels_[p], numbers, nullptr, fields);
-  for (auto p = above_.rbegin(); p != above_.rend(); ++p) {
-    (this->*backward)(panels_[*p], numbers, fields);
-  }
+  for (const Index p : above_) forward(panels_[p], nullptr);
+  for (auto p = above_.rbegin(); p != above_.rend(); ++p) backward(panels_[*p]);
   for_each_subtree(is_worth_it, [&](Border& border) {
-    for (Index p = border.end_panel; p-- > border.first_panel;) {
-      (this->*backward)(panels_[p], numbers, fields);
-    }
+    for (Index p = border.end_panel; p-- > border.first_panel;) backward(panels_[p]);
   });
 }
 
 void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
-  pass(values, fields, &MaskedFactor::solve_forward, &MaskedFactor::solve_backward);
-}
-
-void MaskedFactor::solve_forward(const Panel& panel, double* values, double* sums,
-                                 int fields) const {
-  const Index n = panel.columns;
-  const SolveKernels& kernels = solve_kernels(fields);
-  const double* triangle = &factor_[panel.data];
-  const double* inside = triangle + n * n;
-  const Index* below = rows_.data() + panel.below;
-  double* own = values + std::ptrdiff_t{quad} * panel.first * fields;
-  kernels.forward(triangle, n, &inverse_[panel.first], own);
-  kernels.subtract_products(inside, panel.n_inside, n, own, below, values);
-  kernels.subtract_products(inside + panel.n_inside * n, panel.n_below - panel.n_inside, n, own,
-                            in_border_.data() + panel.below + panel.n_inside, sums);
-}
-
-void MaskedFactor::solve_backward(const Panel& panel, double* values, int fields) const {
-  solve_kernels(fields).backward(
-      &factor_[panel.data], panel.rows(), panel.columns, &inverse_[panel.first],
-      values + std::ptrdiff_t{quad} * panel.first * fields, rows_.data() + panel.below, values);
+  const SolveKernels& kernels =
+      fields == 1 ? kernels_.dense.of_one_field : kernels_.dense.of_three_fields;
+  double* numbers = &values[0].x;
+  const auto own = [&](const Panel& panel) {
+    return numbers + std::ptrdiff_t{quad} * panel.first * fields;
+  };
+  const auto forward = [&](const Panel& panel, double* sums) {
+    const Index n = panel.columns;
+    const double* triangle = &factor_[panel.data];
+    const double* inside = triangle + n * n;
+    kernels.forward(triangle, n, &inverse_[panel.first], own(panel));
+    kernels.subtract_products(inside, panel.n_inside, n, own(panel), rows_.data() + panel.below,
+                              numbers);
+    kernels.subtract_products(inside + panel.n_inside * n, panel.n_below - panel.n_inside, n,
+                              own(panel), in_border_.data() + panel.below + panel.n_inside, sums);
+  };
+  const auto backward = [&](const Panel& panel) {
+    kernels.backward(&factor_[panel.data], panel.rows(), panel.columns, &inverse_[panel.first],
+                     own(panel), rows_.data() + panel.below, numbers);
+  };
+  pass(values, fields, forward, backward);
 }
 
 void MaskedFactor::precondition(std::span<Vector3<double>> values, int fields) {
   if (!is_rounded_) round();
-  const auto pass_one = [&](std::span<Vector3<double>> field) {
-    pass(field, 1, &MaskedFactor::forward_rounded, &MaskedFactor::backward_rounded);
-  };
-  if (fields == 1) return pass_one(values);
+  if (fields == 1) return precondition_one(values);
   const std::size_t width = at(fields);
   field_.resize(order_.size());
   for (std::size_t f = 0; f < width; ++f) {
     for (std::size_t r = 0; r < field_.size(); ++r) field_[r] = values[width * r + f];
-    pass_one(field_);
+    precondition_one(field_);
     for (std::size_t r = 0; r < field_.size(); ++r) values[width * r + f] = field_[r];
   }
 }
@@ -160,33 +153,35 @@ void MaskedFactor::round(const Panel& panel) {
   round_rows(inside + panel.n_inside * n, panel.n_below - panel.n_inside, n, blocks);
 }
 
-void MaskedFactor::forward_rounded(const Panel& panel, double* values, double* sums,
-                                   int /*fields*/) const {
-  const Index n = panel.columns;
-  const Index* below = rows_.data() + panel.below;
-  double* own = values + std::ptrdiff_t{quad} * panel.first;
-  const OwnRows before = taken(own, n);
-  const float* blocks = &rounded_[panel.rounded];
-  kernels_.dense.subtract_blocks(blocks, n, n, before.data(), consecutive.data(), own);
-  blocks += size_in_blocks(n, n);
-  kernels_.dense.subtract_blocks(blocks, panel.n_inside, n, own, below, values);
-  blocks += size_in_blocks(panel.n_inside, n);
-  kernels_.dense.subtract_blocks(blocks, panel.n_below - panel.n_inside, n, own,
-                                 in_border_.data() + panel.below + panel.n_inside, sums);
-}
-
-void MaskedFactor::backward_rounded(const Panel& panel, double* values, int /*fields*/) const {
-  const Index n = panel.columns;
-  const Index* below = rows_.data() + panel.below;
-  double* own = values + std::ptrdiff_t{quad} * panel.first;
-  const float* inverse = &rounded_[panel.rounded];
-  const float* blocks = inverse + size_in_blocks(n, n);
-  kernels_.dense.subtract_transposed_blocks(blocks, panel.n_inside, n, own, below, values);
-  blocks += size_in_blocks(panel.n_inside, n);
-  kernels_.dense.subtract_transposed_blocks(blocks, panel.n_below - panel.n_inside, n, own,
-                                            below + panel.n_inside, values);
-  const OwnRows before = taken(own, n);
-  kernels_.dense.subtract_transposed_blocks(inverse, n, n, own, consecutive.data(), before.data());
+void MaskedFactor::precondition_one(std::span<Vector3<double>> values) {
+  double* numbers = &values[0].x;
+  const DenseKernels& kernels = kernels_.dense;
+  const auto forward = [&](const Panel& panel, double* sums) {
+    const Index n = panel.columns;
+    double* own = numbers + std::ptrdiff_t{quad} * panel.first;
+    const OwnRows before = taken(own, n);
+    const float* inverse = &rounded_[panel.rounded];
+    const float* inside = inverse + size_in_blocks(n, n);
+    const float* outside = inside + size_in_blocks(panel.n_inside, n);
+    kernels.subtract_blocks(inverse, n, n, before.data(), consecutive.data(), own);
+    kernels.subtract_blocks(inside, panel.n_inside, n, own, rows_.data() + panel.below, numbers);
+    kernels.subtract_blocks(outside, panel.n_below - panel.n_inside, n, own,
+                            in_border_.data() + panel.below + panel.n_inside, sums);
+  };
+  const auto backward = [&](const Panel& panel) {
+    const Index n = panel.columns;
+    const Index* below = rows_.data() + panel.below;
+    double* own = numbers + std::ptrdiff_t{quad} * panel.first;
+    const float* inverse = &rounded_[panel.rounded];
+    const float* inside = inverse + size_in_blocks(n, n);
+    const float* outside = inside + size_in_blocks(panel.n_inside, n);
+    kernels.subtract_transposed_blocks(inside, panel.n_inside, n, own, below, numbers);
+    kernels.subtract_transposed_blocks(outside, panel.n_below - panel.n_inside, n, own,
+                                       below + panel.n_inside, numbers);
+    const OwnRows before = taken(own, n);
+    kernels.subtract_transposed_blocks(inverse, n, n, own, consecutive.data(), before.data());
+  };
+  pass(values, 1, forward, backward);
 }
 
 }  // namespace dynmesh

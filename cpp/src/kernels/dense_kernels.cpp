@@ -42,7 +42,6 @@ void multiply_columns(const double* a, Index m, const double* b, Index n, Index 
     }
   };
   multiply_rows.template operator()<tile_height>();
-  multiply_rows.template operator()<tile_height / 4>();
   multiply_rows.template operator()<1>();
 }
 
@@ -148,22 +147,30 @@ void subtract_from(const double* rows, Index n, Index columns, const double* own
   for (; r < n; ++r) subtract.template operator()<1>(r);
 }
 
+/// Completes row j of a solution with the triangle, and subtracts its product with l from the rows
+/// `first` to `last` - 1, of which row i has the factor l[i * stride].
+template <int fields>
+[[gnu::always_inline]] inline void solve_row(double* own, Index j, double inverse, const double* l,
+                                             Index stride, Index first, Index last) {
+  constexpr int step = 4 * fields;
+  Doubles x[fields];
+  for (int f = 0; f < fields; ++f) {
+    x[f] = inverse * load(own + j * step + 4 * f);
+    store(own + j * step + 4 * f, x[f]);
+  }
+  for (Index i = first; i < last; ++i) {
+    const double factor = l[i * stride];
+    for (int f = 0; f < fields; ++f) {
+      double* y = own + i * step + 4 * f;
+      store(y, load(y) - factor * x[f]);
+    }
+  }
+}
+
 template <int fields>
 void forward(const double* panel, Index columns, const double* inverse, double* own) {
-  constexpr int step = 4 * fields;
   for (Index j = 0; j < columns; ++j) {
-    Doubles x[fields];
-    for (int f = 0; f < fields; ++f) {
-      x[f] = inverse[j] * load(own + j * step + 4 * f);
-      store(own + j * step + 4 * f, x[f]);
-    }
-    for (Index i = j + 1; i < columns; ++i) {
-      const double factor = panel[i * columns + j];
-      for (int f = 0; f < fields; ++f) {
-        double* y = own + i * step + 4 * f;
-        store(y, load(y) - factor * x[f]);
-      }
-    }
+    solve_row<fields>(own, j, inverse[j], panel + j, columns, j + 1, columns);
   }
 }
 
@@ -191,18 +198,7 @@ void backward(const double* panel, Index rows, Index columns, const double* inve
   for (; r + 4 <= rows; r += 4) subtract.template operator()<4>(r);
   for (; r < rows; ++r) subtract.template operator()<1>(r);
   for (Index i = columns; i-- > 0;) {
-    Doubles x[fields];
-    for (int f = 0; f < fields; ++f) {
-      x[f] = inverse[i] * load(own + i * step + 4 * f);
-      store(own + i * step + 4 * f, x[f]);
-    }
-    for (Index j = 0; j < i; ++j) {
-      const double factor = panel[i * columns + j];
-      for (int f = 0; f < fields; ++f) {
-        double* y = own + j * step + 4 * f;
-        store(y, load(y) - factor * x[f]);
-      }
-    }
+    solve_row<fields>(own, i, inverse[i], panel + i * columns, 1, 0, i);
   }
 }
 

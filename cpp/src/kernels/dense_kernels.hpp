@@ -3,8 +3,7 @@
 /// A panel is a dense block of a triangular factor: `rows` rows of `columns` numbers, packed row by
 /// row. Its first `columns` rows are the triangle. A matrix (n, columns) in blocks is in single
 /// precision and has `rows_of_block` rows in each block, which is stored column by column. The rows
-/// that the last block has in excess are 0. dense_kernels.cpp is compiled once for each kind of
-/// processor, and `runnable_kernels` returns those that may be used.
+/// that the last block has in excess are 0.
 #pragma once
 
 #include <dynmesh/types.hpp>

@@ -15,7 +15,6 @@ namespace dynmesh {
 struct Kernels {
   DenseKernels dense;
   ModeKernels modes;
-  OperatorKernels products;
   RotationKernels rotations;
   std::tuple<Sweeps<float>, Sweeps<double>> of_both_types;
 

@@ -41,10 +41,8 @@ void combine(const ModeData& modes, const float* coefficients, Vector3<double>* 
 }
 
 template <bool with_squares>
-[[gnu::always_inline]] inline void add_projections(const ModeData& modes,
-                                                   const Vector3<double>* field,
-                                                   const double* weights, float* sums,
-                                                   float* squares, Index first, Index last) {
+void add_projections(const ModeData& modes, const Vector3<double>* field, const double* weights,
+                     float* sums, float* squares, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
     const Vector3<float> v = {static_cast<float>(field[i].x), static_cast<float>(field[i].y),
                               static_cast<float>(field[i].z)};
@@ -62,9 +60,10 @@ template <bool with_squares>
   }
 }
 
-void project(const ModeData& modes, const Vector3<double>* field, float* sums, Index first,
-             Index last) {
-  add_projections<false>(modes, field, nullptr, sums, nullptr, first, last);
+void project(const ModeData& modes, const Vector3<double>* field, const double* weights,
+             float* sums, float* squares, Index first, Index last) {
+  const auto add = weights != nullptr ? add_projections<true> : add_projections<false>;
+  add(modes, field, weights, sums, squares, first, last);
 }
 
 void form(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
@@ -119,6 +118,6 @@ void add_products(const ModeData& modes, const ShapeData& shapes, Index slot, do
 }  // namespace
 
 extern const ModeKernels mode_kernels;
-const ModeKernels mode_kernels = {combine, project, add_projections<true>, form, add_products};
+const ModeKernels mode_kernels = {combine, project, form, add_products};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -157,7 +157,7 @@ struct Covariances {
   }
 }
 
-void turn(const Covariance* covariances, Quaternion* fitted, Index first, Index last) {
+void fit(const Covariance* covariances, Quaternion* fitted, Index first, Index last) {
   constexpr int most_steps = 8;
   constexpr double small_step =
       1e-7;  // squared; the remaining error is about the square of the step
@@ -217,45 +217,26 @@ void blend(const RotationData& data, const Index* cluster_of, const Quaternion* 
   }
 }
 
-/// Computes row i of C x, times `factor`.
 template <int fields>
-[[gnu::always_inline]] inline void multiply_row(const OperatorData& k, Index i, double factor,
-                                                const Vector3<double>* x,
-                                                Vector3<double>* product) {
-  Doubles sums[fields] = {};
-  for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
-    const Vector3<double>* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
-    for (int f = 0; f < fields; ++f) sums[f] += k.values[e] * quad(other + f);
-  }
-  for (int f = 0; f < fields; ++f) quad(product + f) = factor * sums[f];
-}
-
-template <int fields>
-void apply_fields(const OperatorData& k, const Vector3<double>* x, Vector3<double>* products,
-                  Index first, Index last) {
-  for (Index i = first; i < last; ++i) {
-    multiply_row<fields>(k, i, k.scale[i], x, products + static_cast<std::ptrdiff_t>(i) * fields);
-  }
-}
-
-template <int fields>
-void apply_transposed_fields(const OperatorData& k, const Vector3<double>* y, const Index* rows,
-                             Vector3<double>* products, Index first, Index last) {
+void multiply_fields(const OperatorData& k, const Vector3<double>* x, const Index* rows,
+                     Vector3<double>* products, Index first, Index last) {
   for (Index n = first; n < last; ++n) {
-    multiply_row<fields>(k, rows[n], 1, y, products + static_cast<std::ptrdiff_t>(n) * fields);
+    const Index i = rows != nullptr ? rows[n] : n;
+    Doubles sums[fields] = {};
+    for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
+      const Vector3<double>* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
+      for (int f = 0; f < fields; ++f) sums[f] += k.values[e] * quad(other + f);
+    }
+    const double scale = k.scale != nullptr ? k.scale[i] : 1;
+    Vector3<double>* product = products + static_cast<std::ptrdiff_t>(n) * fields;
+    for (int f = 0; f < fields; ++f) quad(product + f) = scale * sums[f];
   }
 }
 
-void apply(const OperatorData& k, const Vector3<double>* x, int fields, Vector3<double>* products,
-           Index first, Index last) {
-  fields == 1 ? apply_fields<1>(k, x, products, first, last)
-              : apply_fields<3>(k, x, products, first, last);
-}
-
-void apply_transposed(const OperatorData& k, const Vector3<double>* y, int fields,
-                      const Index* rows, Vector3<double>* products, Index first, Index last) {
-  fields == 1 ? apply_transposed_fields<1>(k, y, rows, products, first, last)
-              : apply_transposed_fields<3>(k, y, rows, products, first, last);
+void multiply(const OperatorData& k, const Vector3<double>* x, int fields, const Index* rows,
+              Vector3<double>* products, Index first, Index last) {
+  const auto multiply_them = fields == 1 ? multiply_fields<1> : multiply_fields<3>;
+  multiply_them(k, x, rows, products, first, last);
 }
 
 /// The columns of a rotation matrix.
@@ -272,39 +253,29 @@ struct Matrix {
 }
 
 template <int fields>
-void turn_fields(const Quaternion* rotations, const Vector3<double>* values,
+void turn_fields(const Quaternion* rotations, bool back, const Vector3<double>* values,
                  Vector3<double>* turned, Index first, Index last) {
+  const double sign = back ? -1 : 1;
   for (Index i = first; i < last; ++i) {
-    const Matrix q = matrix_of(rotations[i]);
+    const Quaternion& q = rotations[i];
+    const Matrix columns = matrix_of(Quaternion{q.w, sign * q.x, sign * q.y, sign * q.z});
     for (int f = 0; f < fields; ++f) {
       const std::ptrdiff_t row = fields * static_cast<std::ptrdiff_t>(i) + f;
       const Vector3<double>& v = values[row];
-      quad(turned + row) = v.x * q.x + v.y * q.y + v.z * q.z;
+      quad(turned + row) = v.x * columns.x + v.y * columns.y + v.z * columns.z;
     }
   }
 }
 
-void turn(const Quaternion* rotations, const Vector3<double>* values, int fields,
+void turn(const Quaternion* rotations, bool back, const Vector3<double>* values, int fields,
           Vector3<double>* turned, Index first, Index last) {
-  fields == 1 ? turn_fields<1>(rotations, values, turned, first, last)
-              : turn_fields<3>(rotations, values, turned, first, last);
-}
-
-void turn_back(const Quaternion* rotations, const Vector3<double>* field, Vector3<double>* turned,
-               Index first, Index last) {
-  for (Index i = first; i < last; ++i) {
-    const Quaternion& q = rotations[i];
-    const Matrix back = matrix_of(Quaternion{q.w, -q.x, -q.y, -q.z});
-    const Vector3<double>& v = field[i];
-    quad(turned + i) = v.x * back.x + v.y * back.y + v.z * back.z;
-  }
+  const auto turn_them = fields == 1 ? turn_fields<1> : turn_fields<3>;
+  turn_them(rotations, back, values, turned, first, last);
 }
 
 }  // namespace
 
 extern const RotationKernels rotation_kernels;
-extern const OperatorKernels operator_kernels;
-const RotationKernels rotation_kernels = {measure, add_lists, turn, blend};
-const OperatorKernels operator_kernels = {apply, apply_transposed, turn, turn_back};
+const RotationKernels rotation_kernels = {measure, add_lists, fit, blend, multiply, turn};
 
 }  // namespace dynmesh::DYNMESH_KERNELS

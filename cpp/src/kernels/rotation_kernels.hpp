@@ -1,5 +1,5 @@
 /// The inner loops of fitting rotations, and of products with K and with rotations, optimised for
-/// each kind of processor; see dense_kernels.hpp.
+/// each kind of processor; see kernels.hpp.
 ///
 /// Fields have one or three Vector3 for each vertex, side by side. Three fields together take much
 /// less time than three separate ones, since the matrix is read only once.
@@ -35,6 +35,14 @@ struct RotationData {
   Quaternion* quaternions;            // (k,)
 };
 
+/// K = M^-1/2 C, see detail_operator.hpp, or C if `scale` is null.
+struct OperatorData {
+  const Index* offsets;
+  const Index* columns;
+  const double* values;
+  const double* scale;
+};
+
 struct RotationKernels {
   /// Computes the covariances of the vertices `first` to `last` - 1.
   void (*measure)(const RotationData& data, Index first, Index last);
@@ -44,37 +52,18 @@ struct RotationKernels {
                     bool with_own, Covariance* sums, Index first, Index last);
   /// Fits the rotations `first` to `last` - 1 to their covariances. `fitted` holds the last fit and
   /// receives the new one.
-  void (*turn)(const Covariance* covariances, Quaternion* fitted, Index first, Index last);
+  void (*fit)(const Covariance* covariances, Quaternion* fitted, Index first, Index last);
   /// Sets the rotations of these vertices to the mean of those of the clusters of their cell, the
   /// vertex included. `cluster_of` has k numbers.
   void (*blend)(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
                 Index first, Index last);
-};
-
-/// K = M^-1/2 C; see detail_operator.hpp.
-struct OperatorData {
-  const Index* offsets;
-  const Index* columns;
-  const double* values;
-  const double* scale;
-};
-
-struct OperatorKernels {
-  /// Computes rows `first` to `last` - 1 of K x.
-  void (*apply)(const OperatorData& k, const Vector3<double>* x, int fields,
-                Vector3<double>* products, Index first, Index last);
-
-  /// Sets row n of `products` to row rows[n] of C y, which is K^T r for y = M^-1/2 r, for n =
-  /// `first` to `last` - 1.
-  void (*apply_transposed)(const OperatorData& k, const Vector3<double>* y, int fields,
-                           const Index* rows, Vector3<double>* products, Index first, Index last);
-
-  /// Rotates rows `first` to `last` - 1 of one or three fields.
-  void (*turn)(const Quaternion* rotations, const Vector3<double>* values, int fields,
+  /// Sets row n of `products` to row rows[n] of K x, or to row n if `rows` is null, for n = `first`
+  /// to `last` - 1.
+  void (*multiply)(const OperatorData& k, const Vector3<double>* x, int fields, const Index* rows,
+                   Vector3<double>* products, Index first, Index last);
+  /// Rotates rows `first` to `last` - 1 of one or three fields, by the inverse rotations if `back`.
+  void (*turn)(const Quaternion* rotations, bool back, const Vector3<double>* values, int fields,
                Vector3<double>* turned, Index first, Index last);
-  /// Rotates rows of one field by the inverse rotations.
-  void (*turn_back)(const Quaternion* rotations, const Vector3<double>* field,
-                    Vector3<double>* turned, Index first, Index last);
 };
 
 }  // namespace dynmesh

@@ -12,9 +12,6 @@
 /// - Each cell has eight slots for neighbours, of which the last may be empty. Loops over six and
 ///   over eight slots process the vertices that have no more neighbours, and a slower one the few
 ///   others.
-///
-/// sweeps.cpp is compiled once for each kind of processor, and `runnable_kernels` returns those
-/// that may be used.
 #pragma once
 
 #include <dynmesh/types.hpp>

@@ -1,12 +1,13 @@
 #include <OpenMesh/Core/Mesh/TriConnectivity.hh>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "support/checks.hpp"
@@ -37,39 +38,16 @@ void check_indices(Faces faces, std::size_t n_vertices) {
   }
 }
 
-/// Returns, for each face, the earlier face with the same three vertices, or -1. Faces are first
-/// listed by their smallest vertex, so that comparisons are local and the time is nearly linear.
-std::vector<Index> find_duplicates(Faces faces, std::size_t n_vertices) {
-  std::vector<Triangle> sorted(faces.count);
-  for (std::size_t f = 0; f < faces.count; ++f) {
-    sorted[f] = faces[f];
-    std::ranges::sort(sorted[f]);
+struct Hash {
+  std::size_t operator()(const Triangle& triangle) const {
+    std::uint64_t hash = 0;
+    for (const Index v : triangle) hash = (hash + at(v)) * 0x9e3779b97f4a7c15ULL;
+    return static_cast<std::size_t>(hash ^ (hash >> 32U));
   }
-  Cells by_vertex = lists_by_key(n_vertices, [&](const auto& visit) {
-    for (std::size_t f = 0; f < faces.count; ++f) visit(sorted[f][0], static_cast<Index>(f));
-  });
-
-  const auto key = [&](Index f) { return std::pair(sorted[f], f); };
-  std::vector<Index> duplicate_of(faces.count, -1);
-  for (std::size_t v = 0; v < n_vertices; ++v) {
-    const auto first = at(by_vertex.offsets[v]);
-    const auto list = std::span(by_vertex.neighbours).subspan(first, by_vertex[v].size());
-    std::ranges::sort(list, {}, key);
-    for (std::size_t i = 1, original = 0; i < list.size(); ++i) {
-      if (sorted[list[i]] != sorted[list[original]]) original = i;
-      if (i != original) duplicate_of[list[i]] = list[original];
-    }
-  }
-  return duplicate_of;
-}
-
-struct Reason {
-  Refusal kind;
-  std::string text;
 };
 
-Reason unorderable() {
-  return {Refusal::non_manifold_vertex,
+RefusedFace unorderable(std::size_t f) {
+  return {f, Refusal::non_manifold_vertex,
           "its vertices join fans of faces that cannot be ordered: non-manifold"};
 }
 
@@ -85,10 +63,11 @@ bool can_be_neighbours(const OpenMesh::TriConnectivity& mesh, OpenMesh::Halfedge
   return gap != before;
 }
 
-/// Why `face` cannot be inserted into `mesh`; nothing where it can. OpenMesh finds the same out,
+/// Why face f cannot be inserted into `mesh`; nothing where it can. OpenMesh finds the same out,
 /// but then prints to a stream of the whole process that the host may be using, and gives no
 /// reason.
-std::optional<Reason> refusal(const OpenMesh::TriConnectivity& mesh, const Triangle& face) {
+std::optional<RefusedFace> refusal(const OpenMesh::TriConnectivity& mesh, std::size_t f,
+                                   const Triangle& face) {
   std::array<OpenMesh::HalfedgeHandle, 3> halfedges;
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const Index a = face[corner];
@@ -98,22 +77,25 @@ std::optional<Reason> refusal(const OpenMesh::TriConnectivity& mesh, const Trian
     if (!halfedge.is_valid() || mesh.is_boundary(halfedge)) continue;
     const std::string edge = "edge (" + std::to_string(a) + ", " + std::to_string(b) + ")";
     if (mesh.is_boundary(mesh.opposite_halfedge_handle(halfedge))) {
-      return Reason{Refusal::flipped,
-                    edge + " runs the same way in a neighbouring face: one of the two is flipped"};
+      return RefusedFace{
+          f, Refusal::flipped,
+          edge + " runs the same way in a neighbouring face: one of the two is flipped"};
     }
-    return Reason{Refusal::non_manifold_edge, edge + " already has two faces: non-manifold"};
+    return RefusedFace{f, Refusal::non_manifold_edge,
+                       edge + " already has two faces: non-manifold"};
   }
   for (const Index v : face) {
     if (!mesh.is_boundary(OpenMesh::VertexHandle(v))) {
-      return Reason{Refusal::non_manifold_vertex,
-                    "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold"};
+      return RefusedFace{
+          f, Refusal::non_manifold_vertex,
+          "vertex " + std::to_string(v) + " is already enclosed by faces: non-manifold"};
     }
   }
   for (std::size_t corner = 0; corner < 3; ++corner) {
     const auto before = halfedges[corner];
     const auto after = halfedges[(corner + 1) % 3];
     if (!before.is_valid() || !after.is_valid()) continue;
-    if (!can_be_neighbours(mesh, before, after)) return unorderable();
+    if (!can_be_neighbours(mesh, before, after)) return unorderable(f);
   }
   return std::nullopt;
 }
@@ -125,9 +107,9 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
   for (std::size_t v = 0; v < n_vertices; ++v) mesh.new_vertex();
 
   std::vector<Edge> edges;
-  const auto refuse = [&](std::size_t f, Reason reason) {
-    report.refused_faces.push_back({f, reason.kind, std::move(reason.text)});
-    const auto face = faces[f];
+  const auto refuse = [&](RefusedFace refused) {
+    const auto face = faces[refused.index];
+    report.refused_faces.push_back(std::move(refused));
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const Index a = face[corner];
       const Index b = face[(corner + 1) % 3];
@@ -135,22 +117,25 @@ std::vector<Edge> find_edges(Faces faces, std::size_t n_vertices, TopologyReport
     }
   };
 
-  const std::vector<Index> duplicate_of = find_duplicates(faces, n_vertices);
+  std::unordered_map<Triangle, std::size_t, Hash> first_with;  // the vertices, ascending
+  first_with.reserve(faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     const auto face = faces[f];
+    auto sorted = face;
+    std::ranges::sort(sorted);
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      refuse(f, {Refusal::degenerate, "degenerate: vertices " + std::to_string(face[0]) + ", " +
-                                          std::to_string(face[1]) + ", " + std::to_string(face[2]) +
-                                          " are not distinct"});
-    } else if (const Index original = duplicate_of[f]; original >= 0) {
-      refuse(f, {Refusal::duplicate, "duplicate of face " + std::to_string(original)});
-    } else if (std::optional<Reason> reason = refusal(mesh, face)) {
-      refuse(f, *std::move(reason));
+      refuse({f, Refusal::degenerate,
+              "degenerate: vertices " + std::to_string(face[0]) + ", " + std::to_string(face[1]) +
+                  ", " + std::to_string(face[2]) + " are not distinct"});
+    } else if (const auto [first, is_new] = first_with.try_emplace(sorted, f); !is_new) {
+      refuse({f, Refusal::duplicate, "duplicate of face " + std::to_string(first->second)});
+    } else if (std::optional<RefusedFace> refused = refusal(mesh, f, face)) {
+      refuse(*std::move(refused));
     } else {
       const auto handle =
           mesh.add_face(OpenMesh::VertexHandle(face[0]), OpenMesh::VertexHandle(face[1]),
                         OpenMesh::VertexHandle(face[2]));
-      if (!handle.is_valid()) refuse(f, unorderable());  // for a reason of later versions' own
+      if (!handle.is_valid()) refuse(unorderable(f));  // for a reason of later versions' own
     }
   }
 

@@ -73,16 +73,11 @@ Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iteratio
   }
 }
 
-template <class Real>
-template <class Work>
-void Motion<Real>::for_each_chunk(Work&& work) {
-  workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index i) { work(chunks_[i]); });
-}
-
 /// Executes one iteration and returns the number of satellites reached so far.
 template <class Real>
 Index Motion<Real>::sweep(Index t) {
-  for_each_chunk([&](Rows& rows) { rows.reached = sweeps_.sweep(data_, rows, t); });
+  workers_.for_each(n_chunks(),
+                    [&](Index c) { chunks_[c].reached = sweeps_.sweep(data_, chunks_[c], t); });
   Index reached = 0;
   for (const Rows& rows : chunks_) reached += rows.reached;
   return reached;
@@ -95,7 +90,7 @@ Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
   data_.previous = &previous[0].x;
   data_.points = &points[0].x;
   data_.generation = generations.to_fill().data();
-  for_each_chunk([&](Rows& rows) { rows = sweeps_.prepare(data_, rows); });
+  workers_.for_each(n_chunks(), [&](Index c) { chunks_[c] = sweeps_.prepare(data_, chunks_[c]); });
   Index unknown = 0;
   for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
 
@@ -118,7 +113,7 @@ Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
     }
     std::swap(data_.before, data_.after);
   }
-  for_each_chunk([&](const Rows& rows) { sweeps_.finish(data_, rows, sweeps_made); });
+  workers_.for_each(n_chunks(), [&](Index c) { sweeps_.finish(data_, chunks_[c], sweeps_made); });
   generations.set_counts(previous.size() - static_cast<std::size_t>(unknown),
                          static_cast<std::size_t>(reached));
   return last + extra_iterations_;

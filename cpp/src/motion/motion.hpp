@@ -35,8 +35,7 @@ class Motion final : public Estimator<Real> {
 
  private:
   Index sweep(Index t);
-  template <class Work>
-  void for_each_chunk(Work&& work);
+  [[nodiscard]] Index n_chunks() const { return static_cast<Index>(chunks_.size()); }
 
   Workers& workers_;
   const Sweeps<Real>& sweeps_;

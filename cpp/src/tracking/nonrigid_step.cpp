@@ -24,12 +24,6 @@ std::vector<double> chosen(std::span<const std::uint8_t> is_cloth, double of_clo
   return values;
 }
 
-DetailConstants with_largest_kept(double largest_kept) {
-  DetailConstants constants;
-  constants.training.largest_kept = largest_kept;
-  return constants;
-}
-
 std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_frame,
                                       const ShapeSystem& system) {
   std::vector<Vector3<double>> shape(first_frame.size());
@@ -44,17 +38,16 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                            double mean_edge, std::span<const std::uint8_t> is_cloth,
                            const TrainingFrames& training, bool has_uncertainty, double epsilon)
     : topology_(topology),
-      detail_constants_(with_largest_kept(constants.largest_kept)),
-      system_(faces, topology.cells, workers, first_frame, detail_constants_,
+      system_(faces, topology.cells, workers, first_frame,
               chosen(is_cloth, constants.cloth_membrane, constants.membrane)),
       rotations_(topology.cells, workers, first_frame, mean_edge),
       rounding_(system_.k(), mean_edge, epsilon),
       shape_(shape_of(first_frame, system_)),
-      rest_(topology.cells, workers, detail_constants_, !training.empty(),
+      rest_(topology.cells, workers, constants.largest_kept, !training.empty(),
             training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
-                           detail_constants_, workers),
+                           workers),
             shape_),
-      error_bars_(topology.cells, workers, detail_constants_, has_uncertainty, true),
+      error_bars_(topology.cells, workers, has_uncertainty, true),
       membrane_(faces, first_frame, mean_edge,
                 chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
       surface_system_(system_, topology.cells, constants,

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "detail/constants.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
@@ -87,7 +86,6 @@ class NonrigidStep {
   void find_shape(Field frame);
 
   const Topology& topology_;
-  DetailConstants detail_constants_;
   ShapeSystem system_;
   Rotations rotations_;
   Rounding rounding_;

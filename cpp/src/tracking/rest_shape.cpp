@@ -8,11 +8,11 @@
 
 namespace dynmesh {
 
-RestShape::RestShape(const Cells& cells, Workers& workers, const DetailConstants& constants,
-                     bool is_trained, Modes modes, Field first_shape)
+RestShape::RestShape(const Cells& cells, Workers& workers, double largest_kept, bool is_trained,
+                     Modes modes, Field first_shape)
     : cells_(cells),
       is_trained_(is_trained),
-      fit_(ShapeFit::Of::rest, cells, workers, constants.training, std::move(modes)),
+      fit_(ShapeFit::Of::rest, cells, workers, largest_kept, std::move(modes)),
       first_(first_shape.begin(), first_shape.end()),
       shape_(first_),
       generations_(is_trained ? cells.size() : 0),
