@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union
 
 from ._errors import InputError
+from ._report import listed
 
 T = TypeVar("T")
 
@@ -207,8 +208,7 @@ def _told(hint: Any) -> str:
     for one in _members(hint):
         is_choice = typing.get_origin(one) is Literal
         words += typing.get_args(one) if is_choice else [_WORDS.get(one, "text")]
-    *most, last = dict.fromkeys(words)
-    return f"{', '.join(most)} or {last}" if most else last
+    return listed(dict.fromkeys(words), "or")
 
 
 _WORDS = {int: "a whole number", float: "a number", bool: "yes or no", Path: "a path"}

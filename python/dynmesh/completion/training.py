@@ -12,7 +12,7 @@ from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
 from ..files import PathLike, Reader
 from ..files.frame import check_whole
-from ..files.scenes import listed
+from ..files.scenes import some_of
 from ..sequence import Positions
 from .start import check_same_subject
 
@@ -119,7 +119,7 @@ def _open(training_file: Path, reader: Reader) -> Reader:
     moving = [mesh for mesh, moves in meshes.items() if moves]
     if len(moving) > 1:
         raise InputError(
-            f"has no mesh '{wanted}', as {reader.path} has; those that move are {listed(moving)}",
+            f"has no mesh '{wanted}', as {reader.path} has; those that move are {some_of(moving)}",
             file=training_file,
         )
     return files.open(training_file)

@@ -18,8 +18,8 @@ from .._checks import check_positive
 from .._errors import SettingError, locating
 from .._progress import tracked
 from ..completer import Completer, FrameReport
-from ..files import Frame, Reader, naming
-from ..files.memory import Output
+from ..files import Frame, Reader, Writer, naming
+from ..files.memory import Collected
 from ..settings import Settings
 from .lengths import Lengths
 from .start import Start, StartFrame
@@ -99,7 +99,7 @@ def complete_frames(
     reader: Reader,
     start: StartFrame,
     completer: Completer,
-    output: Output,
+    output: Writer | Collected,
     options: Options,
     *,
     folder: Path | None = None,
@@ -273,7 +273,7 @@ def _stored(records: NDArray[Any], number: int) -> Frame:
     return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})
 
 
-def _write(frame: Frame, options: Options, output: Output, tally: Tally) -> None:
+def _write(frame: Frame, options: Options, output: Writer | Collected, tally: Tally) -> None:
     """Writes a completed frame, without what is left missing."""
     if options.drop_above is not None:
         assert frame.standard_error is not None  # as the options have set

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._report import counted
+from .._report import listed as joined
 from ..files import Header
 
 Severity = Literal["error", "warning"]
@@ -144,5 +145,4 @@ def _joined(what: str, shown: list[str], count: int, others: int) -> str:
     noun = counted(count, what).partition(" ")[2]
     if others > 0:
         return f"{noun} {', '.join(shown)} and {counted(others, 'other')}"
-    last = shown[-1]
-    return f"{noun} {', '.join(shown[:-1])} and {last}" if len(shown) > 1 else f"{noun} {last}"
+    return f"{noun} {joined(shown)}"

@@ -12,14 +12,13 @@ import numpy as np
 from ..attributes import ATTRIBUTES, flags_of
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
-from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
+from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .frame import Frame
 from .header import Header, MeshFile
 from .naming import naming
 from .new_output import exchange, unfinished_folder
 from .numbered import FrameNames, find_files, names_to_write, numbered_like
 from .reader import Reader
-from .template import find_template
 from .times import numbers_of_files
 from .writer import Writer
 
@@ -198,7 +197,7 @@ class FramesWriter(Writer):
         folder = Path(os.path.realpath(self._names.folder))
         others = folder.iterdir() if folder.exists() else ()
         if self.folder.parent == unfinished_folder(folder) and all(
-            self._names.has(file.name) for file in others
+            self._names.number(file.name) is not None for file in others
         ):
             exchange(self.folder, folder)
         else:

@@ -123,10 +123,4 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error.args[0]).split())
 
 
-hdf5 = Format(
-    "hdf5",
-    (".h5", ".hdf5"),
-    Hdf5Reader,
-    Hdf5Writer,
-    library=("h5py", "hdf5"),
-)
+hdf5 = Format("hdf5", (".h5", ".hdf5"), Hdf5Reader, Hdf5Writer, library=("h5py", "hdf5"))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,17 +28,6 @@ class SequenceReader(Reader):
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         return (frame_of(self._sequence, number) for number in numbers)
-
-
-class Output(Protocol):
-    """What takes frames in their order, such as a writer."""
-
-    @property
-    def header(self) -> Header:
-        """The properties of all frames."""
-
-    def append(self, points: Positions, **values: Any) -> None:
-        """Takes the next frame, with the attributes of the header."""
 
 
 class Collected:

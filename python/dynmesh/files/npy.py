@@ -13,12 +13,11 @@ import numpy as np
 
 from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..sequence import check_faces, check_vertices
-from .format import Format, Template
+from .format import Format, Template, find_template
 from .header import Header, errors_of
 from .named import per_frame
 from .naming import naming
 from .rows import RowFilesWriter, Rows, RowsReader, load_array, open_rows
-from .template import find_template
 
 
 def _path_of(name: str, path: Path) -> Path:

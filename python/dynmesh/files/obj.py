@@ -136,10 +136,4 @@ def _states_metadata(line: bytes) -> bool:
     return line.startswith(b"#") and metadata_in([comment]) != Metadata()
 
 
-obj = Format(
-    "obj",
-    (".obj",),
-    ObjReader,
-    ObjWriter,
-    frozenset({"faces", "gaps"}),
-)
+obj = Format("obj", (".obj",), ObjReader, ObjWriter, frozenset({"faces", "gaps"}))

@@ -17,14 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from ..polygons import as_polygons
-from .format import Format, Template, template_of
+from .format import Format, Template, find_template, template_of
 from .frame import Frame
 from .header import Header
 from .naming import naming
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
 from .rows import ArrayHeader, Rows, RowsReader, open_rows
-from .template import find_template
 from .writer import Writer
 
 signature = b"POINTCACHE2\0"
@@ -139,10 +138,4 @@ class Pc2Writer(Writer):
         self._file.close()
 
 
-pc2 = Format(
-    "pc2",
-    (".pc2",),
-    Pc2Reader,
-    Pc2Writer,
-    frozenset({"faces"}),
-)
+pc2 = Format("pc2", (".pc2",), Pc2Reader, Pc2Writer, frozenset({"faces"}))

@@ -188,10 +188,4 @@ def ply_header(
     return "\n".join(lines).encode("ascii")
 
 
-ply = Format(
-    "ply",
-    (".ply",),
-    PlyReader,
-    PlyWriter,
-    frozenset({"faces", "gaps"}),
-)
+ply = Format("ply", (".ply",), PlyReader, PlyWriter, frozenset({"faces", "gaps"}))

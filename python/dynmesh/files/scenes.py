@@ -15,7 +15,7 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     if prim is not None:
         if prim not in meshes:
             raise InputError(
-                f"has no mesh {prim!r}; the meshes are {listed(list(meshes))}",
+                f"has no mesh {prim!r}; the meshes are {some_of(list(meshes))}",
                 argument="prim",
                 value=prim,
             )
@@ -23,13 +23,13 @@ def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
     candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
     if len(candidates) > 1:
         raise InputError(
-            f"contains several meshes; choose one by its path: {listed(candidates)}",
+            f"contains several meshes; choose one by its path: {some_of(candidates)}",
             argument="prim",
         )
     return candidates[0]
 
 
-def listed(paths: list[str], most: int = 10) -> str:
+def some_of(paths: list[str], most: int = 10) -> str:
     """Joins paths to a list, which is cut off if it is long."""
     rest = [f"and {len(paths) - most} more"] if len(paths) > most else []
     return ", ".join(paths[:most] + rest)

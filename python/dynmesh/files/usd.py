@@ -20,9 +20,8 @@ from .format import Format
 from .frame import Frame
 from .header import Header, MeshFile, errors_of
 from .reader import Reader
-from .usd_overlay import UsdOverlayWriter
-from .usd_scene import UsdScene
 from .usd_stage import (
+    UsdScene,
     errors_of_key,
     faces_of,
     frame_times,
@@ -31,7 +30,7 @@ from .usd_stage import (
     translating,
     value_at,
 )
-from .usd_writer import UsdWriter
+from .usd_writer import UsdOverlayWriter, UsdWriter
 
 
 class UsdReader(Reader):

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import files
 from .._errors import InputError
+from .._report import listed
 from ..completion.start import template_of
 from ..files import PathLike
 from ..files.numbered import Found
@@ -31,7 +32,7 @@ class SingleScan(ScanReader):
         meshes -= point_formats.keys()
         if path.suffix.lower() not in meshes | point_formats.keys():
             raise InputError(
-                f"unknown format {path.suffix!r}; scans are {files.listed(point_formats)} "
+                f"unknown format {path.suffix!r}; scans are {listed(point_formats)} "
                 f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
                 file=path,
             )
