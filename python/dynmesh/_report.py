@@ -82,6 +82,12 @@ def listed(names: Iterable[object], last: str = "and") -> str:
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
+def some_of(names: list[str], most: int = 10) -> str:
+    """Joins names to a list, which is cut off if it is long."""
+    rest = [f"and {len(names) - most} more"] if len(names) > most else []
+    return ", ".join(names[:most] + rest)
+
+
 def counted(count: int, what: str) -> str:
     """Returns a number with its noun, such as "1 vertex" or "2 vertices"."""
     plural = "vertices" if what == "vertex" else f"{what}s"

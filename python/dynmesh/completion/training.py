@@ -10,9 +10,9 @@ from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
+from .._report import some_of
 from ..files import PathLike, Reader
 from ..files.frame import check_whole
-from ..files.scenes import some_of
 from ..sequence import Positions
 from .start import check_same_subject
 

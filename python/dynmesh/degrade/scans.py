@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
+from ..normals import unit
 from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
 from ..sequence import Mask, Positions
-from .depth_buffer import DepthBuffer, depth_buffer, intrinsics_of, pose_of
 from .losses import patch_known
 from .shared import (
     Purpose,
@@ -25,9 +25,8 @@ from .shared import (
     numbered,
     rng_of,
     triangles_of,
-    unit,
 )
-from .visibility import Camera, orbit, visible
+from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
@@ -105,8 +104,7 @@ def scan_points(
             or a frame has another shape than frame 0.
     """
     check_integer("points", points, 1)
-    shares = {"missing": missing, "holes": holes, "outliers": outliers}
-    _check(faces, cameras, noise, seed, shares)
+    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
 
     def scans() -> Iterator[PointScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -157,8 +155,7 @@ def depth_images(
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)
-    shares = {"missing": missing, "holes": holes, "outliers": outliers}
-    _check(faces, cameras, noise, seed, shares)
+    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
 
     def scans() -> Iterator[DepthScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -272,9 +269,7 @@ def _measured(buffer: DepthBuffer, scene: _Scene, camera: Camera) -> NDArray[np.
     return depth
 
 
-def _check(
-    faces: Faces, cameras: Cameras, noise: float, seed: int, shares: dict[str, float]
-) -> None:
+def _check(faces: Faces, cameras: Cameras, noise: float, seed: int, **shares: float) -> None:
     triangles_of(faces)
     check_integer("seed", seed, 0)
     if isinstance(cameras, int):

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_path
-from .._errors import InputError, KindError
+from .._errors import InputError, KindError, naming
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
 from .choice import (
@@ -33,7 +33,6 @@ from .frame import Frame, frame_of
 from .header import Header, header_of
 from .masks import MaskedReader
 from .memory import Collected, SequenceReader
-from .naming import naming
 from .reader import Reader
 from .writer import Writer
 

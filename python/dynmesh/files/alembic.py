@@ -21,13 +21,11 @@ from .._errors import InputError, locating
 from .._extras import require
 from ..attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
-from .comments import comments_of, metadata_in
-from .format import OTHER_MESHES, Format
+from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh
 from .frame import Frame
-from .header import Header, MeshFile, errors_of
+from .header import Header, MeshFile, comments_of, metadata_in
 from .new_output import bytes_of
 from .reader import Reader
-from .scenes import check_same_faces, choose_mesh
 from .times import Timing, broadcast, frame_number, frame_seconds, spacing, uneven
 from .writer import Writer
 
@@ -112,7 +110,7 @@ def timing_of(archive: Any, positions: Any) -> Timing:
     """Returns the frames per second, if the archive states them, and the numbers of the frames."""
     sampling = positions.getTimeSampling()
     kind = sampling.getTimeSamplingType()
-    times = _sample_times(positions)
+    times = [float(sampling.getSampleTime(n)) for n in range(positions.getNumSamples())]
     step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
     metadata = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
     rate = next((fps for fps in broadcast if round(fps, 6) == metadata), metadata or None)
@@ -122,11 +120,6 @@ def timing_of(archive: Any, positions: Any) -> Timing:
     if step == 1 and (times[0] == 0 or rate is None):
         fps = rate
     return Timing(fps, frame_number(times[0], fps))
-
-
-def _sample_times(positions: Any) -> list[float]:
-    sampling = positions.getTimeSampling()
-    return [float(sampling.getSampleTime(number)) for number in range(positions.getNumSamples())]
 
 
 def library_array(kind: str, values: NDArray[Any]) -> Any:
@@ -262,7 +255,7 @@ class AlembicReader(Reader):
             metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
-            standard_error_of=errors_of(errors or None),
+            standard_error_of=errors or "position",
             mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
         )
 

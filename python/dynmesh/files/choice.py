@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from .._errors import InputError
+from .._errors import InputError, naming
 from .._extras import require
 from .._report import listed
 from ..attributes import ATTRIBUTES
@@ -22,7 +22,6 @@ from .frame import frame_of
 from .hdf5 import hdf5
 from .header import Header, header_of
 from .model import model
-from .naming import naming
 from .new_output import check_folder, identity, refuse_inputs
 from .npy import npy
 from .npz import npz

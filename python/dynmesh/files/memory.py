@@ -19,12 +19,7 @@ class SequenceReader(Reader):
     def __init__(self, sequence: Sequence, name: str = "sequence") -> None:
         """Takes a sequence, and the name that stands for the file in messages."""
         self._sequence = sequence
-        super().__init__(Path(name), header_of(sequence))
-
-    @property
-    def files(self) -> list[Path]:
-        """None is read."""
-        return []
+        super().__init__(Path(name), header_of(sequence), files=())
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         return (frame_of(self._sequence, number) for number in numbers)

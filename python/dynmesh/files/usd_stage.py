@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from .._extras import require
 from ..attributes import ATTRIBUTES, with_all_needed
 from ..polygons import Polygons
-from .format import OTHER_MESHES
-from .scenes import check_same_faces, choose_mesh
+from .format import OTHER_MESHES, check_same_faces, choose_mesh
 from .times import Timing, frame_number, spacing
 
 _TYPES = {"b": "BoolArray", "i": "IntArray", "f": "FloatArray"}

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._report import some_of
 from ..polygons import as_polygons
 from .frame import Frame
-from .scenes import some_of
 from .times import frame_numbers
 from .usd_stage import (
     UsdScene,
@@ -41,7 +41,7 @@ class UsdWriter(Writer):
     """Bytes of positions that are held in memory until the next save, plus at most one frame."""
 
     def _begin(self) -> None:
-        sdf, usd = pxr("Sdf"), pxr("Usd")
+        sdf, usd, geometry, header = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom"), self.header
         self._path = self.folder / "frames.usdc"
         self._unsaved = 0
         self._stage: Any = None
@@ -49,7 +49,17 @@ class UsdWriter(Writer):
             self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
             self._stage = usd.Stage.Open(self._layer)
             self._describe_stage()
-        self._begin_mesh()
+            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
+            mesh = self._make_mesh()
+            self._points = mesh.CreatePointsAttr()
+            api = geometry.PrimvarsAPI(mesh)
+            self._primvars = {
+                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
+                for name in header.attributes
+            }
+            if header.has_standard_error:  # always, since those of layers below would be visible
+                attribute = self._primvars["standard_error"].GetAttr()
+                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
 
     def _describe_stage(self) -> None:
         """Writes what is said of the stage, not of a mesh."""
@@ -63,21 +73,6 @@ class UsdWriter(Writer):
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
-
-    def _begin_mesh(self) -> None:
-        sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
-        with translating(OSError):
-            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
-            mesh = self._make_mesh()
-            self._points = mesh.CreatePointsAttr()
-            api = geometry.PrimvarsAPI(mesh)
-            self._primvars = {
-                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
-                for name in header.attributes
-            }
-            if header.has_standard_error:  # always, since those of layers below would be visible
-                attribute = self._primvars["standard_error"].GetAttr()
-                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
 
     def _time_codes(self, rate: float) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Returns (n,) the time of each frame, in a stage with that many codes per second."""

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import as_array
-from .._errors import InputError, locating
-from .._report import listed
+from .._errors import InputError, locating, naming
+from .._report import listed, some_of
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask, Positions
 from .frame import Frame
 from .header import Header
-from .naming import naming
 from .new_output import bytes_of, check_space, exists_already, making
-from .scenes import some_of
 
 
 class Writer(ABC):
@@ -196,14 +194,6 @@ class Writer(ABC):
             if name in given:
                 row.check(given[name].dtype, given[name].shape, (k,))
 
-    def _check_whole(self) -> None:
-        """Raises an error if frames are missing."""
-        n_frames = self.header.n_frames
-        if self._frame < n_frames:
-            raise InputError(
-                f"only {self._frame} of {n_frames} frames were appended", file=self.path
-            )
-
     def _rounded(self, points: Positions) -> NDArray[np.float32]:
         with np.errstate(over="ignore"):
             single = np.ascontiguousarray(points, np.float32)
@@ -228,7 +218,9 @@ class Writer(ABC):
             self._undo()
             return
         with self._undoing(), self._blaming():
-            self._check_whole()
+            if self._frame < self.header.n_frames:
+                told = f"only {self._frame} of {self.header.n_frames} frames were appended"
+                raise InputError(told, file=self.path)
             self._finish()
             self._refuse_existing()
             if outdated := self._outdated():

@@ -9,7 +9,6 @@ from .._errors import InputError
 from .._report import listed
 from ..completion.start import template_of
 from ..files import PathLike
-from ..files.numbered import Found
 from ..files.ply import read_elements
 from ..normals import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
@@ -36,7 +35,7 @@ class SingleScan(ScanReader):
                 f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
                 file=path,
             )
-        super().__init__(path, rig, Found([path]), [path])
+        super().__init__(path, rig, range(1), [path])
         self._scan, stated = _read(path)
         self._take_unit(stated, path)
 
