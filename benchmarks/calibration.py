@@ -14,8 +14,7 @@ from dynmesh import Completer, degrade
 from dynmesh.calibration import Calibrating, Calibration
 from dynmesh.sequence import Mask
 
-from .cells import ABSENT, by_row_and_column
-from .harness import Table, parser, progress, sequences, show
+from .harness import ABSENT, Table, by_row_and_column, parser, progress, sequences, show
 from .subjects import Subject, losses
 
 LIFETIME = 10

@@ -14,8 +14,7 @@ import numpy as np
 
 import dynmesh
 
-from .cells import ABSENT, Line, by_row_and_column, nmsve_cell
-from .harness import Table, parser, sequences, show
+from .harness import ABSENT, Line, Table, by_row_and_column, nmsve_cell, parser, sequences, show
 from .methods import (
     ARAP_FROM_PREVIOUS,
     BASELINES,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import Any, Literal, Protocol, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,20 +25,12 @@ Faces = NDArray[np.integer[Any]]
 Floats = NDArray[np.float64]
 
 
-class Completion(Protocol):
-    """A method that completes one sequence, frame by frame."""
+Completion = Callable[[Positions, Mask], tuple[Positions, int]]
+"""Completes the next frame of a sequence, from its points and known mask.
 
-    @property
-    def iterations(self) -> int:
-        """The number of iterations of the last frame, or 0 if the method does not iterate."""
-        return 0
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        """Complete the next frame. The next call may overwrite the returned array.
-
-        Raises:
-            RuntimeError: the method cannot complete this frame.
-        """
+It returns the frame, which the next call may overwrite, and the number of iterations, 0 if the
+method does not iterate. It raises RuntimeError if the method cannot complete this frame.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +41,7 @@ class Method:
         label: the name in tables and figures.
         colour: the colour in figures, chosen so that colour-blind readers can tell it from others.
         dash: "--" for methods of other libraries and variants that the paper does not have, or "-".
-        begin: a function of the faces and frame 0 that returns a new completion. It raises
+        begin: a function of the faces and frame 0 that begins a completion. It raises
             ImportError if a library is missing, and ValueError if the method cannot run here.
     """
 
@@ -59,21 +51,17 @@ class Method:
     begin: Callable[[Faces, Positions], Completion]
 
 
-class _Streaming(Completion):
+def _streaming(
+    settings: Settings, training: Positions | None, faces: Faces, first_frame: Positions
+) -> Completion:
     """A dynmesh completer that writes each frame to the same array."""
+    completer = Completer(faces, first_frame, training=training, **settings)
+    out = first_frame.copy()
 
-    def __init__(
-        self, settings: Settings, training: Positions | None, faces: Faces, first_frame: Positions
-    ) -> None:
-        self._completer = Completer(faces, first_frame, training=training, **settings)
-        self._completed = first_frame.copy()
+    def complete(points: Positions, known: Mask) -> tuple[Positions, int]:
+        return completer.push(points, known, out=out), completer.report.iterations
 
-    @property
-    def iterations(self) -> int:
-        return self._completer.report.iterations
-
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        return self._completer.push(points, known, out=self._completed)
+    return complete
 
 
 def dynmesh_method(
@@ -84,86 +72,81 @@ def dynmesh_method(
     **settings: Unpack[Settings],
 ) -> Method:
     """Return a method that is a dynmesh completer with some settings and training frames."""
-    return Method(label, colour, dash, partial(_Streaming, settings, training))
+    return Method(label, colour, dash, partial(_streaming, settings, training))
 
 
-class _OfThePaper(Completion):
+def _of_the_paper(
+    make: Callable[[Faces, int], LaplacianInterpolation | LeastSquaresMesh],
+    on_motion: bool,
+    faces: Faces,
+    first_frame: Positions,
+) -> Completion:
     """Completes each frame alone, as in the paper, or the motion since the last completed frame."""
+    system = make(faces, len(first_frame))
+    previous = first_frame if on_motion else None
 
-    def __init__(
-        self,
-        make: Callable[[Faces, int], LaplacianInterpolation | LeastSquaresMesh],
-        on_motion: bool,
-        faces: Faces,
-        first_frame: Positions,
-    ) -> None:
-        self._system = make(faces, len(first_frame))
-        self._previous = first_frame if on_motion else None
+    def complete(points: Positions, known: Mask) -> tuple[Positions, int]:
+        nonlocal previous
+        completed = system.complete(points, known, previous=previous)
+        previous = completed if on_motion else None
+        return completed, 0
 
-    def complete(self, points: Positions, known: Mask) -> Positions:
-        completed = self._system.complete(points, known, previous=self._previous)
-        if self._previous is not None:
-            self._previous = completed
-        return completed
+    return complete
 
 
-class _Libigl(Completion):
-    """What the methods of libigl share. Every connected part of the mesh needs a known vertex.
+def _of_libigl(
+    solve: Callable[[Any, NDArray[np.int64], Floats, Floats, Positions, Mask], Floats],
+    faces: Faces,
+    first_frame: Positions,
+) -> Completion:
+    """Completes each frame from the last one as `solve` does, with known vertices as given.
+
+    Every connected part of the mesh needs a known vertex.
 
     Raises:
         ImportError: libigl is not installed.
     """
+    # libigl would use all cores for some of its steps. It reads this variable when it first runs.
+    os.environ.setdefault("IGL_NUM_THREADS", "1")
+    igl, triangles = import_module("igl"), np.array(faces, np.int64)
+    first = last = np.array(first_frame, np.float64)
 
-    def __init__(self, faces: Faces, first_frame: Positions) -> None:
-        self._faces = np.array(faces, np.int64)
-        self._first = self._completed = np.array(first_frame, np.float64)
-        # libigl would use all cores for some of its steps. It reads this variable when it first
-        # runs.
-        os.environ.setdefault("IGL_NUM_THREADS", "1")
-        self._igl = import_module("igl")
-
-    def _accept(self, completed: Floats, points: Positions, known: Mask) -> Floats:
-        """Remember a frame, with the known vertices exactly as given."""
+    def complete(points: Positions, known: Mask) -> tuple[Positions, int]:
+        nonlocal last
+        completed = solve(igl, triangles, first, last, points, known)
         if not np.isfinite(completed).all():
             raise RuntimeError("its solution is not finite")
         completed[known] = points[known]
-        self._completed = completed
-        return completed
+        last = completed
+        return completed, 0
+
+    return complete
 
 
-class Biharmonic(_Libigl):
+def _biharmonic(
+    igl: Any, faces: Faces, first: Floats, last: Floats, points: Positions, known: Mask
+) -> Floats:
     """``igl.harmonic`` with k = 2 on motion vectors, with the operator of frame 0."""
-
-    def complete(self, points: Positions, known: Mask) -> Floats:
-        """Complete the next frame."""
-        given = points[known] - self._completed[known]
-        at = np.flatnonzero(known)
-        motion = self._igl.harmonic(self._first, self._faces, at, given, 2)
-        return self._accept(self._completed + motion, points, known)
+    motion = points[known] - last[known]
+    return np.asarray(last + igl.harmonic(first, faces, np.flatnonzero(known), motion, 2))
 
 
-class Arap(_Libigl):
-    """``igl.ARAP``, as rigid as possible, starting from the last completed frame."""
+def _arap(
+    igl: Any, faces: Faces, rest: Floats, last: Floats, points: Positions, known: Mask
+) -> Floats:
+    """``igl.ARAP``, as rigid as possible, which preserves the shape of `rest`, from the last frame.
 
-    def __init__(
-        self, faces: Faces, first_frame: Positions, *, rest: Literal["first", "previous"]
-    ) -> None:
-        """Prepare the method; `rest` is the frame whose shape is preserved."""
-        super().__init__(faces, first_frame)
-        self._rest = rest
+    The matrix that libigl factors depends on the known mask, so every frame needs a new one.
+    """
+    data = igl.ARAPData()
+    igl.arap_precomputation(rest, faces, 3, np.flatnonzero(known).astype(np.int32), data)
+    return np.asarray(igl.arap_solve(points[known].astype(np.float64), data, last))
 
-    def complete(self, points: Positions, known: Mask) -> Floats:
-        """Complete the next frame.
 
-        The matrix that libigl factors depends on the known mask, so every frame needs a new one.
-        """
-        vertices = np.flatnonzero(known).astype(np.int32)
-        given = points[known].astype(np.float64)
-        rest = self._first if self._rest == "first" else self._completed
-        data = self._igl.ARAPData()
-        self._igl.arap_precomputation(rest, self._faces, 3, vertices, data)
-        completed: Floats = self._igl.arap_solve(given, data, self._completed)
-        return self._accept(completed, points, known)
+def _arap_from_previous(
+    igl: Any, faces: Faces, _: Floats, last: Floats, points: Positions, known: Mask
+) -> Floats:
+    return _arap(igl, faces, last, last, points, known)
 
 
 _HARMONIC_LIA = partial(LaplacianInterpolation, objective="harmonic")
@@ -171,23 +154,28 @@ _HARMONIC_LIA = partial(LaplacianInterpolation, objective="harmonic")
 MOTION = dynmesh_method("motion (dynmesh)", "#0072b2", "-", method="motion")
 DETAIL = dynmesh_method("detail (dynmesh)", "#cc79a7", "-", method="detail")
 LIA = Method(
-    "LIA, least squares", "#d55e00", "-", partial(_OfThePaper, LaplacianInterpolation, False)
+    "LIA, least squares", "#d55e00", "-", partial(_of_the_paper, LaplacianInterpolation, False)
 )
-LIA_HARMONIC = Method("LIA, harmonic", "#e69f00", "-", partial(_OfThePaper, _HARMONIC_LIA, False))
-LSM = Method("LSM", "#009e73", "-", partial(_OfThePaper, LeastSquaresMesh, False))
+LIA_HARMONIC = Method("LIA, harmonic", "#e69f00", "-", partial(_of_the_paper, _HARMONIC_LIA, False))
+LSM = Method("LSM", "#009e73", "-", partial(_of_the_paper, LeastSquaresMesh, False))
 LIA_ON_MOTION = Method(
-    "LIA on motion", "#d55e00", "--", partial(_OfThePaper, LaplacianInterpolation, True)
+    "LIA on motion", "#d55e00", "--", partial(_of_the_paper, LaplacianInterpolation, True)
 )
 LSM_ON_MOTION = Method(
-    "LSM on motion", "#009e73", "--", partial(_OfThePaper, LeastSquaresMesh, True)
+    "LSM on motion", "#009e73", "--", partial(_of_the_paper, LeastSquaresMesh, True)
 )
 COMPARED = (MOTION, DETAIL, LIA, LIA_HARMONIC, LSM, LIA_ON_MOTION, LSM_ON_MOTION)
 """Both methods of dynmesh, and the baselines of the paper, also applied to motion."""
 
-BIHARMONIC = Method("biharmonic on motion (libigl)", "#000000", "--", Biharmonic)
-ARAP = Method("ARAP (libigl)", "#332288", "--", partial(Arap, rest="first"))
+BIHARMONIC = Method(
+    "biharmonic on motion (libigl)", "#000000", "--", partial(_of_libigl, _biharmonic)
+)
+ARAP = Method("ARAP (libigl)", "#332288", "--", partial(_of_libigl, _arap))
 ARAP_FROM_PREVIOUS = Method(
-    "ARAP from the previous frame (libigl)", "#f0e442", "--", partial(Arap, rest="previous")
+    "ARAP from the previous frame (libigl)",
+    "#f0e442",
+    "--",
+    partial(_of_libigl, _arap_from_previous),
 )
 BASELINES = (BIHARMONIC, ARAP)
 """What libigl offers, in every comparison."""

@@ -85,17 +85,16 @@ def run(
     none = np.zeros(n, np.int64)
     result = Run(np.full(n, np.nan), np.zeros(n), none, none.copy(), {}, {})
     kept = set(keep)
-    completion = method.begin(subject.faces, subject.vertices[0])
+    complete = method.begin(subject.faces, subject.vertices[0])
     waiting: list[Positions] = []
     for number, known in enumerate(masks):
         if number == 0:
             continue
         points = subject.vertices[number]
         start = clock()
-        frame = completion.complete(points, known)
+        frame, result.iterations[number - 1] = complete(points, known)
         result.seconds[number - 1] = clock() - start
         completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
-        result.iterations[number - 1] = completion.iterations
         result.unknown[number - 1] = len(known) - np.count_nonzero(known)
         if number in kept:
             result.frames[number] = completed

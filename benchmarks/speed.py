@@ -22,8 +22,7 @@ from dynmesh import synth
 from dynmesh.sequence import Mask
 
 from . import harness
-from .cells import ABSENT, Line, milliseconds
-from .harness import DOCS, Table, show
+from .harness import ABSENT, DOCS, Line, Table, milliseconds, show
 from .methods import ARAP, BIHARMONIC, DETAIL, MOTION, Method, dynmesh_method
 from .runner import run
 from .style import new_figure, save
@@ -94,9 +93,9 @@ def sizes(grids: Sequence[int], folders: Sequence[Path]) -> Table:
     by_loss: dict[str, Times] = {}
     for side in grids:
         n_frames = max(2, min(FRAMES, 2_000_000 // side**2))
-        sea = Subject.of("sea", synth.ocean(n_frames + 1, grid=side), "z", 0, None)
-        vertices = np.ascontiguousarray(sea.vertices, np.float32)  # the types of the library
-        sea = replace(sea, vertices=vertices, faces=np.ascontiguousarray(sea.faces, np.int32))
+        waves = synth.ocean(n_frames + 1, grid=side)
+        vertices = np.ascontiguousarray(waves.vertices, np.float32)  # the types of the library
+        sea = Subject("sea", vertices, np.ascontiguousarray(waves.faces, np.int32), "z", 0)
         methods = [MOTION, *(SLOW if sea.n_vertices <= SLOW_LIMIT else ())]
         methods += [TWO_THREADS] if sea.n_vertices >= SHARED_FROM else []
         for loss, masks in losses(sea, (0.1, 0.5), ()).items():

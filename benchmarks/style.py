@@ -9,7 +9,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from PIL import Image
 
-from .cells import NMSVE_UNIT
+from .harness import NMSVE_UNIT
 
 NMSVE_LABEL = r"NMSVE $\times\ 10^4$ / diagonal"
 """The label of axes that show NMSVE in the unit of the tables."""

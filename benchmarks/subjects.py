@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from dynmesh import degrade, files, metrics, synth
 from dynmesh.draw.heatmap import likely_up
-from dynmesh.sequence import Mask, Positions, Sequence
-
-from .cells import percent
+from dynmesh.sequence import Mask, Positions
 
 PAPER_SHARES = (0.1, 0.3, 0.5, 0.7)
 """The shares of known vertices in the figures of the paper."""
@@ -39,13 +37,6 @@ class Subject:
     faces: NDArray[np.integer[Any]]
     up: str
     azimuth: float
-
-    @classmethod
-    def of(
-        cls, name: str, sequence: Sequence, up: str, azimuth: float, frames: int | None
-    ) -> "Subject":
-        """Take the first `frames` frames of a sequence, or all of them if it is None."""
-        return cls(name, sequence.vertices[:frames], sequence.faces, up, azimuth)
 
     @cached_property
     def diagonal(self) -> float:
@@ -78,9 +69,10 @@ class Subject:
 
 def built_in(frames: int | None = None) -> list[Subject]:
     """Return the walker and the ocean, of the sizes of the sequences in the paper."""
+    walker, ocean = synth.walker(), synth.ocean()
     return [
-        Subject.of("walker", synth.walker(), "z", 20.0, frames),
-        Subject.of("ocean", synth.ocean(), "z", 60.0, frames),
+        Subject("walker", walker.vertices[:frames], walker.faces, "z", 20.0),
+        Subject("ocean", ocean.vertices[:frames], ocean.faces, "z", 60.0),
     ]
 
 
@@ -99,7 +91,12 @@ def from_file(path: Path, frames: int | None = None) -> Subject:
     if not is_whole or not np.isfinite(sequence.vertices).all():
         raise ValueError(f"{path}: has missing vertices; the evaluation needs complete sequences")
     up = likely_up(sequence.vertices[0], sequence.up_axis)
-    return Subject.of(path.stem, sequence, up, 60.0, frames)
+    return Subject(path.stem, sequence.vertices[:frames], sequence.faces, up, 60.0)
+
+
+def percent(share: float) -> str:
+    """Return a share of 1 as a percentage."""
+    return f"{100 * share:g} %"
 
 
 def random_masks(subject: Subject, share: float, seed: int = 0) -> Iterator[Mask]:

@@ -21,8 +21,7 @@ from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
-from .cells import Line, number, ratio
-from .harness import Table, parser, progress, sequences, show
+from .harness import Line, Table, number, parser, progress, sequences, show
 from .runner import edge_errors
 from .subjects import Subject
 
@@ -83,5 +82,5 @@ def main() -> None:
             for label, register in progress(methods(subject).items(), f"{subject.name}, {n}"):
                 error, seconds = measure(subject, scans, register)
                 usual = usual or seconds  # of dynmesh, the first one
-                lines.append((subject.name, str(n), label, number(error), ratio(seconds, usual)))
+                lines.append((subject.name, str(n), label, number(error), number(seconds / usual)))
     show(arguments, Table("tracking-baselines", lines))

@@ -35,8 +35,7 @@ from dynmesh.scans import DepthScan, PointScan, Scan
 from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
-from .cells import Line, number
-from .harness import Table, parser, sequences, show
+from .harness import Line, Table, number, parser, sequences, show
 from .runner import edge_errors
 from .subjects import Subject
 

@@ -17,8 +17,7 @@ import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.sequence import Mask, Positions
 
-from .cells import Line
-from .harness import Table, parser, progress, sequences, show
+from .harness import Line, Table, parser, progress, sequences, show
 from .subjects import Subject, losses
 
 MOST_FRAMES = 51

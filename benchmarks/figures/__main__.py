@@ -16,7 +16,7 @@ import dynmesh
 
 from ..harness import DOCS
 from ..subjects import Subject
-from . import completions, how_it_works, method, scans, whole_frame
+from . import completions, how_it_works, method, scans
 
 PAGES = ("how_it_works", "readme", "method", "training", "track")
 
@@ -33,7 +33,7 @@ def main() -> None:
         figure = training = dynmesh.synth.ocean(175, grid=16)
     else:
         figure, training = dynmesh.synth.walker(), dynmesh.synth.walker(seed=1)
-    walker = Subject.of("walker", figure, "z", 20, None)
+    walker = Subject("walker", figure.vertices, figure.faces, "z", 20)
     pictures = {
         "readme": completions.WALKER,
         "method": completions.HIDDEN_SIDE,
@@ -44,7 +44,7 @@ def main() -> None:
             how_it_works.draw(arguments.data, arguments.out)
         if page == "method":
             method.draw_generations(arguments.out)
-            whole_frame.draw(whole_frame.PICTURE, walker, arguments.out)
+            method.draw_whole_frame(method.PICTURE, walker, arguments.out)
         if page in pictures:
             picture = pictures[page]
             shown = picture.frames[::20] if arguments.draft else picture.frames

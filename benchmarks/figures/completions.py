@@ -10,8 +10,7 @@ import numpy as np
 from dynmesh.draw.figures import View
 from dynmesh.sequence import Positions
 
-from ..cells import nmsve_cell
-from ..harness import progress
+from ..harness import nmsve_cell, progress
 from ..methods import BIHARMONIC, DETAIL, MOTION, Method, trained
 from ..runner import run, vertex_error
 from ..subjects import Subject, scenario_masks

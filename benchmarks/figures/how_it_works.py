@@ -39,7 +39,7 @@ def draw(data: Path, folder: Path) -> None:
         known |= (frames[0][:, axis] <= low) | (frames[0][:, axis] >= high)
     leg = _Steps(faces, (i, j), frames[0], known)
     whole = frames[_LAST]
-    remembered = _turned_back(leg.rotations(whole), leg.operator @ whole)
+    remembered = np.einsum("vba,vb->va", leg.rotations(whole), leg.operator @ whole)  # turned back
     start = np.where(known[:, None], frames[_SHOWN], whole)
     start = leg.solved(start, leg.operator @ whole)
     last, first, blend = leg.blended(start, remembered)
@@ -157,10 +157,6 @@ class _Steps:
             blend = float(-(change * residual).sum() / (change**2).sum())
             frame = last + blend * step
         return last, last + step, blend
-
-
-def _turned_back(rotations: Array, vectors: Array) -> Array:
-    return np.asarray(np.einsum("vba,vb->va", rotations, vectors))
 
 
 def _surface(axis: Axes, faces: NDArray[Any], points: Array, colours: NDArray[Any]) -> None:

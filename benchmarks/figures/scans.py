@@ -6,7 +6,6 @@ import numpy as np
 
 import dynmesh
 from dynmesh.draw import figures
-from dynmesh.draw.figures import Mark
 from dynmesh.tracking.placing import push_scan
 
 from ..harness import progress
@@ -18,7 +17,6 @@ from .strip import DOTS, Panel, draw_surface, save
 WALKER = Picture("track/walker.png", [104], 40, (), (360, 480))
 CAMERAS = 2
 POINTS = 20_000
-SHOWN_POINTS = 6_000
 
 
 def draw(picture: Picture, subject: Subject, folder: Path) -> None:
@@ -36,12 +34,9 @@ def draw(picture: Picture, subject: Subject, folder: Path) -> None:
     truth = frames[shown]
     error = vertex_error(subject, shown, frame)
     view = view_of(picture, subject).around(truth)
-    some = scan.points[:: max(1, len(scan.points) // SHOWN_POINTS)]
-    ahead = (scan.normals @ view.axes[2] > 0)[:: max(1, len(scan.points) // SHOWN_POINTS)]
-    no_faces = subject.faces[:0]
-    points = figures.render_marked(
-        subject.faces[:1], truth, view, [Mark(DOTS, no_faces, some[ahead], 1.6)]
-    )
+    ahead = scan.points[scan.normals @ view.axes[2] > 0]
+    dots = np.ones(len(ahead), np.bool_)
+    points = figures.render(subject.faces[:0], ahead, view, np.zeros(len(ahead)), (DOTS,), dots)
     panels = [
         Panel("scan", f"{len(scan.points)} points, {CAMERAS} cameras", [points]),
         Panel("true", "", [draw_surface(subject.faces, truth, view)]),

@@ -9,10 +9,10 @@ method of libigl that cannot complete a sequence is left out.
 
 from dataclasses import replace
 
-from ..cells import ABSENT, Line, by_row_and_column, milliseconds, nmsve_cell, percent
-from ..harness import Table, parser, progress, sequences, show
+from .. import harness
+from ..harness import ABSENT, Line, Table, by_row_and_column, milliseconds, nmsve_cell
 from ..runner import Run
-from ..subjects import PAPER_SHARES, SCENARIOS
+from ..subjects import PAPER_SHARES, SCENARIOS, percent
 from . import charts, pictures
 from .claims import verdicts
 from .study import Study, study
@@ -39,16 +39,16 @@ def _error_and_time(run: Run | None) -> str:
 
 def main() -> None:
     """Measure, draw, and print the tables."""
-    made = parser(__doc__)
+    made = harness.parser(__doc__)
     made.add_argument("--frames", type=int, help="at most this many of each sequence")
     made.add_argument("--azimuth", type=float, help="of the pictures, in degrees around up")
     arguments = made.parse_args()
     studies = []
-    for subject in sequences(arguments, arguments.frames):
+    for subject in harness.sequences(arguments, arguments.frames):
         azimuth = subject.azimuth if arguments.azimuth is None else arguments.azimuth
         studies.append(study(replace(subject, azimuth=azimuth), quick=arguments.quick))
     charts.draw(studies, arguments.out)
-    for done in progress(studies, "drawing"):
+    for done in harness.progress(studies, "drawing"):
         pictures.draw(done, arguments.out)
     claims = {
         (claim, done.subject.name): "holds" if holds else "**does not hold**"
@@ -57,5 +57,5 @@ def main() -> None:
     }
     tables = [errors_and_times(done) for done in studies]
     name = "claims" if arguments.folder is None else "claims-recorded"
-    show(arguments, *tables, Table(name, by_row_and_column("claim", claims)))
+    harness.show(arguments, *tables, Table(name, by_row_and_column("claim", claims)))
     print(f"\n{arguments.out}: written")

@@ -9,10 +9,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..cells import NMSVE_UNIT, percent
+from ..harness import NMSVE_UNIT
 from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
 from ..runner import Run
 from ..style import NMSVE_LABEL, new_figure, save
+from ..subjects import percent
 from .claims import time_of_unknown
 from .study import Study
 
@@ -79,7 +80,9 @@ def compared(
                 style: dict[str, Any] = {"color": method.colour, "label": method.label}
                 row[0].plot(100 * at, errors.mean(axis=1), method.dash, **style)
                 row[1].plot(100 * at, np.median(times, axis=1), method.dash, **style)
-                along_frames(row[2], study.at(method, 0.3), method, method.label)
+                along = shown(study.at(method, 0.3))
+                numbers = np.arange(1, len(along) + 1)
+                row[2].plot(numbers, along, method.dash, **style, linewidth=1.3)
             row[0].set(ylabel=NMSVE_LABEL, title=_title(study))
             row[1].set(ylabel="time per frame / ms")
             row[2].set(ylabel=NMSVE_LABEL, title=f"{percent(0.3)} known", xlabel="frame")
@@ -91,13 +94,6 @@ def compared(
             labels |= dict(zip(handles[1], handles[0], strict=True))
         figure.legend(labels.values(), labels.keys(), loc="outside lower center", ncols=4)
         save(figure, path, is_chart=True)
-
-
-def along_frames(axis: Axes, run: Run, method: Method, label: str) -> None:
-    """Draw the error of a run along the frames."""
-    numbers = np.arange(1, len(run.nmsve) + 1)
-    style: dict[str, Any] = {"color": method.colour, "label": label, "linewidth": 1.3}
-    axis.plot(numbers, shown(run), method.dash, **style)
 
 
 def shown(run: Run) -> Floats:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import NMSVE_UNIT
+from ..harness import NMSVE_UNIT
 from ..methods import LIA, LIA_HARMONIC, LSM, MOTION, Method
 from .study import Study
 

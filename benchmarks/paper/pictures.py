@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from matplotlib import colormaps
@@ -24,14 +23,11 @@ from dynmesh.draw.figures import (
 )
 from dynmesh.sequence import Positions
 
-from ..cells import percent
 from ..methods import LIA, LSM, MOTION
 from ..runner import Run, vertex_error
 from ..style import new_figure, nmsve_caption, save
-from ..subjects import PAPER_SHARES, Subject
+from ..subjects import PAPER_SHARES, Subject, percent
 from .study import Study, pictured_frames
-
-T = TypeVar("T")
 
 _PANEL_WIDTH = 3.0  # inches
 _HEAT = [to_hex(colour) for colour in colormaps[HEATMAP](np.linspace(0, 1, 256))]
@@ -82,7 +78,7 @@ def figure10(study: Study, folder: Path) -> None:
         errors = [nmsve_caption(run.nmsve[number - 1]) for run in runs]
         captions.append([f"frame {number}, {percent(share)} known", *errors])
     images = figures.cropped(images)
-    rows = in_rows(images, 4)
+    rows = [images[first : first + 4] for first in range(0, len(images), 4)]
     titles = [["original", MOTION.label, LIA.label, LSM.label], *[[""] * 4] * (len(rows) - 1)]
     sheet(subject.name, rows, titles, captions, folder / f"figure10_{subject.name}.png")
 
@@ -176,11 +172,6 @@ def sheet(
         if limit is not None:
             _colour_bar(figure, axes.ravel(), limit)
         save(figure, path, is_chart=False)
-
-
-def in_rows(values: Sequence[T], length: int) -> list[list[T]]:
-    """Cut values into rows; the last row may be shorter."""
-    return [list(values[first : first + length]) for first in range(0, len(values), length)]
 
 
 def _colour_bar(figure: Figure, axes: NDArray[np.object_], limit: float) -> None:

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-from ..cells import percent
 from ..harness import progress
 from ..methods import BASELINES, COMPARED, MOTION, ONCE, Method
 from ..runner import Run, Runs, run, run_all
-from ..subjects import PAPER_SHARES, SCENARIOS, Subject, losses, random_masks
+from ..subjects import PAPER_SHARES, SCENARIOS, Subject, losses, percent, random_masks
 
 SHARES = tuple(round(0.1 * step, 1) for step in range(1, 10))
 """The shares of known vertices at which the methods of the paper are compared."""

@@ -29,8 +29,6 @@ from .files import write as write
 from .files.frame import Frame as Frame
 from .files.header import Header as Header
 from .files.reader import Reader as Reader
-from .matrices import adjacency as adjacency
-from .matrices import laplacian as laplacian
 from .polygons import Polygons as Polygons
 from .registration import Registration as Registration
 from .registration import register as register
@@ -39,7 +37,9 @@ from .sequence import Description as Description
 from .sequence import Sequence as Sequence
 from .topology import RefusedFace as RefusedFace
 from .topology import TopologyReport as TopologyReport
+from .topology import adjacency as adjacency
 from .topology import cells as cells
+from .topology import laplacian as laplacian
 from .tracker import Agreement as Agreement
 from .tracker import Alignment as Alignment
 from .tracker import Tracker as Tracker

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union
 
 from ._errors import InputError
+from ._report import listed
 
 T = TypeVar("T")
 
@@ -182,17 +183,13 @@ def _of_shell(hint: Any) -> Any:
         if typing.get_origin(one) is Iterable:
             item: Any = _of_shell(typing.get_args(one)[0])
             return Union[list[item], *empty]
-    if any(_is_path(one) for one in members):
+    if any(typing.get_origin(one) is os.PathLike or one is Path for one in members):
         return Union[Path, *empty]
     simple = [one for one in members if one in _SIMPLE or typing.get_origin(one) is Literal]
     return Union[*(simple or members), *empty]
 
 
 _SIMPLE = (int, float, bool, str)
-
-
-def _is_path(kind: Any) -> bool:
-    return typing.get_origin(kind) is os.PathLike or kind is Path
 
 
 def _members(hint: Any) -> list[Any]:
@@ -207,8 +204,7 @@ def _told(hint: Any) -> str:
     for one in _members(hint):
         is_choice = typing.get_origin(one) is Literal
         words += typing.get_args(one) if is_choice else [_WORDS.get(one, "text")]
-    *most, last = dict.fromkeys(words)
-    return f"{', '.join(most)} or {last}" if most else last
+    return listed(dict.fromkeys(words), "or")
 
 
 _WORDS = {int: "a whole number", float: "a number", bool: "yes or no", Path: "a path"}

@@ -1,7 +1,7 @@
 """Errors that know which argument, value, frame and file they are about."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 
@@ -83,3 +83,42 @@ def locating(*, frame: float | None = None, file: Path | None = None) -> Iterato
         raise KindError(str(error), frame=frame, file=file) from error
     except ValueError as error:
         raise InputError(str(error), frame=frame, file=file) from error
+
+
+@contextlib.contextmanager
+def numbering(path: Path, number: Callable[[int], float]) -> Iterator[None]:
+    """Adds the name of the file to errors, and calls frames that they count from 0 as it does.
+
+    The function returns the number of such a frame in the file.
+    """
+    try:
+        with locating(file=None):
+            yield
+    except DynmeshError as error:
+        if error.file is None:
+            error.file = path
+            if error.frame is not None:
+                error.frame = number(int(error.frame))
+        raise
+
+
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Adds the name of the file to an InputError; an OSError has it already.
+
+    A KindError becomes an InputError, since an array of the wrong kind in a file is not an argument
+    of the wrong kind.
+    """
+    try:
+        with locating(file=path):
+            yield
+    except KindError as error:
+        raise InputError(
+            error.reason, argument=error.argument, frame=error.frame, file=error.file
+        ) from error
+    except EOFError as error:
+        raise InputError(str(error), file=path) from error
+    except OSError as error:
+        if error.filename is not None or error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -74,6 +74,18 @@ def as_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return str(value) if isinstance(value, Path) else value
+
+
+def listed(names: Iterable[object], last: str = "and") -> str:
+    """Joins names to a list such as "a, b and c"."""
+    *most, end = map(str, names)
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def some_of(names: list[str], most: int = 10) -> str:
+    """Joins names to a list, which is cut off if it is long."""
+    rest = [f"and {len(names) - most} more"] if len(names) > most else []
+    return ", ".join(names[:most] + rest)
 
 
 def counted(count: int, what: str) -> str:

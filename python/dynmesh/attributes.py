@@ -35,7 +35,6 @@ class Attribute:
         name: in Python and in all files.
         dtype: of the values in files.
         absent: the value in a frame in which nothing was observed.
-        unit: of the values; empty for flags.
         flag: the attribute of a :class:`Header` that says whether frames have it.
         what: the name, in messages, of all attributes with this flag.
         needs: the names of others without which it has no meaning.
@@ -44,7 +43,6 @@ class Attribute:
     name: str
     dtype: np.dtype[Any]
     absent: float
-    unit: str
     flag: str
     what: str
     needs: tuple[str, ...] = ()
@@ -62,36 +60,21 @@ class Attribute:
             )
 
 
+_INTEGERS = np.dtype(np.int32)
+
 ATTRIBUTES = {
     row.name: row
     for row in (
-        Attribute("known", np.dtype(np.bool_), False, "", "has_known", "known masks"),
-        Attribute(
-            "generation",
-            np.dtype(np.int32),
-            -1,
-            "edges",
-            "has_provenance",
-            "generation and age",
-            needs=("age",),
-        ),
-        Attribute(
-            "age",
-            np.dtype(np.int32),
-            0,
-            "frames",
-            "has_provenance",
-            "generation and age",
-            needs=("generation",),
-        ),
+        Attribute("known", np.dtype(np.bool_), False, "has_known", "known masks"),
+        Attribute("generation", _INTEGERS, -1, "has_provenance", "generation and age", ("age",)),
+        Attribute("age", _INTEGERS, 0, "has_provenance", "generation and age", ("generation",)),
         Attribute(
             "standard_error",
             np.dtype(np.float32),
             np.inf,
-            "the unit of the positions",
             "has_standard_error",
             "standard errors",
-            needs=("generation", "age"),
+            ("generation", "age"),
         ),
     )
 }

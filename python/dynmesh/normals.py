@@ -16,5 +16,10 @@ def vertex_normals(faces: NDArray[np.integer[Any]], points: Floats) -> Floats:
     for corner in faces.T:
         for axis in range(3):
             normals[:, axis] += np.bincount(corner, of_faces[:, axis], len(normals))
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.where(lengths > 0, lengths, 1))
+    return unit(normals)
+
+
+def unit(vectors: NDArray[Any]) -> Floats:
+    """Returns vectors of length 1; zero remains zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))

@@ -94,7 +94,9 @@ class Description:
         if not abs(self.start) <= largest_start:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
-        check_errors_of(self.standard_error_of)
+        if self.standard_error_of not in get_args(StandardErrorOf):
+            told = f"must be 'position' or 'surface', not {self.standard_error_of!r}"
+            raise InputError(told, argument="standard_error_of")
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,14 +224,6 @@ def summary(n_frames: int, n_vertices: int, n_faces: int, dtype: np.dtype[Any]) 
 def rate(fps: float | None) -> str:
     """Describes the frames per second."""
     return "no fps" if fps is None else f"{fps:g} fps"
-
-
-def check_errors_of(text: object) -> None:
-    """Raises an error unless standard errors can be of this."""
-    if text not in get_args(StandardErrorOf):
-        raise InputError(
-            f"must be 'position' or 'surface', not {text!r}", argument="standard_error_of"
-        )
 
 
 def check_vertices(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:

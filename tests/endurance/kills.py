@@ -24,7 +24,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh import cli, degrade
-from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
+from dynmesh.degrade.visibility import intrinsics_of, pose_of
 from dynmesh.scans import DepthFolder, PointFolder, Rig, ScanCamera
 
 COMMANDS = {

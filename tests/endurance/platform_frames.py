@@ -11,7 +11,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.degrade.depth_buffer import intrinsics_of, pose_of
+from dynmesh.degrade.visibility import intrinsics_of, pose_of
 
 SIDE, COUNT = 96, 0.001
 LARGEST = 1e-3

@@ -5,7 +5,6 @@ import re
 import shutil
 import signal
 from collections.abc import Callable, Generator, Iterator
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -166,12 +165,12 @@ def rng() -> np.random.Generator:
 @pytest.fixture
 def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are drawn quickly, with few pixels and no layout, if a test does not look at them."""
-    whole = figures._stage
+    whole = figures.render
 
-    def small(view: figures.View) -> AbstractContextManager[Any]:
-        return whole(replace(view, size=(60, 80)))
+    def small(faces: Any, points: Any, view: figures.View, *more: Any) -> figures.Image:
+        return whole(faces, points, replace(view, size=(60, 80)), *more)
 
-    monkeypatch.setattr(figures, "_stage", small)
+    monkeypatch.setattr(figures, "render", small)
     style = pytest.importorskip("benchmarks.style")
     monkeypatch.setitem(style._STYLE, "figure.dpi", 20)
     layout = pytest.importorskip("matplotlib.layout_engine").ConstrainedLayoutEngine

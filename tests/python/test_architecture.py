@@ -16,7 +16,7 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 CPP = REPOSITORY / "cpp"
 
-WITH = {"sequence": ("metrics", "normals", "calibration", "matrices", "baselines")}
+WITH = {"sequence": ("metrics", "normals", "calibration", "baselines")}
 """Modules that stand with another one."""
 
 

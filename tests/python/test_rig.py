@@ -19,9 +19,8 @@ from test_scans import potato
 import dynmesh
 from dynmesh import degrade, track_file
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.diagnosis.planes import planes_of_room
 from dynmesh.scans import PointScan, Rig, open_scans, read_cameras, write_cameras
-from dynmesh.tracking.room import Room, crop_of
+from dynmesh.tracking.room import Room, crop_of, planes_of_room
 
 
 @pytest.fixture(scope="module")

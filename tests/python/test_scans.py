@@ -12,8 +12,8 @@ from meshes import Mesh
 
 from dynmesh import degrade
 from dynmesh.degrade import Camera
-from dynmesh.degrade.depth_buffer import depth_buffer, intrinsics_of, pose_of
 from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.degrade.visibility import depth_buffer, intrinsics_of, pose_of
 from dynmesh.scans import DepthScan, PointScan
 
 Array = meshes.Array

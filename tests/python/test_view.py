@@ -20,10 +20,9 @@ from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
-from dynmesh.draw.picture import drawn, evenly_spaced
+from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
 from dynmesh.draw.quantities import QUANTITIES, Colour
 from dynmesh.draw.scales import CountScale, MeasureScale
-from dynmesh.draw.sheet import contact_sheet
 from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import PointScan, open_scans, write_ply
 

@@ -16,7 +16,7 @@ from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings
 from .start import check_start, start_in
-from .ways import Options, SequenceSettings, complete_frames
+from .ways import SequenceSettings, complete_frames, with_implied
 
 
 @overload
@@ -76,8 +76,8 @@ def complete(
         kind = type(faces if frames is None else frames).__name__
         told = f"must be positions, unless faces is a Sequence, not {kind}"
         raise KindError(f"{told}; complete_file completes files", argument="frames")
-    options, of_completer = Options.among(settings)
-    if "start" in settings or options != Options():
+    ways, of_completer = _ways_among(settings)
+    if "start" in settings or ways != {"bidirectional": False, "drop_above": None}:
         names = ", ".join(settings.keys() - Settings.__annotations__.keys())
         raise InputError(
             f"{names}: for a Sequence, whose frames can be read more than once, not for a stream "
@@ -85,6 +85,13 @@ def complete(
             argument="frames",
         )
     return _complete_frames(faces, frames, known, training, of_completer)
+
+
+def _ways_among(given: SequenceSettings) -> tuple[dict[str, Any], Settings]:
+    """Returns the keywords of the ways through a sequence, and those of the completer."""
+    settings: Any = {n: value for n, value in given.items() if n in Settings.__annotations__}
+    drop_above = given.get("drop_above")
+    return {"bidirectional": given.get("bidirectional", False), "drop_above": drop_above}, settings
 
 
 def _complete_frames(
@@ -120,8 +127,8 @@ def _complete_sequence(
 ) -> Sequence:
     start = given.get("start", "auto")
     check_start(start, None)
-    options, own = Options.among(given)
-    settings = options.settings(own, trained=training is not None)
+    ways, own = _ways_among(given)
+    settings = with_implied(own, **ways, trained=training is not None)
     reader = SequenceReader(sequence)
     whole = start_in(
         reader,
@@ -134,13 +141,13 @@ def _complete_sequence(
     made = Collected(
         replace(
             reader.header,
-            has_known=options.drop_above is not None,
+            has_known=ways["drop_above"] is not None,
             has_provenance=True,
             has_standard_error=completer.settings["uncertainty"],
             standard_error_of="position",
         )
     )
-    complete_frames(reader, whole, completer, made, options)
+    complete_frames(reader, whole, completer, made, **ways)
     return made.sequence()
 
 

@@ -167,7 +167,8 @@ def start_in(
     """
     number: int | None = None
     if start == "auto":
-        number = _first_whole_frame(reader)
+        with contextlib.closing(reader.frames()) as frames:
+            number = next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
     elif start != "best":
         with files.naming(reader.path):
             number = index_of(reader.header, start, "start")
@@ -201,12 +202,6 @@ def template_of(reader: Reader) -> Positions:
     with locating(file=reader.path):
         check_whole(frame, "; a template must be whole")
     return np.array(frame.points)
-
-
-def _first_whole_frame(reader: Reader) -> int | None:
-    """The first frame in which every vertex was observed."""
-    with contextlib.closing(reader.frames()) as frames:
-        return next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
 
 
 def check_same_subject(other: Reader, reader: Reader) -> None:

@@ -10,9 +10,9 @@ from .. import files
 from .._checks import check_path
 from .._errors import InputError, KindError, SettingError, locating
 from .._progress import tracked
+from .._report import some_of
 from ..files import PathLike, Reader
 from ..files.frame import check_whole
-from ..files.scenes import listed
 from ..sequence import Positions
 from .start import check_same_subject
 
@@ -45,10 +45,7 @@ class Training:
     """The frames of all training files, one after another, which are read one at a time."""
 
     def __init__(
-        self,
-        training_files: tuple[Path, ...],
-        reader: Reader,
-        progress: bool = False,
+        self, training_files: tuple[Path, ...], reader: Reader, progress: bool = False
     ) -> None:
         """Opens each training_file and compares its mesh with that of the sequence.
 
@@ -119,7 +116,7 @@ def _open(training_file: Path, reader: Reader) -> Reader:
     moving = [mesh for mesh, moves in meshes.items() if moves]
     if len(moving) > 1:
         raise InputError(
-            f"has no mesh '{wanted}', as {reader.path} has; those that move are {listed(moving)}",
+            f"has no mesh '{wanted}', as {reader.path} has; those that move are {some_of(moving)}",
             file=training_file,
         )
     return files.open(training_file)

@@ -6,10 +6,10 @@ On its way, a completer uses only frames that it has already met.
 import contextlib
 import os
 import tempfile
-from collections.abc import Generator, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Generator, Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,8 @@ from .._checks import check_positive
 from .._errors import SettingError, locating
 from .._progress import tracked
 from ..completer import Completer, FrameReport
-from ..files import Frame, Reader, naming
-from ..files.memory import Output
+from ..files import Frame, Reader, Writer, naming
+from ..files.memory import Collected
 from ..settings import Settings
 from .lengths import Lengths
 from .start import Start, StartFrame
@@ -39,45 +39,27 @@ class SequenceSettings(Settings, total=False):
     drop_above: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Options:
-    """How a sequence is completed, beside the settings of the completer.
+def with_implied(
+    given: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
+) -> Settings:
+    """Returns the settings of a completer, with those that the ways imply.
 
-    Attributes:
-        bidirectional: whether to complete each frame from both sides.
-        drop_above: the standard error above which vertices are left missing; None leaves none.
+    Raises:
+        TypeError, ValueError: a way is refused, or cannot be combined with the method.
     """
-
-    bidirectional: bool = False
-    drop_above: float | None = None
-
-    @classmethod
-    def among(cls, given: Mapping[str, Any]) -> tuple["Options", Settings]:
-        """Returns the options and the settings of the completer among keywords."""
-        own, settings = (
-            {name: value for name, value in given.items() if name in names}
-            for names in ({one.name for one in fields(cls)}, Settings.__annotations__)
-        )
-        return cls(**own), cast(Settings, settings)
-
-    def settings(self, given: Settings, *, trained: bool) -> Settings:
-        """Returns the settings of the completer, with those that the options imply.
-
-        Raises:
-            TypeError, ValueError: an option is refused, or cannot be combined with the method.
-        """
-        if self.drop_above is not None:
-            check_positive("drop_above", self.drop_above)
-        if given.get("method", "detail") != "detail":
-            for name, value in {**asdict(self), "training": trained}.items():
-                if value not in (None, False):
-                    raise SettingError("is for method detail alone", argument=name, value=value)
-        implied: dict[str, Any] = {}
-        if self.bidirectional or self.drop_above is not None:
-            implied["uncertainty"] = True
-        if self.bidirectional:
-            implied["learn"] = not trained
-        return cast(Settings, {**given, **implied})
+    if drop_above is not None:
+        check_positive("drop_above", drop_above)
+    if given.get("method", "detail") != "detail":
+        ways = {"bidirectional": bidirectional, "drop_above": drop_above, "training": trained}
+        for name, value in ways.items():
+            if value not in (None, False):
+                raise SettingError("is for method detail alone", argument=name, value=value)
+    implied: Settings = {}
+    if bidirectional or drop_above is not None:
+        implied["uncertainty"] = True
+    if bidirectional:
+        implied["learn"] = not trained
+    return given | implied
 
 
 @dataclass
@@ -99,9 +81,10 @@ def complete_frames(
     reader: Reader,
     start: StartFrame,
     completer: Completer,
-    output: Output,
-    options: Options,
+    output: Writer | Collected,
     *,
+    bidirectional: bool,
+    drop_above: float | None,
     folder: Path | None = None,
     progress: bool = False,
 ) -> Tally:
@@ -112,7 +95,8 @@ def complete_frames(
         start: the whole frame.
         completer: begins at the whole frame.
         output: takes the frames.
-        options: which ways lead through the sequence, and what is left missing.
+        bidirectional: whether to complete each frame from both sides.
+        drop_above: the standard error above which vertices are left missing; None leaves none.
         folder: on whose disk frames wait that cannot be written yet; None keeps them in memory.
         progress: whether to show a bar; from both sides, a frame counts as often as it is
             completed.
@@ -122,10 +106,8 @@ def complete_frames(
     """
     tally = Tally(Lengths(reader.faces, start.points))
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
-    out, *further = ways = _ways(start.number, reader.n_frames, options.bidirectional)
-    waiting = _records(
-        whole, reader.n_frames if options.bidirectional else start.number + 1, folder
-    )
+    out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)
+    waiting = _records(whole, reader.n_frames if bidirectional else start.number + 1, folder)
     if start.number >= 0:
         _store(waiting, start.number, whole)
 
@@ -138,20 +120,20 @@ def complete_frames(
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
             tally.lengths.add(number, frame.points)
-            _write(start.add_errors(frame, number), options, output, tally)
+            _write(start.add_errors(frame, number), drop_above, output, tally)
 
     with contextlib.closing(_frames(reader, ways)) as read:
         frames = tracked(read, sum(map(len, ways)), "completing", progress)
         for number, frame in go(out, whole):
             _store(waiting, number, frame)
-        if options.bidirectional:
+        if bidirectional:
             there, back = further
             for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
                 _store(waiting, number, frame)
             for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
                 _store(waiting, number, combined(_stored(waiting, number), frame))
         write((number, _stored(waiting, number)) for number in range(len(waiting)))
-        if not options.bidirectional:
+        if not bidirectional:
             write(go(further[0], whole))
     return tally
 
@@ -273,11 +255,13 @@ def _stored(records: NDArray[Any], number: int) -> Frame:
     return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})
 
 
-def _write(frame: Frame, options: Options, output: Output, tally: Tally) -> None:
+def _write(
+    frame: Frame, drop_above: float | None, output: Writer | Collected, tally: Tally
+) -> None:
     """Writes a completed frame, without what is left missing."""
-    if options.drop_above is not None:
-        assert frame.standard_error is not None  # as the options have set
-        kept = np.asarray(frame.standard_error <= options.drop_above)
+    if drop_above is not None:
+        assert frame.standard_error is not None  # as :func:`with_implied` has set
+        kept = np.asarray(frame.standard_error <= drop_above)
         tally.dropped += int(np.count_nonzero(~kept))
         points = np.where(kept[:, None], frame.points, frame.points.dtype.type(np.nan))
         frame = replace(frame, points=points, known=kept)

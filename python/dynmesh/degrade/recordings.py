@@ -1,8 +1,7 @@
 """Losses, noise and scans of the frames of a file, one after another."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,9 @@ from ..files import Reader
 from ..scans import Rig, ScanCamera
 from ..scans.scan import Scan
 from ..sequence import Mask, Positions
-from .depth_buffer import intrinsics_of, pose_of
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
 from .scans import depth_images, scan_points
-from .visibility import Camera, orbit
+from .visibility import Camera, intrinsics_of, orbit, pose_of
 
 _COUNTS = 60_000
 """Of the 65 535 that an image can hold, so many are used for the farthest point, at most."""
@@ -22,42 +20,35 @@ _COUNTS = 60_000
 Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Losses:
-    """What vertices lose; :func:`dynmesh.verbs.degrade.degrade_file` explains the attributes."""
+def degraded(
+    reader: Reader, up: Vector, losses: Mapping[str, Any], seed: int
+) -> Iterator[tuple[Positions, Mask]]:
+    """Yields positions, which are NaN where nothing was observed, and masks of a sequence.
 
-    known: float | None = None
-    camera: int | None = None
-    patches: float | None = None
-    dropout: float | None = None
-    noise: float | None = None
-    outliers: float | None = None
-    seed: int = 0
-
-    def frames(self, reader: Reader, up: Vector) -> Iterator[tuple[Positions, Mask]]:
-        """Yields positions, which are NaN where nothing was observed, and masks of a sequence."""
-        shape, faces, seed = (reader.n_frames, reader.n_vertices), reader.faces, self.seed
-        masks: list[Iterator[Mask]] = []
-        if self.known is not None:
-            masks.append(random_known(*shape, self.known, seed=seed))
-        if self.camera is not None:
-            circling = orbit(_bounding_box(reader), self.camera, up=up)
-            masks.append(camera_known(_points(reader), faces, circling))
-        if self.patches is not None:
-            masks.append(patch_known(faces, *shape, self.patches, seed=seed))
-        if self.dropout is not None:
-            masks.append(dropout(*shape, self.dropout, seed=seed))
-        moved = _points(reader)
-        if self.noise is not None:
-            moved = add_noise(moved, faces, self.noise, seed=seed)
-        if self.outliers is not None:
-            moved = add_outliers(moved, faces, self.outliers, seed=seed)
-        missing = reader.dtype.type(np.nan)
-        for points, *observed in zip(moved, (frame.known for frame in reader), *masks, strict=True):
-            seen = [mask for mask in observed if mask is not None]
-            kept = np.logical_and.reduce(seen) if seen else np.ones(len(points), np.bool_)
-            # Unknown positions are erased, so that no method can use them.
-            yield np.where(kept[:, None], points, missing), kept
+    The losses are those of :func:`dynmesh.verbs.degrade.degrade_file` that are asked for, by name.
+    """
+    shape, faces = (reader.n_frames, reader.n_vertices), reader.faces
+    masks: list[Iterator[Mask]] = []
+    if "known" in losses:
+        masks.append(random_known(*shape, losses["known"], seed=seed))
+    if "camera" in losses:
+        circling = orbit(_bounding_box(reader), losses["camera"], up=up)
+        masks.append(camera_known(_points(reader), faces, circling))
+    if "patches" in losses:
+        masks.append(patch_known(faces, *shape, losses["patches"], seed=seed))
+    if "dropout" in losses:
+        masks.append(dropout(*shape, losses["dropout"], seed=seed))
+    moved = _points(reader)
+    if "noise" in losses:
+        moved = add_noise(moved, faces, losses["noise"], seed=seed)
+    if "outliers" in losses:
+        moved = add_outliers(moved, faces, losses["outliers"], seed=seed)
+    missing = reader.dtype.type(np.nan)
+    for points, *observed in zip(moved, (frame.known for frame in reader), *masks, strict=True):
+        seen = [mask for mask in observed if mask is not None]
+        kept = np.logical_and.reduce(seen) if seen else np.ones(len(points), np.bool_)
+        # Unknown positions are erased, so that no method can use them.
+        yield np.where(kept[:, None], points, missing), kept
 
 
 def scanned(
@@ -80,12 +71,6 @@ def scanned(
     if size is None:
         return rig, scan_points(*given, points=points, **options)
     return rig, depth_images(*given, width=size[0], height=size[1], **options)
-
-
-def axis(name: str) -> Vector:
-    """Returns the direction of an axis."""
-    x, y, z = (float(one == name) for one in "xyz")
-    return x, y, z
 
 
 def _points(reader: Reader) -> Iterator[Positions]:

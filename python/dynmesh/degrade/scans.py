@@ -13,21 +13,13 @@ from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
+from ..normals import unit
 from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
 from ..sequence import Mask, Positions
-from .depth_buffer import DepthBuffer, depth_buffer, intrinsics_of, pose_of
 from .losses import patch_known
-from .shared import (
-    Purpose,
-    check_cameras,
-    mean_edge_of,
-    numbered,
-    rng_of,
-    triangles_of,
-    unit,
-)
-from .visibility import Camera, orbit, visible
+from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
+from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
@@ -105,8 +97,7 @@ def scan_points(
             or a frame has another shape than frame 0.
     """
     check_integer("points", points, 1)
-    shares = {"missing": missing, "holes": holes, "outliers": outliers}
-    _check(faces, cameras, noise, seed, shares)
+    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
 
     def scans() -> Iterator[PointScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -120,9 +111,7 @@ def scan_points(
             viewpoints = np.array([camera.position for camera in scene.cameras])
             dtype = scene.points.dtype
             yield PointScan(
-                positions[kept].astype(dtype),
-                normals[kept].astype(dtype),
-                viewpoints.astype(dtype),
+                positions[kept].astype(dtype), normals[kept].astype(dtype), viewpoints.astype(dtype)
             )
 
     return scans()
@@ -157,8 +146,7 @@ def depth_images(
     """
     check_integer("width", width, 1)
     check_integer("height", height, 1)
-    shares = {"missing": missing, "holes": holes, "outliers": outliers}
-    _check(faces, cameras, noise, seed, shares)
+    _check(faces, cameras, noise, seed, missing=missing, holes=holes, outliers=outliers)
 
     def scans() -> Iterator[DepthScan]:
         for scene in _scenes_of(frames, faces, cameras, holes, up, seed):
@@ -272,9 +260,7 @@ def _measured(buffer: DepthBuffer, scene: _Scene, camera: Camera) -> NDArray[np.
     return depth
 
 
-def _check(
-    faces: Faces, cameras: Cameras, noise: float, seed: int, shares: dict[str, float]
-) -> None:
+def _check(faces: Faces, cameras: Cameras, noise: float, seed: int, **shares: float) -> None:
     triangles_of(faces)
     check_integer("seed", seed, 0)
     if isinstance(cameras, int):

@@ -67,12 +67,6 @@ def mean_edge_of(first_frame: Positions, faces: Faces) -> float:
     return float(lengths.mean())
 
 
-def unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
-    """Returns vectors of length 1; zero remains zero."""
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1))
-
-
 def triangles_of(faces: Faces) -> _Integers:
     """Returns the triangles, or raises an error; that all corners are vertices is not checked."""
     triangles, _ = split_faces(faces)

@@ -9,23 +9,17 @@ import numpy as np
 
 from .. import files
 from .._progress import tracked
+from ..draw.heatmap import likely_up
 from ..files import Frame, Header, OneSequence, Source
-from . import surface
-from .diagnosis import Diagnosis
-from .finding import CODES, SEVERITIES, Finding, Severity, Where
-from .mesh import Mesh
+from .finding import CODES, SEVERITIES, Diagnosis, Finding, Severity, Where
+from .mesh import Mesh, examine
 from .motion import Motion
 from .presence import Presence, plausible
 
 __all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
 
 
-def diagnose(
-    source: OneSequence,
-    *,
-    progress: bool = False,
-    **how: Unpack[Source],
-) -> Diagnosis:
+def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Source]) -> Diagnosis:
     """Looks for problems of a sequence, in one pass and in constant memory.
 
     Args:
@@ -52,17 +46,13 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
     if header.n_vertices == 0:
         raise ValueError("has no vertices")
     first = next(watched)
-    start = Mesh.of(header.faces, first.points, plausible(first))
+    start = Mesh(header.faces, first.points, plausible(first))
     presence = Presence(header, start, first)
     motion = Motion(header, start)
     for number, frame in enumerate(watched, 1):
         observed = presence.watch(number, frame)
         motion.watch(number, frame.points, observed)
-    found = chain(
-        presence.findings(),
-        motion.findings(),
-        surface.examine(start),
-    )
+    found = chain(presence.findings(), motion.findings(), examine(start))
     ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
     return Diagnosis(
         findings=tuple(ordered),
@@ -72,5 +62,7 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
         mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
-        likely_up=start.likely_up(header.up_axis),
+        likely_up=likely_up(start.first[start.observed], header.up_axis)
+        if start.observed.any()
+        else header.up_axis or "y",
     )

@@ -1,27 +1,23 @@
-"""The mesh of a sequence, prepared for the diagnosis."""
+"""The mesh of a sequence, prepared for the diagnosis, and the problems of its surface."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._report import counted
 from ..completer import Completer
-from ..draw.heatmap import likely_up
 from ..metrics import bounding_box_diagonal
 from ..sequence import Mask, Positions
-from ..topology import TopologyReport, cells
-from .finding import Indices
-
-Faces = NDArray[np.integer[Any]]
+from ..topology import cells
+from .finding import Finding, listed
 
 
-@dataclass(frozen=True, eq=False)
 class Mesh:
     """A mesh and what the diagnosis derives from it.
 
     Attributes:
-        faces: (m, 3) integers.
         first: (k, 3), frame 0; zero for vertices that were not observed.
         observed: (k,) bool, in frame 0.
         ends: (e, 2) int64, the vertices of each edge.
@@ -31,38 +27,70 @@ class Mesh:
         topology: the report of the topology; None if there are no faces.
     """
 
-    faces: Faces
-    first: Positions
-    observed: Mask
-    ends: Indices
-    lengths: NDArray[np.float64]
-    mean_edge: float
-    diagonal: float
-    topology: TopologyReport | None
-
-    def likely_up(self, stated: str | None) -> str:
-        """The up axis as it is stated, or else a guess."""
-        if not self.observed.any():
-            return stated or "y"
-        return likely_up(self.first[self.observed], stated)
-
-    @classmethod
-    def of(cls, faces: Faces, points: Positions, observed: Mask) -> "Mesh":
-        """Builds the mesh from frame 0, whose points are ignored where they were not observed."""
-        first = np.where(observed[:, None], points, 0).astype(points.dtype)
-        offsets, neighbours = cells(faces, len(first))
-        own = np.repeat(np.arange(len(first)), np.diff(offsets))
+    def __init__(self, faces: NDArray[np.integer[Any]], points: Positions, observed: Mask) -> None:
+        """Takes frame 0, whose points are ignored where they were not observed."""
+        self.observed = observed
+        self.first = np.where(observed[:, None], points, 0).astype(points.dtype)
+        offsets, neighbours = cells(faces, len(points))
+        own = np.repeat(np.arange(len(points)), np.diff(offsets))
         ends = np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
-        lengths = np.linalg.norm(np.diff(first[ends].astype(np.float64), axis=1)[:, 0], axis=1)
+        between = np.diff(self.first[ends].astype(np.float64), axis=1)[:, 0]
+        lengths = np.linalg.norm(between, axis=1)
         lengths[~observed[ends].all(axis=1)] = np.nan
-        mean_edge = float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0
-        return cls(
-            faces,
-            first,
-            observed,
-            ends,
-            lengths,
-            mean_edge or 1.0,
-            bounding_box_diagonal(first[observed]) if observed.any() else 0.0,
-            Completer(faces, first).topology if len(faces) else None,
+        self.ends, self.lengths = ends, lengths
+        self.mean_edge = (float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0) or 1.0
+        self.diagonal = bounding_box_diagonal(self.first[observed]) if observed.any() else 0.0
+        self.topology = Completer(faces, self.first).topology if len(faces) else None
+
+
+_TOUCHING = (
+    "Motion propagates across them and pulls together sheets that may only touch, and method "
+    "detail has no well-defined shape there. Separate the sheets, or delete the inner faces."
+)
+_REFUSED = {
+    "degenerate": (
+        "degenerate_faces",
+        "with a repeated vertex",
+        "They are ignored, but their edges still count. Delete them.",
+    ),
+    "non_manifold_edge": ("non_manifold_edges", "at edges with two others", _TOUCHING),
+    "non_manifold_vertex": (
+        "non_manifold_vertices",
+        "at vertices where sheets touch in a single point",
+        _TOUCHING,
+    ),
+}
+"""By the kind of a face that a half-edge mesh cannot represent."""
+
+
+def examine(mesh: Mesh) -> Iterator[Finding]:
+    """Yields the problems of the surface."""
+    yield from _coincident(mesh)
+    if mesh.topology is None:
+        yield Finding.at(
+            "no_faces",
+            f"There are no faces, only {counted(len(mesh.first), 'vertex')}.",
+            "The sequence cannot be completed: motion propagates along edges. Give a mesh with "
+            "faces if the file holds only positions.",
+        )
+        return
+    for kind, (code, what, advice) in _REFUSED.items():
+        places = [face.index for face in mesh.topology.refused_faces if face.kind == kind]
+        if places:
+            told = f"{counted(len(places), 'triangle')} {what}: {listed('face', places)}."
+            yield Finding.at(code, told, advice, faces=places)
+
+
+def _coincident(mesh: Mesh) -> Iterator[Finding]:
+    there = np.flatnonzero(mesh.observed)
+    _, group, sizes = np.unique(mesh.first[there], axis=0, return_inverse=True, return_counts=True)
+    places = there[sizes[group.reshape(-1)] > 1]
+    if len(places):
+        yield Finding.at(
+            "coincident_vertices",
+            f"{counted(len(places), 'vertex')} at exactly the position of another vertex in the "
+            f"first frame: {listed('vertex', places)}.",
+            "The surface is probably cut there, for example along texture seams. The two sides are "
+            "completed separately and may open. Merge them first (merge by distance).",
+            vertices=places,
         )

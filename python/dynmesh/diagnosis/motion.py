@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .._report import counted
 from ..files import Header
 from ..sequence import Mask, Positions
-from .finding import Finding, frames_listed, listed, percent
+from .finding import Finding, Places, frames_listed, listed, percent
 from .mesh import Mesh
 
 _RECENT = 3  # frames; vertices last seen earlier do not count for the motion
@@ -36,12 +36,9 @@ class Motion:
         self._header = header
         self.medians: list[float] = [np.nan]
         self._mesh = mesh
-        k = len(mesh.first)
         self._last = mesh.first.copy()
         self._last_seen = np.where(mesh.observed, 0, -_RECENT - 1)
-        self._astray = np.zeros(k, np.bool_)
-        self._astray_frames: list[int] = []
-        self._n_astray = 0
+        self._astray = Places(len(mesh.first))
         self._farthest = 0.0
         self._scrambled: list[int] = []
         self._worst_share = 0.0
@@ -75,18 +72,18 @@ class Motion:
                 worst=self._worst_share,
             )
         yield from self._leaps()
-        if self._n_astray:
-            places = np.flatnonzero(self._astray)
+        if astray := self._astray.count:
+            places, frames = self._astray.vertices, self._astray.frames
             yield Finding.at(
                 "outliers",
-                f"{counted(self._n_astray, 'outlier')} more than {_FAR} mean edges from the "
-                f"surface around them, at most {self._farthest:.3g}, in "
-                f"{frames_listed(self._astray_frames, self._header)}: {listed('vertex', places)}.",
+                f"{counted(astray, 'outlier')} more than {_FAR} mean edges from the surface around "
+                f"them, at most {self._farthest:.3g}, in {frames_listed(frames, self._header)}: "
+                f"{listed('vertex', places)}.",
                 "They displace the vertices that are estimated around them. Let completion reject "
                 "outliers, or mark them as missing in the known mask.",
                 vertices=places,
-                frames=self._astray_frames,
-                count=self._n_astray,
+                frames=frames,
+                count=astray,
                 worst=self._farthest,
             )
 
@@ -111,9 +108,7 @@ class Motion:
             self._scrambled.append(number)
             self._worst_share = max(self._worst_share, share)
         elif astray.any():
-            self._n_astray += int(np.count_nonzero(astray))
-            self._astray |= astray
-            self._astray_frames.append(number)
+            self._astray.add(number, astray)
             pairs = far[astray[ends[far]].any(axis=1)]
             a, b = points[ends[pairs]].astype(np.float64).transpose(1, 0, 2)
             length = np.linalg.norm(a - b, axis=1) / self._mesh.mean_edge

@@ -9,7 +9,7 @@ from .._report import counted
 from ..files import Frame, Header
 from ..files.frame import LARGEST
 from ..sequence import Mask
-from .finding import Finding, frames_listed, listed, percent, stretches
+from .finding import Finding, Places, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 
 _BACKWARDS = (
@@ -37,8 +37,8 @@ class Presence:
         self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
         self._best, self._known_in_best = 0, mesh.observed
-        self._unusable = _Places(self._n_vertices)
-        self._zeros = _Places(self._n_vertices)
+        self._unusable = Places(self._n_vertices)
+        self._zeros = Places(self._n_vertices)
         self._count(0, first)
 
     def watch(self, number: int, frame: Frame) -> Mask:
@@ -184,23 +184,3 @@ def plausible(frame: Frame) -> Mask:
     """Returns which vertices were observed, and are not at the origin with another one."""
     zero = frame.observed & ~frame.points.any(axis=1)
     return frame.observed & ~zero if np.count_nonzero(zero) > 1 else frame.observed
-
-
-class _Places:
-    """Counts vertices in frames, and keeps the first ones."""
-
-    def __init__(self, n_vertices: int) -> None:
-        self.count = 0
-        self.frames: list[int] = []
-        self._met = np.zeros(n_vertices, np.bool_)
-
-    def add(self, number: int, mask: Mask) -> None:
-        n = int(np.count_nonzero(mask))
-        if n:
-            self.count += n
-            self.frames.append(number)
-            self._met |= mask
-
-    @property
-    def vertices(self) -> NDArray[np.int64]:
-        return np.flatnonzero(self._met)

@@ -5,8 +5,8 @@ Everything is rendered off screen with pyvista (extra `view`).
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -119,86 +119,39 @@ def render(
         ValueError, TypeError: a face refers to no vertex, a position or place is not finite, or an
             array has the wrong shape.
     """
-    _check(faces, points)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
+    cells(faces, len(points))  # as VTK would end the process for a face out of range
+    check_complete("points", points)
     if places.shape != (len(points),):
         raise InputError(f"must have shape ({len(points)},), not {places.shape}", argument="places")
     if not np.isfinite(places).all():
         raise InputError("must be finite", argument="places")
-    surface = surface_of(faces, points)
-    with _stage(view) as plotter:
-        add_places(plotter, surface, places, colours, dots)
-        return _taken(plotter, view)
-
-
-def surface_of(faces: NDArray[np.integer[Any]], points: Positions) -> Any:
-    """Returns a mesh of pyvista."""
-    return load_pyvista().PolyData.from_regular_faces(
+    pyvista = load_pyvista()
+    surface = pyvista.PolyData.from_regular_faces(
         np.asarray(points, np.float32), np.asarray(faces, np.int64)
     )
-
-
-def add_places(
-    plotter: Any,
-    surface: Any,
-    places: NDArray[np.floating[Any]],
-    colours: Sequence[str],
-    dots: Mask | None,
-) -> None:
-    """Adds a surface of pyvista to a plotter, with the colours and dots of :func:`render`."""
     surface["places"] = places.astype(np.float32)
-    table = load_pyvista().LookupTable(list(colours), scalar_range=(0, 1))
+    table = pyvista.LookupTable(list(colours), scalar_range=(0, 1))
     style = {"cmap": table, "show_scalar_bar": False, "ambient": 0.25, "diffuse": 0.85}
-    if surface.n_cells:
-        plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
-    if dots is not None and dots.any():
-        cloud = load_pyvista().PolyData(surface.points[dots])
-        size = {"point_size": max(plotter.window_size) / 120, "render_points_as_spheres": True}
-        plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
-
-
-@dataclass(frozen=True, eq=False)
-class Mark:
-    """A highlighted part of a picture of a mesh.
-
-    Attributes:
-        colour: as "#rrggbb".
-        faces: (f,) integers, the faces to paint.
-        points: (p, 3) positions of dots.
-        size: of the dots, in hundredths of the picture.
-    """
-
-    colour: str
-    faces: NDArray[np.integer[Any]]
-    points: Positions
-    size: float
-
-
-def render_marked(
-    faces: NDArray[np.integer[Any]], points: Positions, view: View, marks: Sequence[Mark]
-) -> Image:
-    """Draws one frame with marks on it, later marks over earlier ones.
-
-    The arguments, the result and the errors are those of :func:`render`.
-    """
-    _check(faces, points)
-    rgb = np.tile(_rgb(SURFACE_COLOUR), (len(faces), 1))
-    for mark in marks:
-        rgb[mark.faces] = _rgb(mark.colour)
-    surface = surface_of(faces, points)
-    surface.cell_data["colour"] = rgb
-    with _stage(view) as plotter:
-        if len(faces):
-            plotter.add_mesh(surface, scalars="colour", rgb=True, ambient=0.25, diffuse=0.85)
-        for mark in marks:
-            if len(mark.points):
-                plotter.add_mesh(
-                    load_pyvista().PolyData(np.asarray(mark.points, np.float32)),
-                    color=mark.colour,
-                    point_size=mark.size / 100 * max(view.size),
-                    render_points_as_spheres=True,
-                    ambient=0.4,
-                )
-        return _taken(plotter, view)
+    plotter = pyvista.Plotter(off_screen=True, window_size=view.size, lighting="light kit")
+    with closing(plotter):
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing("ssaa")
+        if surface.n_cells:
+            plotter.add_mesh(surface, scalars="places", smooth_shading=True, **style)
+        if dots is not None and dots.any():
+            cloud = pyvista.PolyData(surface.points[dots])
+            size = {"point_size": max(view.size) / 120, "render_points_as_spheres": True}
+            plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
+        camera, centre = plotter.camera, view.box.mean(axis=0)
+        camera.focal_point = centre
+        camera.position = centre + 4 * np.linalg.norm(view.half) * view.axes[2]
+        camera.up = view.up
+        camera.parallel_projection = True
+        camera.parallel_scale = view.reach
+        plotter.reset_camera_clipping_range()
+        return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
 
 
 def cropped(images: list[Image], margin: int = 12) -> list[Image]:
@@ -211,14 +164,6 @@ def cropped(images: list[Image], margin: int = 12) -> list[Image]:
     return [image[top : rows[-1] + margin, left : columns[-1] + margin] for image in images]
 
 
-def _check(faces: NDArray[np.integer[Any]], points: Positions) -> None:
-    """Checks the input, since VTK would end the process for a face out of range."""
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
-    cells(faces, len(points))
-    check_complete("points", points)
-
-
 def load_pyvista() -> Any:
     """Imports pyvista, or raises an ImportError that names the extra which installs it."""
     if sys.platform == "linux" and not os.environ.get("DISPLAY"):
@@ -227,39 +172,6 @@ def load_pyvista() -> Any:
     return require("pyvista", extra="view")
 
 
-@contextmanager
-def _stage(view: View) -> Iterator[Any]:
-    """Creates a plotter without a window, which is closed in the end."""
-    plotter = load_pyvista().Plotter(off_screen=True, window_size=view.size, lighting="light kit")
-    try:
-        plotter.set_background("white")
-        plotter.enable_anti_aliasing("ssaa")
-        yield plotter
-    finally:
-        plotter.close()
-
-
-def _taken(plotter: Any, view: View) -> Image:
-    aim(plotter, view)
-    return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
-
-
 def _vector(values: NDArray[np.floating[Any]]) -> Vector:
     x, y, z = (float(v) for v in values)
     return x, y, z
-
-
-def _rgb(colour: str) -> NDArray[np.uint8]:
-    return np.frombuffer(bytes.fromhex(colour.removeprefix("#")), np.uint8)
-
-
-def aim(plotter: Any, view: View) -> None:
-    """Points the camera of a plotter so that it shows a view."""
-    centre = view.box.mean(axis=0)
-    camera = plotter.camera
-    camera.focal_point = centre
-    camera.position = centre + 4 * np.linalg.norm(view.half) * view.axes[2]
-    camera.up = view.up
-    camera.parallel_projection = True
-    camera.parallel_scale = view.reach
-    plotter.reset_camera_clipping_range()

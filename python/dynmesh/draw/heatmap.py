@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
 from ..scans import ScanReader
-from ..scans.scan import Scan
 from ..sequence import Mask, Positions
-from .figures import SURFACE_COLOUR
-from .quantities import QUANTITIES, Colour
+from .quantities import QUANTITIES, Colour, Moment, Sources, visible
 from .scales import Scale, Values
-from .sources import Moment, Sources, visible
 
 _MOST_POINTS = 5000
 """Of a scan in a frame; more would make a page large and look the same."""
@@ -103,16 +100,11 @@ class Heatmap:
         def frames_of(other: Reader | None) -> Iterator[Frame | None]:
             return repeat(None) if other is None else other.frames(*place)
 
-        def clouds_of(scans: ScanReader | None) -> Iterator[Positions | None]:
-            if scans is None:
-                return repeat(None)
-            return (self._cloud(scan) for scan in scans.frames(*place))
-
         sources = self._sources
         ours, truths = self.reader.frames(*place), frames_of(sources.reference)
-        givens, clouds = frames_of(sources.input), clouds_of(sources.scans)
+        clouds = repeat(None) if sources.scans is None else self._clouds(sources.scans, place)
         for number, frame, truth, given, cloud in zip(
-            numbers, ours, truths, givens, clouds, strict=False
+            numbers, ours, truths, frames_of(sources.input), clouds, strict=False
         ):
             moment = Moment(number, frame, truth, given, cloud)
             values = {
@@ -129,16 +121,11 @@ class Heatmap:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
             yield ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
 
-    def _cloud(self, scan: Scan | None) -> Positions:
-        """Returns the points of a scan in the unit of the sequence; none if it is missing."""
-        if scan is None:
-            return np.zeros((0, 3))
-        return scan.scaled(self._sources.scan_factor).cloud
-
-    def frame(self, number: int) -> ShownFrame:
-        """Returns one frame."""
-        (shown,) = self.frames(range(number, number + 1))
-        return shown
+    def _clouds(self, scans: ScanReader, place: tuple[int, int, int]) -> Iterator[Positions]:
+        """Yields the points of scans in the unit of the sequence; none of one that is missing."""
+        for scan in scans.frames(*place):
+            empty = np.zeros((0, 3))
+            yield empty if scan is None else scan.scaled(self._sources.scan_factor).cloud
 
     def scale(self, colour: Colour, frames: Iterable[ShownFrame]) -> Scale | None:
         """Returns the scale of this colour for frames, or None for the colour "plain"."""
@@ -151,16 +138,6 @@ class Heatmap:
             telling(frame.values[source][frame.visible]) for frame in frames if telling is not None
         ]
         return QUANTITIES[colour].scale(self._sources, np.concatenate([np.zeros(0), *told]))
-
-    def places(
-        self, frame: ShownFrame, scale: Scale | None
-    ) -> tuple[NDArray[np.float32], tuple[str, ...]]:
-        """Returns the positions of values of `colour` on its scale, (k,), and its colours."""
-        places = np.zeros(len(frame.points), np.float32)
-        if scale is None:
-            return places, (SURFACE_COLOUR,)
-        places[frame.visible] = scale.position(frame.values[self.colour][frame.visible])
-        return places, scale.colours
 
 
 def stated_up(*readers: Reader | None) -> str | None:

@@ -1,19 +1,27 @@
-"""Pictures of a sequence: a frame, or a contact sheet of several."""
+"""Pictures of a sequence: a frame, or a contact sheet of several with a colour bar."""
 
+import math
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from .._extras import require_all
+from .._extras import require, require_all
 from .._progress import tracked
 from ..files import Reader
 from . import figures
-from .figures import Image, View
+from .figures import SURFACE_COLOUR, Image, View
 from .heatmap import Heatmap, ShownFrame, likely_up, stated_up, whole_faces
 from .quantities import Colour
 from .scales import Scale
-from .sheet import contact_sheet
+
+_MARGIN = 12
+_LINE = 20
+_INK = "#222222"
+_PROPORTION = 1.6  # of a sheet, width to height
+_BAR_WIDTH = 22
+_LEGEND_WIDTH = 190
 
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:
@@ -52,7 +60,8 @@ def drawn(
     if reference is not None and colour not in (None, "error", "standard_error"):
         raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
     heatmap = Heatmap(reader, reference=reference, colour=colour)
-    frames = list(tracked(map(heatmap.frame, indices), len(indices), "reading", progress))
+    each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
+    frames = list(tracked(each, len(indices), "reading", progress))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
@@ -66,6 +75,82 @@ def drawn(
 
 def _draw(heatmap: Heatmap, frame: ShownFrame, scale: Scale | None, view: View) -> Image:
     faces, alone = whole_faces(heatmap.reader.faces, frame.visible)
-    places, colours = heatmap.places(frame, scale)
+    places = np.zeros(len(frame.points), np.float32)
+    colours = (SURFACE_COLOUR,) if scale is None else scale.colours
+    if scale is not None:
+        places[frame.visible] = scale.position(frame.values[heatmap.colour][frame.visible])
     points = np.where(frame.visible[:, None], frame.points, 0)
     return figures.render(faces, points, view, places, colours, alone)
+
+
+def contact_sheet(
+    heading: str, images: Sequence[Image], captions: Sequence[str], scale: Scale | None
+) -> Any:
+    """Arranges pictures of equal size in rows on an image of Pillow.
+
+    The caption of each is below what it shows, or in the middle if there is but one picture. The
+    scale has a colour bar at the right; None for no bar.
+    """
+    image_module = require("PIL.Image", extra="view")
+    drawing = require("PIL.ImageDraw", extra="view")
+    fonts = require("PIL.ImageFont", extra="view")
+    title_font, font = fonts.load_default(20), fonts.load_default(15)
+    height, width = images[0].shape[:2]
+    cell_width, cell_height = width + _MARGIN, height + _LINE + _MARGIN
+    # As many columns as give the sheet about the desired proportion.
+    rows = max(1, round(math.sqrt(len(images) * cell_width / cell_height / _PROPORTION)))
+    columns = math.ceil(len(images) / rows)
+    rows = math.ceil(len(images) / columns)
+    top = _LINE + 2 * _MARGIN
+    right = _MARGIN + max(columns * cell_width, math.ceil(title_font.getlength(heading)))
+    bottom = top + rows * cell_height
+    if scale is not None:
+        lines = len(_title_lines(scale))
+        bottom = max(bottom, top + lines * _LINE + _bar_height(scale) + 3 * _MARGIN)
+    total_width = right + _MARGIN
+    if scale is not None:
+        widest = math.ceil(max(font.getlength(label) for _, label in scale.ticks))
+        total_width += max(_LEGEND_WIDTH, _BAR_WIDTH + 2 * _MARGIN + widest)
+    sheet = image_module.new("RGB", (total_width, bottom), "white")
+    draw = drawing.Draw(sheet)
+    draw.text((_MARGIN, _MARGIN), heading, fill=_INK, font=title_font)
+    for i, (image, caption) in enumerate(zip(images, captions, strict=True)):
+        row, column = divmod(i, columns)
+        x, y = _MARGIN + column * cell_width, top + row * cell_height
+        sheet.paste(image_module.fromarray(np.ascontiguousarray(image)), (x, y))
+        room = math.ceil(font.getlength(caption) / 2)
+        middle = width // 2 if len(images) == 1 else _middle(image)
+        middle = max(min(middle, width - room), room)
+        draw.text((x + middle, y + height), caption, fill=_INK, font=font, anchor="ma")
+    if scale is not None:
+        _draw_legend(draw, font, scale, right, top)
+    return sheet
+
+
+def _middle(image: Image) -> int:
+    """Returns the column in the middle of what is drawn."""
+    marked = np.flatnonzero((image < 250).any(axis=(0, 2)))
+    return int(marked[[0, -1]].mean()) if len(marked) else image.shape[1] // 2
+
+
+def _bar_height(scale: Scale) -> int:
+    return max(min(260, 36 * len(scale.colours)), _LINE * len(scale.ticks))
+
+
+def _title_lines(scale: Scale) -> list[str]:
+    return textwrap.wrap(scale.title, 22)
+
+
+def _draw_legend(draw: Any, font: Any, scale: Scale, x: int, y: int) -> None:
+    for line in _title_lines(scale):
+        draw.text((x, y), line, fill=_INK, font=font)
+        y += _LINE
+    y += _MARGIN
+    width, height = _BAR_WIDTH, _bar_height(scale)
+    edges = np.linspace(y + height, y, len(scale.colours) + 1).round().astype(int).tolist()
+    for colour, below, above in zip(scale.colours, edges, edges[1:], strict=False):
+        draw.rectangle((x, above, x + width, below - 1), fill=colour)
+    for position, label in scale.ticks:
+        middle = y + round((1 - position) * height)
+        draw.line((x + width, middle, x + width + 4, middle), fill=_INK)
+        draw.text((x + width + 10, middle), label, fill=_INK, font=font, anchor="lm")

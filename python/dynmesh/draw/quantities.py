@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -9,10 +11,14 @@ import numpy as np
 from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
+from ..degrade.shared import mean_edge_of
+from ..files import Frame, Reader
 from ..files.frame import check_whole
-from .figures import HEATMAP_RANGE
-from .scales import CountScale, KnownScale, MeasureScale, Scale, Values, round_up
-from .sources import Moment, Sources, visible
+from ..metrics import bounding_box_diagonal
+from ..scans import ScanReader
+from ..sequence import Mask, Positions
+from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
+from .scales import CountScale, MeasureScale, Scale, StepScale, Values, round_up
 
 Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
@@ -20,6 +26,80 @@ Colour = Literal["error", "generation", "age", "standard_error", "known", "dista
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
 _FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surface
 _POINTS_PER_VERTEX = 10  # of a scan, for distances; between so many, a third of an edge is left
+
+
+class LengthUnit(NamedTuple):
+    """The unit in which lengths are shown, as it follows a number and as words in a title."""
+
+    sign: str
+    words: str
+    per_unit: float
+    """So many are a unit of the positions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """The shown sequence, the true one, that with the vertices that were observed, and scans.
+
+    The unit of the scans is `scan_factor` times that of the sequence.
+    """
+
+    reader: Reader
+    reference: Reader | None = None
+    input: Reader | None = None
+    scans: ScanReader | None = None
+    scan_factor: float = 1.0
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Of the bounding box of frame 0, of the reference if there is one."""
+        return bounding_box_diagonal(next(iter(self.reference or self.reader)).points)
+
+    @cached_property
+    def mean_edge(self) -> float:
+        """Of frame 0 of the sequence."""
+        return mean_edge_of(next(iter(self.reader)).points, self.reader.faces)
+
+    @cached_property
+    def unit(self) -> LengthUnit:
+        """Millimetres if a file states its unit, otherwise per cent of the diagonal.
+
+        Raises:
+            ValueError: the files state different units, or the diagonal is needed and 0.
+        """
+        said = {
+            reader.header.metres_per_unit: reader.path
+            for reader in (self.reader, self.reference)
+            if reader is not None and reader.header.metres_per_unit is not None
+        }
+        if len(said) > 1:
+            (ours, path), (theirs, reference) = said.items()
+            raise ValueError(f"{path} has {ours:g} metres per unit, but {reference} has {theirs:g}")
+        if said:
+            return LengthUnit("mm", "mm", 1000 * next(iter(said)))
+        if not self.diagonal > 0:
+            path = (self.reference or self.reader).path
+            raise ValueError(
+                f"{path}: errors have no unit, as all of the first frame is at one point"
+            )
+        return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A frame of each of the :class:`Sources`; the cloud is in the unit of the sequence."""
+
+    number: int
+    frame: Frame
+    truth: Frame | None
+    given: Frame | None
+    cloud: Positions | None = None
+
+
+def visible(frame: Frame) -> Mask:
+    """Returns which vertices have a position, (k,) bool."""
+    finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
+    return finite if frame.known is None else finite & frame.known
 
 
 class Quantity(NamedTuple):
@@ -153,7 +233,10 @@ def _count_scale(title: str) -> Callable[[Sources, Values], Scale]:
 
 
 def _known_scale(sources: Sources, *_: object) -> Scale:
-    return KnownScale(with_filled_in=sources.reader.has_provenance or sources.input is not None)
+    labels, colours = ["observed"], [KNOWN_COLOUR]
+    if sources.reader.has_provenance or sources.input is not None:
+        labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
+    return StepScale("known vertices", range(len(labels)), labels, colours)
 
 
 QUANTITIES: dict[Colour, Quantity] = {
@@ -172,8 +255,7 @@ QUANTITIES: dict[Colour, Quantity] = {
     ),
     "standard_error": Quantity(
         _lacks(
-            "standard_error",
-            "completion and tracking write it with `provenance` and `uncertainty`",
+            "standard_error", "completion and tracking write it with `provenance` and `uncertainty`"
         ),
         _standard_error,
         _standard_error_scale,

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from ..scans import DepthScan
 from ..sequence import Positions
 from .figures import SURFACE_COLOUR
-from .page.packing import embedded
-from .page.plots import FIELD_OF_VIEW, new_plot
+from .page.document import FIELD_OF_VIEW, Unit, embedded, new_plot, number_of
 
 _Floats = NDArray[np.float64]
 
@@ -60,10 +59,10 @@ def rig_page(
     # Points far away, as of a wrong depth, would leave nothing of the rest to see.
     low, high = np.quantile(np.concatenate([*clouds, *meshes, seats]), (0.001, 0.999), axis=0)
     low, high = np.minimum(low, seats.min(axis=0)), np.maximum(high, seats.max(axis=0))
-    middle, length = (low + high) / 2, float((high - low).max()) or 1.0
+    unit = Unit(np.stack([low, high]))
 
     def shown(points: Positions) -> NDArray[np.float32]:
-        return np.asarray((points - middle) / length, np.float32)
+        return unit(points).astype(np.float32)
 
     k3d, plot = new_plot(up)
     images = zip(clouds, *scan, strict=True)
@@ -71,17 +70,18 @@ def rig_page(
         colour = _colour(number)
         if len(cloud):
             plot += k3d.points(shown(cloud), point_size=0.004, color=colour, shader="flat")
-        vertices, edges = _frustum(depth.shape, intrinsics, pose, _FRUSTUM * length)
+        vertices, edges = _frustum(depth.shape, intrinsics, pose, _FRUSTUM * unit.length)
         plot += k3d.lines(
             shown(vertices), edges, indices_type="segment", color=colour, shader="simple"
         )
     if template is not None:
-        colour = int(SURFACE_COLOUR.removeprefix("#"), 16)
-        faces = template[0].astype(np.uint32)
-        plot += k3d.mesh(shown(template[1]), faces, color=colour, side="double", opacity=0.85)
+        surface, faces = shown(template[1]), template[0].astype(np.uint32)
+        colour = number_of(SURFACE_COLOUR)
+        plot += k3d.mesh(surface, faces, color=colour, side="double", opacity=0.85)
     axis = "xyz".index(up)
     direction = np.where(np.arange(3) == axis, 0.8, 1.0)
-    radius = np.linalg.norm(high - low) / length / 2 / np.sin(np.radians(FIELD_OF_VIEW / 2))
+    half = np.linalg.norm(high - low) / unit.length / 2
+    radius = half / np.sin(np.radians(FIELD_OF_VIEW / 2))
     seat = direction / np.linalg.norm(direction) * radius
     plot.camera = [*seat.tolist(), 0, 0, 0, *np.eye(3)[axis].tolist()]
     rows = "".join(

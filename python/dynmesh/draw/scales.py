@@ -9,16 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._extras import require
-from .figures import HEATMAP, KNOWN_COLOUR, MISSING_COLOUR, SURFACE_COLOUR
+from .figures import HEATMAP, MISSING_COLOUR, SURFACE_COLOUR
 
 Values = NDArray[np.number[Any]]
 
 SINGLE_STEPS = 8  # counts with a colour each; larger ones share colours in ranges that double
-
-
-def every(n_frames: int, most: int) -> range:
-    """Returns every first, second, third, ... of n frames, so that there are not more than that."""
-    return range(0, n_frames, -(-n_frames // most))
 
 
 class Tick(NamedTuple):
@@ -78,16 +73,29 @@ class MeasureScale(Scale):
         return np.asarray(np.clip(places, 0, 1), np.float32)
 
 
-class CountScale(Scale):
+class StepScale(Scale):
+    """Whole numbers: a step for each range of them; values below all ranges are in the last."""
+
+    def __init__(
+        self, title: str, starts: Sequence[int], labels: Sequence[str], colours: Sequence[str]
+    ) -> None:
+        """Takes the first number of each range, and a label and a colour for each step."""
+        self._starts, self._n_steps = np.array(starts), len(labels)
+        ticks = [Tick((i + 0.5) / len(labels), label) for i, label in enumerate(labels)]
+        super().__init__(title, colours, ticks)
+
+    def position(self, values: Values) -> NDArray[np.float32]:
+        """Returns the positions of numbers on the bar, each in the middle of its step."""
+        step = np.searchsorted(self._starts, values, side="right") - 1
+        step = np.where(step < 0, self._n_steps - 1, step)
+        return np.asarray((step + 0.5) / self._n_steps, np.float32)
+
+
+class CountScale(StepScale):
     """Counts: steps for 0, then for each number, then for growing ranges; -1 comes last."""
 
     def __init__(
-        self,
-        title: str,
-        largest: int,
-        *,
-        zero: str,
-        minus_one: str | None = None,
+        self, title: str, largest: int, *, zero: str, minus_one: str | None = None
     ) -> None:
         """Creates as many steps as needed up to the largest count, with labels for 0 and -1."""
         starts = [*range(largest + 1)]
@@ -95,7 +103,6 @@ class CountScale(Scale):
             spans = math.ceil(math.log2(largest))
             starts = [0, 1, *(1 + 2**i for i in range(spans))]
         ends = [start - 1 for start in starts[1:]] + [largest]
-        self._starts = np.array(starts)
         labels = [
             str(start) if start == end else f"{start} to {end}"
             for start, end in zip(starts, ends, strict=True)
@@ -105,41 +112,13 @@ class CountScale(Scale):
         if minus_one is not None:
             labels.append(minus_one)
             colours.append(MISSING_COLOUR)
-        self._n_steps = len(labels)
-        super().__init__(title, colours, _middles(labels))
-
-    def position(self, values: Values) -> NDArray[np.float32]:
-        """Returns the positions of counts on the bar, each in the middle of its step."""
-        step = np.searchsorted(self._starts, values, side="right") - 1
-        return np.where(step < 0, 1 - 0.5 / self._n_steps, (step + 0.5) / self._n_steps).astype(
-            np.float32
-        )
-
-
-class KnownScale(Scale):
-    """Whether positions were observed."""
-
-    def __init__(self, *, with_filled_in: bool) -> None:
-        """Includes a step for positions that were filled in only if there can be any."""
-        labels, colours = ["observed"], [KNOWN_COLOUR]
-        if with_filled_in:
-            labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
-        self._n_steps = len(labels)
-        super().__init__("known vertices", colours, _middles(labels))
-
-    def position(self, values: Values) -> NDArray[np.float32]:
-        """Returns the positions of 0, filled in, and 1, observed, on the bar."""
-        return np.where(values, 1 - 0.5 / self._n_steps, 0.5 / self._n_steps).astype(np.float32)
+        super().__init__(title, starts, labels, colours)
 
 
 def round_up(value: float) -> float:
     """Returns the next of 1, 2 or 5 times a power of ten, for positive values."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9))
-
-
-def _middles(labels: Sequence[str]) -> list[Tick]:
-    return [Tick((i + 0.5) / len(labels), label) for i, label in enumerate(labels)]
 
 
 def plain(value: float) -> str:

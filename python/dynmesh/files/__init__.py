@@ -15,19 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_path
-from .._errors import InputError, KindError
+from .._errors import InputError, KindError, naming
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
-from .choice import PathLike, check_suffix, format_of, formats, listed
-from .format import Gaps, Template, template_of
+from .choice import (
+    PathLike,
+    Target,
+    check_suffix,
+    format_of,
+    formats,
+    named_like,
+    target_of,
+    target_over,
+)
+from .format import Gaps, NoFacesError, Template, template_of
 from .frame import Frame, frame_of
 from .header import Header, header_of
 from .masks import MaskedReader
-from .memory import SequenceReader
-from .naming import naming
+from .memory import Collected, SequenceReader
 from .reader import Reader
-from .target import Target, named_like, target_of, target_over
-from .template import NoFacesError
 from .writer import Writer
 
 __all__ = [
@@ -47,7 +53,6 @@ __all__ = [
     "formats",
     "frame_of",
     "header_of",
-    "listed",
     "meshes_of",
     "named_like",
     "naming",
@@ -223,17 +228,10 @@ def create(path: PathLike, header: Header, *, format: str | None = None) -> Writ
 def read(path: PathLike, *, format: str | None = None, **source: Unpack[Source]) -> Sequence:
     """Reads a whole sequence into memory. The arguments and errors are those of :func:`open`."""
     with open(path, format=format, **source) as reader:
-        header = reader.header
-        shape = (header.n_frames, header.n_vertices)
-        vertices = np.empty((*shape, 3), header.dtype)
-        attributes: dict[str, Any] = {
-            name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
-        }
-        for i, frame in enumerate(reader):
-            vertices[i] = frame.points
-            for name, values in frame.attributes().items():
-                attributes[name][i] = values
-        return Sequence(vertices, header.faces, **attributes, **header.described())
+        made = Collected(reader.header)
+        for frame in reader:
+            made.append(frame.points, **frame.attributes())
+        return made.sequence()
 
 
 def write(path: PathLike, sequence: Sequence, *, format: str | None = None) -> None:

@@ -7,7 +7,10 @@ as well, each with one value per vertex. The description of the archive states t
 length of a unit.
 """
 
+import contextlib
+import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +18,202 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError, locating
+from .._extras import require
 from ..attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
-from ..polygons import split_polygons
-from .alembic_archive import (
-    AlembicScene,
-    errors_of_key,
-    faces_of,
-    library,
-    parameters,
-    timing_of,
-    translating,
-    turned,
-)
-from .alembic_writer import AlembicWriter
-from .comments import metadata_in
-from .format import OTHER_MESHES, Format
+from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
+from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh
 from .frame import Frame
-from .header import Header, MeshFile, errors_of
+from .header import Header, MeshFile, comments_of, metadata_in
+from .new_output import bytes_of
 from .reader import Reader
+from .times import Timing, broadcast, frame_number, frame_seconds, spacing, uneven
+from .writer import Writer
+
+_KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
+
+parameters = {name: _KINDS[row.dtype.kind] for name, row in ATTRIBUTES.items()}
+"""The data of a vertex besides its position, and the kind of geometry parameter that holds it."""
+
+errors_of_key = "standard_error_of"
+"""Of the metadata of the parameter `standard_error`."""
+
+
+class AlembicScene:
+    """An archive and its meshes. Copies by reference (instances) of a mesh are not among them.
+
+    Attributes:
+        archive: the archive.
+        moves: the paths of the meshes, and whether the positions of each change.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Opens the archive."""
+        path.open("rb").close()  # gives the error message of the system
+        with translating(ValueError, "is damaged or not an Alembic archive"):
+            self.archive = library("Abc").IArchive(str(path))
+            self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
+            self.moves: dict[str, bool] = {
+                name: not mesh.getSchema().getPositionsProperty().isConstant()
+                for name, mesh in self._meshes.items()
+            }
+
+    def mesh(self, prim: str | None) -> Any:
+        """Returns the mesh at this path, or see :func:`choose_mesh`."""
+        return self._meshes[choose_mesh(self.moves, prim)]
+
+    def is_moved(self, mesh: Any) -> bool:
+        """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
+        kind, parent = library("AbcGeom").IXform, self.archive.getTop()
+        for name in mesh.getFullName().split("/")[1:-1]:
+            child = parent.getChild(name)
+            is_transform = kind.matches(child.getHeader())
+            if is_transform and kind(parent, name).getSchema().getNumOps():
+                return True
+            parent = child
+        return False
+
+
+def _meshes(parent: Any) -> Iterator[Any]:
+    """Yields all meshes; copies by reference have the path of the mesh that they copy."""
+    geometry = library("AbcGeom")
+    for child in parent.children:
+        for kind in (geometry.IPolyMesh, geometry.ISubD):
+            if kind.matches(child.getHeader()):
+                yield kind(parent, child.getName())
+        yield from _meshes(child)
+
+
+def faces_of(mesh: Any) -> Polygons:
+    """Returns the faces as they are, clockwise; they must be the same at all times."""
+    schema = mesh.getSchema()
+    properties = (schema.getFaceCountsProperty(), schema.getFaceIndicesProperty())
+
+    def faces_at(number: int) -> Polygons:
+        return Polygons(*(np.array(one.getValue(number), np.int32) for one in properties))
+
+    faces = faces_at(0)
+    if not all(one.isConstant() for one in properties):
+        for number in range(1, schema.getNumSamples()):
+            check_same_faces(faces, faces_at(number), f"frame {number}")
+    return faces
+
+
+def turned(polygons: Polygons) -> Polygons:
+    """Returns the polygons with the corners in reverse order."""
+    check_polygons(polygons)
+    ends = np.cumsum(polygons.sizes)
+    last = np.repeat(2 * ends - polygons.sizes - 1, polygons.sizes)
+    return Polygons(polygons.sizes, polygons.corners[last - np.arange(len(last))])
+
+
+def timing_of(archive: Any, positions: Any) -> Timing:
+    """Returns the frames per second, if the archive states them, and the numbers of the frames."""
+    sampling = positions.getTimeSampling()
+    kind = sampling.getTimeSamplingType()
+    times = [float(sampling.getSampleTime(n)) for n in range(positions.getNumSamples())]
+    step = kind.getTimePerCycle() if kind.isUniform() else spacing(times)
+    metadata = library("Abc").GetArchiveInfo(archive).get("dccFPS")  # has only six decimals
+    rate = next((fps for fps in broadcast if round(fps, 6) == metadata), metadata or None)
+    if step is None and len(times) > 1:
+        return uneven(times, rate)
+    fps = 1 / step if step else rate
+    if step == 1 and (times[0] == 0 or rate is None):
+        fps = rate
+    return Timing(fps, frame_number(times[0], fps))
+
+
+def library_array(kind: str, values: NDArray[Any]) -> Any:
+    """Returns a copy as an array of the library, which calls its type "V3f", "Int" and so on."""
+    array = getattr(require("imath", extra="alembic"), f"{kind}Array")(len(values))
+    np.asarray(array)[:] = values
+    return array
+
+
+def library(name: str) -> Any:
+    """Returns a module of the library."""
+    return getattr(require("alembic3d", extra="alembic"), name)
+
+
+@contextlib.contextmanager
+def translating(kind: type[Exception], what: str) -> Iterator[None]:
+    """Raises the library's errors as errors of another kind."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise kind(f"{what}: {str(error).splitlines()[-1]}") from error
+
+
+_ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
+"""The library's arrays, by the kind of geometry parameter."""
+
+
+class AlembicWriter(Writer):
+    """An archive that is being written; positions are rounded to float32."""
+
+    keeps_float64 = False
+
+    def _begin(self) -> None:
+        self._archive: Any = None
+        self._schema: Any = None
+        self._parameters: dict[str, Any] = {}
+        header, abc, geometry = self.header, library("Abc"), library("AbcGeom")
+        # Not what the errors are of, which the parameter says.
+        description = ", ".join(comments_of(replace(header, has_standard_error=False)))
+        rate = () if header.fps is None else (header.fps,)
+        path = str(self.folder / self.path.name)
+        with Path(path).open("wb") as file:  # the library would end the process on a full disk
+            os.posix_fallocate(file.fileno(), 0, bytes_of(header))
+        with translating(OSError, "cannot be written"):
+            self._archive = abc.CreateArchiveWithInfo(path, *rate, "dynmesh", description)
+            parent = self._archive.getTop()
+            *above, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
+            for part in above:
+                parent = geometry.OXform(parent, part)
+            self._schema = geometry.OPolyMesh(parent, name).getSchema()
+            sampling = int(self._archive.addTimeSampling(_times(header)))
+            self._schema.setTimeSampling(sampling)
+            for name in header.attributes:
+                self._parameters[name] = self._parameter(name, sampling)
+
+    def _parameter(self, name: str, sampling: int) -> Any:
+        """Adds a geometry parameter with one value per vertex."""
+        abc, geometry = library("Abc"), library("AbcGeom")
+        metadata = library("AbcCoreAbstract").MetaData()
+        if name == "standard_error":
+            metadata.set(errors_of_key, self.header.standard_error_of)
+        make = getattr(geometry, f"O{parameters[name]}GeomParam")
+        compound, scope = self._schema.getArbGeomParams(), geometry.GeometryScope.kVertexScope
+        # They refer to the values, which stay alive here.
+        wrapped = abc.Argument(metadata), abc.Argument(sampling)
+        return make(compound, name, False, scope, 1, *wrapped)
+
+    def _append(self, frame: Frame) -> None:
+        geometry = library("AbcGeom")
+        arrays = [library_array("V3f", frame.points)]
+        if self._frame == 0:
+            faces = turned(as_polygons(self.header.faces, self.header.polygons))
+            arrays += [library_array("Int", one) for one in (faces.corners, faces.sizes)]
+        with translating(OSError, "cannot be written"):
+            self._schema.set(geometry.OPolyMeshSchemaSample(*arrays))
+            for name, parameter in self._parameters.items():
+                sample = getattr(geometry, f"O{parameters[name]}GeomParamSample")
+                array = library_array(_ARRAYS[parameters[name]], getattr(frame, name))
+                parameter.set(sample(array, geometry.GeometryScope.kVertexScope))
+
+    def _close(self) -> None:
+        """Releases all objects, so that the library closes the archive."""
+        self._parameters = {}
+        self._archive = self._schema = None
+
+
+def _times(header: Header) -> Any:
+    """Returns the time sampling of the frames."""
+    core, fps = library("AbcCoreAbstract"), header.fps or 1
+    if header.times is None:
+        return core.TimeSampling(1 / fps, header.start / fps)
+    times = core.TimeVector()
+    times[:] = frame_seconds(header).tolist()
+    return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)
 
 
 class AlembicReader(Reader):
@@ -74,7 +255,7 @@ class AlembicReader(Reader):
             metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
-            standard_error_of=errors_of(errors or None),
+            standard_error_of=errors or "position",
             mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
         )
 

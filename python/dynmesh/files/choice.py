@@ -1,24 +1,37 @@
-"""Selection of the format of a file."""
+"""Selection of the format of a file, and where a sequence is written.
+
+Both are decided once, before anything is written.
+"""
 
 import errno
 import glob
 import os
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from .._errors import InputError, naming
+from .._extras import require
+from .._report import listed
+from ..attributes import ATTRIBUTES
+from ..sequence import Sequence
 from .alembic import alembic
 from .format import Format
+from .frame import frame_of
 from .hdf5 import hdf5
+from .header import Header, header_of
 from .model import model
-from .naming import naming
+from .new_output import check_folder, identity, refuse_inputs
 from .npy import npy
 from .npz import npz
-from .numbered import files_in
+from .numbered import files_in, pattern_like
 from .obj import obj
 from .pc2 import pc2
 from .ply import ply
+from .reader import Reader
 from .usd import usd, usdz
+from .writer import Writer
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -28,16 +41,13 @@ formats: dict[str, Format] = {
 """All formats by name."""
 
 
-_NAME_IT = "name the format"
-
-
 def format_of(path: PathLike, name: str | None = None) -> Format:
     """Returns the format of that name or else of the sequence at `path`."""
     path = Path(path)
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, "no such file or folder", str(path))
     with naming(path):
-        return choose(path, name, _NAME_IT)
+        return _choose(path, name, "name the format")
 
 
 def check_suffix(path: PathLike) -> None:
@@ -48,16 +58,10 @@ def check_suffix(path: PathLike) -> None:
     """
     path = Path(path)
     with naming(path):
-        choose(path, None, "give the path of a mesh file, such as body.ply")
+        _choose(path, None, "give the path of a mesh file, such as body.ply")
 
 
-def listed(names: Iterable[str]) -> str:
-    """Joins names to a list such as "a, b and c"."""
-    *others, last = names
-    return f"{', '.join(others)} and {last}" if others else last
-
-
-def choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
+def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
     """Returns the format of that name or of the path, which is to be read or `written`.
 
     Errors list the possible formats, and `otherwise` is their advice.
@@ -83,3 +87,135 @@ def choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fals
             return format
     suffixes = listed(suffix for format in possible.values() for suffix in format.suffixes)
     raise ValueError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")
+
+
+@dataclass(frozen=True)
+class Target:
+    """A path and what writes to it.
+
+    Attributes:
+        path: the path that was asked for.
+        writer: the class of its writers.
+        is_overlay: whether it is a layer over the mesh file of its header instead of a file that
+            stands alone.
+    """
+
+    path: Path
+    writer: type[Writer]
+    is_overlay: bool = False
+
+    def create(self, header: Header, *, overwrite: bool = True) -> Writer:
+        """Begins the file.
+
+        The arguments are those of :class:`Writer`.
+
+        Raises:
+            BlockingIOError: another process is writing the file.
+            OSError, TypeError, ValueError: the file cannot be written.
+        """
+        check_folder(self.path)
+        with naming(self.path):
+            self.check_holds(name for name in header.attributes if name != "known")
+            return self.writer(self.path, header, overwrite=overwrite)
+
+    def check_holds(self, attributes: Iterable[str]) -> None:
+        """Refuses attributes of vertices, beside masks, if the format cannot hold them."""
+        for name in attributes if not self.writer.keeps_provenance else ():
+            able = (one for one in formats.values() if one.writer and one.writer.keeps_provenance)
+            raise InputError(
+                f"this format cannot hold {ATTRIBUTES[name].what}; "
+                f"{listed(one.suffixes[0] for one in able)} can",
+                file=self.path,
+            )
+
+    def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
+        """Writes a whole sequence; returns the remarks of the writer."""
+        with self.create(header_of(sequence), overwrite=overwrite) as writer:
+            for number in range(len(sequence.vertices)):
+                frame = frame_of(sequence, number)
+                writer.append(frame.points, **frame.attributes())
+        return writer.remarks
+
+    def existing(self) -> list[Path]:
+        """The files that writing would replace."""
+        with naming(self.path):
+            return self.writer.existing(self.path)
+
+    def check(
+        self, *, overwrite: bool, reader: Reader | None = None, others: Iterable[Path] = ()
+    ) -> None:
+        """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
+
+        Raises:
+            FileExistsError, ValueError: writing would replace them.
+            OSError: it would be in a file.
+        """
+        check_folder(self.path)
+        if reader is not None:
+            self._check_not_among(reader)
+        if existing := self.existing():
+            refuse_inputs(existing, [*([] if reader is None else reader.files), *others])
+        if not overwrite:
+            self.writer.refuse_existing(self.path)
+
+    def _check_not_among(self, reader: Reader) -> None:
+        """Refuses to write frames into the folder whose files are read as frames."""
+        if (
+            reader.path.is_dir()
+            and self.path.parent.is_dir()
+            and identity(self.path.parent) == identity(reader.path)
+            and self.path.suffix.lower() == reader.files[0].suffix.lower()
+            and not set(self.existing()) & set(reader.files)
+        ):
+            raise ValueError(
+                f"{self.path}: is in the folder of the input, whose files would then be frames of "
+                "the same sequence; write to another folder"
+            )
+
+
+def target_of(path: PathLike, format: str | None = None, *, overlay: bool | None = False) -> Target:
+    """Where to write, in the format of that name or else in the one that the suffix says.
+
+    With `overlay`, it is a layer over the mesh file of its header instead of a file that stands
+    alone; None means a layer if the format has any.
+
+    Raises:
+        ImportError: the library for this format is not installed; the message names its extra.
+        ValueError: there is no such format, it is only read, or it has no layers.
+    """
+    path = Path(path)
+    with naming(path):
+        otherwise = f"write {path / 'frame_%04d.ply'}, or name the format"
+        chosen = _choose(path, format, otherwise, written=True)
+        assert chosen.writer is not None
+        if overlay and chosen.overlay is None:
+            raise ValueError(
+                f"{chosen.name} has no layers; write an overlay as .usd, .usda or .usdc"
+            )
+        if chosen.library is not None:
+            module, extra = chosen.library
+            require(module, extra=extra)
+        if overlay is False or chosen.overlay is None:
+            return Target(path, chosen.writer)
+        return Target(path, chosen.overlay, is_overlay=True)
+
+
+def target_over(path: PathLike, output: PathLike) -> Target:
+    """Where the sequence that becomes of `path` is written: a layer over it where both are USD.
+
+    The errors are those of :func:`target_of`.
+    """
+    over_usd = format_of(path).name in ("usd", "usdz")
+    return target_of(output, overlay=None if over_usd else False)
+
+
+def named_like(path: PathLike, output: PathLike) -> Path:
+    """Where frames are written for which a folder is given: there, under the names of the input."""
+    folder = Path(output)
+    if folder.suffix and not folder.is_dir():
+        return folder
+    numbered = [one.suffixes[0] for one in formats.values() if "gaps" in one.takes]
+    pattern = pattern_like(Path(path), numbered)
+    if pattern is None or Path(pattern).suffix.lower() not in numbered:
+        return folder
+    return folder / pattern

@@ -1,15 +1,17 @@
-"""File formats: their names, readers and writers."""
+"""File formats: their readers and writers, faces for files without, and one mesh of several."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError, naming
+from .._report import some_of
 from ..polygons import Polygons
-from .comments import Metadata
+from .header import Metadata
 from .reader import Reader
 from .writer import Writer
 
@@ -47,6 +49,41 @@ def template_of(reader: Reader) -> Template:
     return Template(header.faces, header.polygons, header.n_vertices, metadata, tuple(reader.files))
 
 
+class NoFacesError(InputError):
+    """The file holds no faces, and none were given."""
+
+
+def find_template(
+    given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
+) -> Template:
+    """Returns the mesh that provides the faces of a file with so many vertices.
+
+    If none is given, it is read from the first of the files `beside` that exists.
+
+    Raises:
+        OSError: a file beside it cannot be read.
+        ValueError: there is no mesh, or it has another number of vertices.
+    """
+    template = given if given is not None else _first(beside)
+    if template.n_vertices not in (None, n_vertices):
+        raise ValueError(
+            f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
+        )
+    return template
+
+
+def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
+    for path, load in beside.items():
+        if path.exists():
+            with naming(path):
+                return replace(load(path), files=(path,))
+    names = " or ".join(path.name for path in beside)
+    raise NoFacesError(
+        f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
+        "give a mesh with its faces"
+    )
+
+
 @dataclass(frozen=True)
 class Format:
     """A file format.
@@ -81,3 +118,32 @@ class Format:
             if name not in self.takes and value not in (None, "refuse"):
                 raise ValueError(_NOT_TAKEN[name])
         return self.reader(path, **{name: given[name] for name in self.takes})
+
+
+def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
+    """Chooses a mesh by its path, else the only one that moves, else the only one."""
+    if not meshes:
+        raise ValueError("contains no polygon mesh")
+    if prim is not None:
+        if prim not in meshes:
+            raise InputError(
+                f"has no mesh {prim!r}; the meshes are {some_of(list(meshes))}",
+                argument="prim",
+                value=prim,
+            )
+        return prim
+    candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
+    if len(candidates) > 1:
+        raise InputError(
+            f"contains several meshes; choose one by its path: {some_of(candidates)}",
+            argument="prim",
+        )
+    return candidates[0]
+
+
+def check_same_faces(first: Polygons, later: Polygons, when: str) -> None:
+    """Raises an error, with `when`, unless later faces equal those of the first frame."""
+    if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
+        raise ValueError(
+            f"{when}: the faces differ from those of the first frame, but must not change"
+        )

@@ -10,6 +10,9 @@ from .._errors import InputError
 from ..attributes import VertexAttributes
 from ..sequence import Mask, Positions, Sequence
 
+LARGEST = {4: 1e18, 8: 1e200}
+"""The largest coordinates that a completer accepts, by the bytes of a coordinate."""
+
 
 @dataclass(frozen=True, eq=False)
 class Frame(VertexAttributes):
@@ -29,7 +32,9 @@ class Frame(VertexAttributes):
     @property
     def observed(self) -> Mask:
         """(k,) bool, which vertices have a usable position in this frame."""
-        there = is_position(self.points)
+        with np.errstate(invalid="ignore"):
+            usable = np.abs(self.points) <= LARGEST[self.points.dtype.itemsize]
+        there: Mask = np.asarray(usable.all(axis=1))
         return there if self.known is None else there & self.known
 
     def __iter__(self) -> Iterator[Any]:
@@ -42,16 +47,6 @@ def frame_of(sequence: Sequence, number: int) -> Frame:
     """One frame of the sequence."""
     rows: dict[str, Any] = {name: rows[number] for name, rows in sequence.attributes().items()}
     return Frame(sequence.vertices[number], **rows)
-
-
-def is_position(points: Positions) -> Mask:
-    """Returns a (k,) bool array: which positions a completer of their dtype accepts."""
-    with np.errstate(invalid="ignore"):
-        return np.asarray((np.abs(points) <= LARGEST[points.dtype.itemsize]).all(axis=1))
-
-
-LARGEST = {4: 1e18, 8: 1e200}
-"""The largest coordinates that are accepted, by the bytes of a coordinate."""
 
 
 def check_whole(frame: Frame, advice: str) -> None:

@@ -9,17 +9,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from .._errors import naming
 from ..attributes import ATTRIBUTES, flags_of
 from ..polygons import Polygons, as_polygons, split_polygons
-from .comments import Metadata
-from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template
+from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
 from .frame import Frame
-from .header import Header, MeshFile
-from .naming import naming
+from .header import Header, MeshFile, Metadata
 from .new_output import exchange, unfinished_folder
 from .numbered import FrameNames, find_files, names_to_write, numbered_like
 from .reader import Reader
-from .template import find_template
 from .times import numbers_of_files
 from .writer import Writer
 
@@ -38,7 +36,8 @@ class FramesReader(Reader):
         """Finds the files and reads the first, for which `faces` are if it holds none."""
         self._files, start, step = find_files(path, self.suffix, gaps)
         n_frames = len(self._files)
-        self._first = self.files[0]
+        present = [file for file in self._files if file is not None]
+        self._first = present[0]
         with naming(self._first):
             frame, polygons, metadata = self._load(self._first)
             k = len(frame.points)
@@ -64,17 +63,8 @@ class FramesReader(Reader):
                 **metadata._asdict(),
                 **flags_of(frame.attributes()),
             )
-        super().__init__(path, header)
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return [file for file in self._files if file is not None]
-
-    @property
-    def lost(self) -> frozenset[int]:
-        """The numbers of the frames whose files are missing."""
-        return frozenset(number for number, file in enumerate(self._files) if file is None)
+        lost = frozenset(number for number, file in enumerate(self._files) if file is None)
+        super().__init__(path, header, present, lost)
 
     @abstractmethod
     def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
@@ -198,7 +188,7 @@ class FramesWriter(Writer):
         folder = Path(os.path.realpath(self._names.folder))
         others = folder.iterdir() if folder.exists() else ()
         if self.folder.parent == unfinished_folder(folder) and all(
-            self._names.has(file.name) for file in others
+            self._names.number(file.name) is not None for file in others
         ):
             exchange(self.folder, folder)
         else:

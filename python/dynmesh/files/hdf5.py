@@ -111,22 +111,11 @@ def _explaining(path: Path) -> Iterator[None]:
         yield
     except BlockingIOError as error:
         raise OSError(f"{path}: is open for writing in another program") from error
-    except OSError as error:
-        if error.errno:
+    except (OSError, KeyError, RuntimeError) as error:
+        if isinstance(error, OSError) and error.errno:
             raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
-        raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
-    except (KeyError, RuntimeError) as error:
-        raise ValueError(f"cannot be read as HDF5: {_one_line(error)}") from error
+        told = " ".join(str(error.args[0]).split())
+        raise ValueError(f"cannot be read as HDF5: {told}") from error
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error.args[0]).split())
-
-
-hdf5 = Format(
-    "hdf5",
-    (".h5", ".hdf5"),
-    Hdf5Reader,
-    Hdf5Writer,
-    library=("h5py", "hdf5"),
-)
+hdf5 = Format("hdf5", (".h5", ".hdf5"), Hdf5Reader, Hdf5Writer, library=("h5py", "hdf5"))

@@ -1,8 +1,10 @@
-"""The header of a sequence, which describes all frames."""
+"""The header of a sequence, which describes all frames, and how comments in files state it."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,6 @@ from ..sequence import (
     Sequence,
     StandardErrorOf,
     check_corners,
-    check_errors_of,
     check_faces,
     check_vertices,
 )
@@ -78,18 +79,6 @@ class Header(Description, Flags):
         self._check_description(self.n_frames)
 
 
-def errors_of(text: str | None) -> StandardErrorOf:
-    """What a file says that its standard errors are of; files that say nothing hold positions.
-
-    Raises:
-        ValueError: it is none of the possible values.
-    """
-    if text is None:
-        return "position"
-    check_errors_of(text)
-    return cast(StandardErrorOf, text)
-
-
 def header_of(sequence: Sequence) -> Header:
     """What a file would say of the sequence."""
     n_frames, n_vertices, _ = sequence.vertices.shape
@@ -101,3 +90,40 @@ def header_of(sequence: Sequence) -> Header:
         **flags_of(sequence.attributes()),
         **sequence.described(),
     )
+
+
+class Metadata(NamedTuple):
+    """The content of the comments, named like the fields of a header."""
+
+    up_axis: str | None = None
+    metres_per_unit: float | None = None
+    standard_error_of: StandardErrorOf = "position"
+
+
+def comments_of(header: Header) -> list[str]:
+    """Returns the comment lines for a header."""
+    metadata: dict[str, Any] = Metadata(header.up_axis, header.metres_per_unit)._asdict()
+    metadata["standard_error_of"] = header.standard_error_of if header.has_standard_error else None
+    return [f"{name} {value}" for name, value in metadata.items() if value is not None]
+
+
+def metadata_in(comments: Iterable[str]) -> Metadata:
+    """Parses comment lines, such as `up_axis z` or `metres_per_unit 0.01`; others are ignored."""
+    metadata = Metadata()
+    for comment in comments:
+        match comment.split():
+            case ["up_axis", "x" | "y" | "z" as axis]:
+                metadata = metadata._replace(up_axis=axis)
+            case ["metres_per_unit", word] if (length := _length(word)) is not None:
+                metadata = metadata._replace(metres_per_unit=length)
+            case ["standard_error_of", "position" | "surface" as errors]:
+                metadata = metadata._replace(standard_error_of=errors)
+    return metadata
+
+
+def _length(word: str) -> float | None:
+    try:
+        length = float(word)
+    except ValueError:
+        return None
+    return length if 0 < length < math.inf else None

@@ -1,6 +1,6 @@
 """Known masks that are not stored in the file with the positions."""
 
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import as_array, check_path
-from .._errors import DynmeshError, InputError, locating
+from .._errors import DynmeshError, InputError, locating, naming
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask
 from .frame import Frame
 from .header import Header
-from .naming import naming
 from .reader import Reader
 from .rows import read_header
 from .times import index_of
@@ -25,11 +24,7 @@ class MaskedReader(Reader):
     """A sequence whose known masks are given, or derived from positions of zero, or both."""
 
     def __init__(
-        self,
-        reader: Reader,
-        known: Mask | str | PathLike[str] | None,
-        *,
-        zero_is_missing: bool,
+        self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
     ) -> None:
         """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader
@@ -42,17 +37,8 @@ class MaskedReader(Reader):
             self._damaged = _listed(self._mask_files[0], reader.header)
         elif known is not None:
             self._known = _load(known, shape)
-        super().__init__(reader.path, replace(reader.header, has_known=True))
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read, that of the masks included."""
-        return [*self._reader.files, *self._mask_files]
-
-    @property
-    def lost(self) -> Container[int]:
-        """The numbers of the frames whose files are missing."""
-        return self._reader.lost
+        read = [*reader.files, *self._mask_files]
+        super().__init__(reader.path, replace(reader.header, has_known=True), read, reader.lost)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
@@ -74,7 +60,7 @@ class MaskedReader(Reader):
                     known[self._damaged[listed]] = False
             if self._zero_is_missing:
                 known = np.asarray(known & (frame.points != 0).any(axis=1), np.bool_)
-            if number in self._reader.lost:
+            if number in self.lost:
                 known = np.zeros_like(known)
             yield replace(frame, known=known)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,26 +19,10 @@ class SequenceReader(Reader):
     def __init__(self, sequence: Sequence, name: str = "sequence") -> None:
         """Takes a sequence, and the name that stands for the file in messages."""
         self._sequence = sequence
-        super().__init__(Path(name), header_of(sequence))
-
-    @property
-    def files(self) -> list[Path]:
-        """None is read."""
-        return []
+        super().__init__(Path(name), header_of(sequence), files=())
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         return (frame_of(self._sequence, number) for number in numbers)
-
-
-class Output(Protocol):
-    """What takes frames in their order, such as a writer."""
-
-    @property
-    def header(self) -> Header:
-        """The properties of all frames."""
-
-    def append(self, points: Positions, **values: Any) -> None:
-        """Takes the next frame, with the attributes of the header."""
 
 
 class Collected:

@@ -66,10 +66,4 @@ def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
     return points[np.sort(first)], place[same.ravel()][corners].astype(np.int32)
 
 
-model = Format(
-    "model",
-    (".stl", ".off", *_GLTF),
-    ModelReader,
-    None,
-    library=("trimesh", "scans"),
-)
+model = Format("model", (".stl", ".off", *_GLTF), ModelReader, None, library=("trimesh", "scans"))

@@ -14,7 +14,7 @@ from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..polygons import Polygons
 from ..sequence import check_faces, check_vertices
 from .frame import Frame
-from .header import Header, errors_of
+from .header import Header
 
 per_frame = ("vertices", *ATTRIBUTES)
 single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")
@@ -53,30 +53,17 @@ def header_of(
             own_shape, own_dtype = kind_of(name)
             row.check(own_dtype, own_shape, shape[:2])
 
-    def number(name: str) -> float | None:
-        return _number(name, array_of(name)) if name in names else None
-
-    def text(name: str) -> str | None:
-        return str(array_of(name)) if name in names else None
-
-    polygons = None
+    numbers, texts = ("fps", "start", "metres_per_unit"), ("up_axis", "name", "standard_error_of")
+    told: dict[str, Any] = {n: _number(n, array_of(n)) for n in numbers if n in names}
+    told["start"] = told.get("start") or 0
+    told |= {name: str(array_of(name)) for name in texts if name in names}
+    if "times" in names:
+        told["times"] = _numbers("times", array_of("times"))
     if "polygon_sizes" in names:
-        polygons = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
-    return Header(
-        faces=faces,
-        n_frames=shape[0],
-        n_vertices=shape[1],
-        dtype=dtype.newbyteorder("="),
-        fps=number("fps"),
-        polygons=polygons,
-        up_axis=text("up_axis"),
-        name=text("name"),
-        start=number("start") or 0,
-        times=_numbers("times", array_of("times")) if "times" in names else None,
-        metres_per_unit=number("metres_per_unit"),
-        **flags_of(names),
-        standard_error_of=errors_of(text("standard_error_of")),
-    )
+        told["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
+    n_frames, n_vertices, _ = shape
+    dtype = dtype.newbyteorder("=")
+    return Header(faces, n_frames, n_vertices, dtype, **told, **flags_of(names))
 
 
 def _number(name: str, array: NDArray[Any]) -> float:

@@ -8,17 +8,17 @@ the mesh, the unit and the number of the first frame cannot be stored.
 
 import contextlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .._errors import naming
 from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..sequence import check_faces, check_vertices
-from .format import Format, Template
-from .header import Header, errors_of
+from .format import Format, Template, find_template
+from .header import Header
 from .named import per_frame
-from .naming import naming
 from .rows import RowFilesWriter, Rows, RowsReader, load_array, open_rows
-from .template import find_template
 
 
 def _path_of(name: str, path: Path) -> Path:
@@ -41,10 +41,10 @@ class NpyReader(RowsReader):
         check_needed(self._arrays)
         n_frames, n_vertices, _ = vertices.shape
         template = find_template(faces, n_vertices, {_path_of("faces", path): _load_faces})
-        self._files = [*(_path_of(name, path) for name in self._arrays), *template.files]
-        errors = None
+        read = [*(_path_of(name, path) for name in self._arrays), *template.files]
+        errors: Any = "position"
         if (beside := _path_of("standard_error_of", path)).exists():
-            self._files.append(beside)
+            read.append(beside)
             with naming(beside):
                 errors = str(load_array(beside))
         header = Header(
@@ -56,14 +56,9 @@ class NpyReader(RowsReader):
             up_axis=template.metadata.up_axis,
             metres_per_unit=template.metadata.metres_per_unit,
             **flags_of(self._arrays),
-            standard_error_of=errors_of(errors),
+            standard_error_of=errors,
         )
-        super().__init__(path, header)
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return self._files
+        super().__init__(path, header, read)
 
     def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
         return open_rows(_path_of(name, self._positions))

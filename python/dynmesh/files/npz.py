@@ -9,7 +9,6 @@ import errno
 import shutil
 import zipfile
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,24 +27,6 @@ most_deflated = 1032
 """Largest ratio of the size of an uncompressed member to the size of the archive."""
 
 
-@contextlib.contextmanager
-def open_member(archive: zipfile.ZipFile, name: str) -> Iterator[Rows]:
-    """Opens the array with that name, whose size must be as its header declares."""
-    member = archive.getinfo(f"{name}.npy")
-    with archive.open(member) as file:
-        try:
-            rows = Rows(file, member.file_size)
-        except ValueError as error:
-            raise InputError(f"{error}", argument=name) from error
-        yield rows
-
-
-def read_member(archive: zipfile.ZipFile, name: str) -> NDArray[Any]:
-    """Reads a whole array; see :func:`open_member`."""
-    with open_member(archive, name) as rows:
-        return rows.whole()
-
-
 class NpzReader(RowsReader):
     """A sequence in an archive of arrays."""
 
@@ -60,14 +41,26 @@ class NpzReader(RowsReader):
     def _header(self) -> Header:
         names = {name.removesuffix(".npy") for name in self._archive.namelist()}
         self._arrays = [name for name in per_frame if name in names]
-        return header_of(names, self._kind, partial(read_member, self._archive))
+        return header_of(names, self._kind, self._array)
 
     def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
         with self._open_rows(name) as rows:
             return rows.shape, rows.dtype
 
-    def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
-        return open_member(self._archive, name)
+    def _array(self, name: str) -> NDArray[Any]:
+        with self._open_rows(name) as rows:
+            return rows.whole()
+
+    @contextlib.contextmanager
+    def _open_rows(self, name: str) -> Iterator[Rows]:
+        """Opens the array with that name, whose size must be as its header declares."""
+        member = self._archive.getinfo(f"{name}.npy")
+        with self._archive.open(member) as file:
+            try:
+                rows = Rows(file, member.file_size)
+            except ValueError as error:
+                raise InputError(f"{error}", argument=name) from error
+            yield rows
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         with explaining():

@@ -57,10 +57,6 @@ class FrameNames:
                 found[number] = file
         return dict(sorted(found.items()))
 
-    def has(self, name: str) -> bool:
-        """Whether a frame has this file name."""
-        return self.number(name) is not None
-
     def number(self, name: str) -> int | None:
         """Returns the number of the frame with this file name; None if no frame has it."""
         if not self.numbered:
@@ -143,15 +139,11 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
         return _evenly_spaced(found, gaps)
     if path.exists():
         return Found([path])
-    if names.numbered:
-        by_number = names.existing()
-        if not by_number:
-            raise _no_file(path)
+    if names.numbered and (by_number := names.existing()):
         return _filled(by_number, 1, gaps, names.name)
-    found = _in_natural_order(matching(path))
-    if not found:
-        raise _no_file(path)
-    return _evenly_spaced(found, gaps)
+    if not names.numbered and (found := _in_natural_order(matching(path))):
+        return _evenly_spaced(found, gaps)
+    raise FileNotFoundError(errno.ENOENT, "no such file", str(path))
 
 
 def matching(path: Path) -> list[Path]:
@@ -160,10 +152,6 @@ def matching(path: Path) -> list[Path]:
     folder = glob.escape(folder) if path.parent.is_dir() else folder
     found = glob.glob(str(Path(folder) / path.name))  # noqa: PTH207 (which would find hidden files, too)
     return [Path(file) for file in found]
-
-
-def _no_file(path: Path) -> FileNotFoundError:
-    return FileNotFoundError(errno.ENOENT, "no such file", str(path))
 
 
 def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
@@ -188,7 +176,7 @@ def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
                 "the names of its files do not end in evenly spaced numbers, so lost frames cannot "
                 f"be told, as from {files[0].name}"
             )
-        return Found(list(files), _countable(next(iter(numbers), 0)))
+        return Found(list(files), _countable(numbers[0] if numbers else 0))
 
     def renumbered(number: int) -> str:
         name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), files[0].stem)
@@ -200,13 +188,12 @@ def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
 def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[int], str]) -> Found:
     """Returns the files from the first number to the last, of which some may be missing."""
     numbers = range(min(by_number), max(by_number) + 1, step)
-    if len(numbers) > len(by_number):
-        missing = next(number for number in numbers if number not in by_number)
-        if gaps == "refuse":
-            raise ValueError(
-                f"{name(missing)} is missing: add it; or, with `gaps` lost, nothing was "
-                "observed in the frame; or, if no frame is missing, number the files without gaps"
-            )
+    missing = next((number for number in numbers if number not in by_number), None)
+    if missing is not None and gaps == "refuse":
+        raise ValueError(
+            f"{name(missing)} is missing: add it; or, with `gaps` lost, nothing was "
+            "observed in the frame; or, if no frame is missing, number the files without gaps"
+        )
     files = [by_number.get(number) for number in numbers]
     return Found(files, _countable(numbers[0]), step)
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from .._core import parse_obj
 from ..polygons import Polygons, as_polygons
-from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame import Frame
 from .frame_files import FramesReader, FramesWriter
+from .header import Metadata, comments_of, metadata_in
 
 _KINDS = {
     b"vt": "texture coordinates",
@@ -55,7 +55,11 @@ class ObjWriter(FramesWriter):
         super()._begin()
         if self.mesh_file is not None:
             self._before, self._after, materials = _around(self.mesh_file)
-            self._copy(materials)
+            for file in materials:  # beside the output, unless there are such
+                if not (self._names.folder / file.name).exists():
+                    lines = _relocated(file, self._names.folder)
+                    (self.folder / file.name).write_bytes(lines)
+                    self._beside.append(file.name)
             self._lost &= {"normals"}
         else:
             sizes, corners = as_polygons(self.header.faces, self.header.polygons)
@@ -64,14 +68,6 @@ class ObjWriter(FramesWriter):
             self._after = "".join(["\n", *(f"f {' '.join(map(str, face))}\n" for face in faces)])
         comments = "".join(f"# {line}\n" for line in comments_of(self.header))
         self._before[0] = comments + self._before[0]
-
-    def _copy(self, materials: list[Path]) -> None:
-        """Copies files of materials beside the output, unless there are such."""
-        for file in materials:
-            if not (self._names.folder / file.name).exists():
-                lines = _relocated(file, self._names.folder)
-                (self.folder / file.name).write_bytes(lines)
-                self._beside.append(file.name)
 
     def _save(self, file: Path, frame: Frame) -> None:
         with file.open("w", encoding="latin-1", newline="") as lines:
@@ -136,10 +132,4 @@ def _states_metadata(line: bytes) -> bool:
     return line.startswith(b"#") and metadata_in([comment]) != Metadata()
 
 
-obj = Format(
-    "obj",
-    (".obj",),
-    ObjReader,
-    ObjWriter,
-    frozenset({"faces", "gaps"}),
-)
+obj = Format("obj", (".obj",), ObjReader, ObjWriter, frozenset({"faces", "gaps"}))

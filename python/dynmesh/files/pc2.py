@@ -16,15 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
+from .._errors import naming
 from ..polygons import as_polygons
-from .format import Format, Template, template_of
+from .format import Format, Template, find_template, template_of
 from .frame import Frame
 from .header import Header
-from .naming import naming
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
 from .rows import ArrayHeader, Rows, RowsReader, open_rows
-from .template import find_template
 from .writer import Writer
 
 signature = b"POINTCACHE2\0"
@@ -57,7 +56,6 @@ class Pc2Reader(RowsReader):
             pass  # the sizes are right
         beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
         template = find_template(faces, n_vertices, beside)
-        self._files = [path, *template.files]
         header = Header(
             faces=template.faces,
             n_frames=n_frames,
@@ -67,12 +65,7 @@ class Pc2Reader(RowsReader):
             **template.metadata._asdict(),
             start=float(str(np.float32(start))),  # the shortest digits of the float32
         )
-        super().__init__(path, header)
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return self._files
+        super().__init__(path, header, [path, *template.files])
 
     def _open_rows(self, _: str) -> contextlib.AbstractContextManager[Rows]:
         return open_rows(self.path, self._positions, layout.size)
@@ -139,10 +132,4 @@ class Pc2Writer(Writer):
         self._file.close()
 
 
-pc2 = Format(
-    "pc2",
-    (".pc2",),
-    Pc2Reader,
-    Pc2Writer,
-    frozenset({"faces"}),
-)
+pc2 = Format("pc2", (".pc2",), Pc2Reader, Pc2Writer, frozenset({"faces"}))

@@ -16,10 +16,10 @@ from .._core import parse_ply
 from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..polygons import Polygons, as_polygons
 from ..sequence import Positions
-from .comments import Metadata, comments_of, metadata_in
 from .format import Format
 from .frame import Frame
 from .frame_files import FramesReader, FramesWriter
+from .header import Metadata, comments_of, metadata_in
 
 Integers = NDArray[np.integer[Any]]
 
@@ -188,10 +188,4 @@ def ply_header(
     return "\n".join(lines).encode("ascii")
 
 
-ply = Format(
-    "ply",
-    (".ply",),
-    PlyReader,
-    PlyWriter,
-    frozenset({"faces", "gaps"}),
-)
+ply = Format("ply", (".ply",), PlyReader, PlyWriter, frozenset({"faces", "gaps"}))

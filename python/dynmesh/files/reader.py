@@ -1,7 +1,7 @@
 """The interface of all readers: a sequence, frame by frame."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Container, Generator, Iterator
+from collections.abc import Container, Generator, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
@@ -9,12 +9,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, locating
+from .._errors import InputError, locating, naming
 from ..attributes import as_mask
 from ..sequence import rate, summary
 from .frame import Frame
 from .header import Header
-from .naming import naming
 
 
 class Reader(ABC):
@@ -26,12 +25,25 @@ class Reader(ABC):
     Attributes:
         path: of the file.
         header: the properties of all frames.
+        files: those that are read.
+        lost: the numbers of the frames whose files are missing; nothing was observed in them.
     """
 
-    def __init__(self, path: Path, header: Header) -> None:
-        """Called by subclasses when the file is open and its header is read."""
+    def __init__(
+        self,
+        path: Path,
+        header: Header,
+        files: Sequence[Path] | None = None,
+        lost: Container[int] = (),
+    ) -> None:
+        """Called by subclasses when the file is open and its header is read.
+
+        Without `files`, the file at the path alone is read.
+        """
         self.path = path
         self.header = header
+        self.files = [path] if files is None else [*files]
+        self.lost = lost
         if header.n_frames == 0:
             raise ValueError("has no frames, but a complete frame 0 is needed")
 
@@ -69,16 +81,6 @@ class Reader(ABC):
     def fps(self) -> float | None:
         """Frames per second, or None if the file does not state them."""
         return self.header.fps
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read."""
-        return [self.path]
-
-    @property
-    def lost(self) -> Container[int]:
-        """The numbers of the frames whose files are missing; nothing was observed in them."""
-        return ()
 
     def __repr__(self) -> str:
         """Describes the file without its numbers."""

@@ -5,7 +5,7 @@ If the frames per second are unknown, formats with times in seconds get the numb
 
 import math
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,25 +36,22 @@ def spacing(times: Sequence[float]) -> float | None:
     return float(step) if np.allclose(np.diff(times), step, rtol=1e-6, atol=0) else None
 
 
-def rate_of(step: float) -> float | None:
-    """Returns frames per second; None for a step of one, as of frame numbers."""
-    # The digits remove the rounding error of the division.
-    return None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
-
-
 def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> float:
     """Returns the number of the frame at this time, without the rounding error of the division."""
     number = time * (fps or 1)
-    for near in shortened(number):
-        if math.isclose(near, number, rel_tol=tolerance, abs_tol=tolerance):
-            return near
-    return number
+    rounded = (float(f"{number:.{digits}g}") for digits in range(1, 18))
+    near = (
+        one for one in rounded if math.isclose(one, number, rel_tol=tolerance, abs_tol=tolerance)
+    )
+    return next(near, number)
 
 
 def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
     """Returns the timing of unevenly spaced frames, at this rate or else at the median rate."""
     if fps is None:
-        fps = rate_of(statistics.median_low(np.diff(seconds).tolist()))
+        step = statistics.median_low(np.diff(seconds).tolist())
+        # A step of one is that of frame numbers; the digits remove the rounding of the division.
+        fps = None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
     times = np.array([frame_number(second, fps) for second in seconds])
     return Timing(fps, float(times[0]), times)
 
@@ -90,7 +87,9 @@ def index_of(header: Header, number: float, argument: str) -> int:
     """
     found = np.flatnonzero(frame_numbers(header) == number)
     if len(found) == 0:
-        raise InputError(f"there is no frame {number:g}, only {_span(header)}", argument=argument)
+        first, last = header.number(0), header.number(header.n_frames - 1)
+        span = f"{first} to {last}" if first != last else str(first)
+        raise InputError(f"there is no frame {number:g}, only {span}", argument=argument)
     return int(found[0])
 
 
@@ -126,20 +125,9 @@ def check_slice(argument: str, frames: slice | range) -> None:
         check_integer(argument, frames.step, 1)
 
 
-def _span(header: Header) -> str:
-    first, last = header.number(0), header.number(header.n_frames - 1)
-    return f"{first} to {last}" if first != last else str(first)
-
-
 def mean_rate(header: Header) -> float | None:
     """Returns the mean number of frames per second, which differs from `fps` if times have gaps."""
     times = header.times
     if header.fps is None or times is None or len(times) < 2:
         return header.fps
     return float(header.fps * (len(times) - 1) / (times[-1] - times[0]))
-
-
-def shortened(number: float) -> Iterator[float]:
-    """Yields the number rounded to 1, 2, ..., 17 digits."""
-    for digits in range(1, 18):
-        yield float(f"{number:.{digits}g}")

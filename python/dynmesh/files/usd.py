@@ -18,11 +18,10 @@ from ..attributes import flags_of
 from ..polygons import split_polygons
 from .format import Format
 from .frame import Frame
-from .header import Header, MeshFile, errors_of
+from .header import Header, MeshFile
 from .reader import Reader
-from .usd_overlay import UsdOverlayWriter
-from .usd_scene import UsdScene
 from .usd_stage import (
+    UsdScene,
     errors_of_key,
     faces_of,
     frame_times,
@@ -31,7 +30,7 @@ from .usd_stage import (
     translating,
     value_at,
 )
-from .usd_writer import UsdWriter
+from .usd_writer import UsdOverlayWriter, UsdWriter
 
 
 class UsdReader(Reader):
@@ -48,7 +47,7 @@ class UsdReader(Reader):
         self._scene: UsdScene | None = UsdScene(path)
         with translating(ValueError, "is damaged: "):
             self._mesh = self._scene.mesh(prim)
-            super().__init__(path, self._header(path, self._scene))
+            super().__init__(path, self._header(path, self._scene), self._scene.files)
 
     def _header(self, path: Path, scene: UsdScene) -> Header:
         stage = scene.stage
@@ -77,15 +76,10 @@ class UsdReader(Reader):
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
-            standard_error_of=errors_of(errors),
+            standard_error_of="position" if errors is None else errors,
             mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
             subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
         )
-
-    @property
-    def files(self) -> list[Path]:
-        """The files that are read: those of all layers that the stage is composed of."""
-        return [self.path] if self._scene is None else self._scene.files
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:

@@ -1,13 +1,25 @@
-"""Writes a mesh to a USD stage, with a time sample of its points for each frame."""
+"""Writes a mesh to a USD stage, or to a layer over one, with a time sample for each frame."""
 
+import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .._report import some_of
 from ..polygons import as_polygons
 from .frame import Frame
 from .times import frame_numbers
-from .usd_stage import errors_of_key, library_array, primvars, pxr, translating
+from .usd_stage import (
+    UsdScene,
+    derived_of,
+    errors_of_key,
+    library_array,
+    primvars,
+    pxr,
+    translating,
+)
 from .writer import Writer
 
 
@@ -29,7 +41,7 @@ class UsdWriter(Writer):
     """Bytes of positions that are held in memory until the next save, plus at most one frame."""
 
     def _begin(self) -> None:
-        sdf, usd = pxr("Sdf"), pxr("Usd")
+        sdf, usd, geometry, header = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom"), self.header
         self._path = self.folder / "frames.usdc"
         self._unsaved = 0
         self._stage: Any = None
@@ -37,7 +49,17 @@ class UsdWriter(Writer):
             self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
             self._stage = usd.Stage.Open(self._layer)
             self._describe_stage()
-        self._begin_mesh()
+            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
+            mesh = self._make_mesh()
+            self._points = mesh.CreatePointsAttr()
+            api = geometry.PrimvarsAPI(mesh)
+            self._primvars = {
+                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
+                for name in header.attributes
+            }
+            if header.has_standard_error:  # always, since those of layers below would be visible
+                attribute = self._primvars["standard_error"].GetAttr()
+                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
 
     def _describe_stage(self) -> None:
         """Writes what is said of the stage, not of a mesh."""
@@ -51,21 +73,6 @@ class UsdWriter(Writer):
             geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
         if header.metres_per_unit is not None:
             geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
-
-    def _begin_mesh(self) -> None:
-        sdf, geometry, header = pxr("Sdf"), pxr("UsdGeom"), self.header
-        with translating(OSError):
-            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
-            mesh = self._make_mesh()
-            self._points = mesh.CreatePointsAttr()
-            api = geometry.PrimvarsAPI(mesh)
-            self._primvars = {
-                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
-                for name in header.attributes
-            }
-            if header.has_standard_error:  # always, since those of layers below would be visible
-                attribute = self._primvars["standard_error"].GetAttr()
-                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
 
     def _time_codes(self, rate: float) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Returns (n,) the time of each frame, in a stage with that many codes per second."""
@@ -139,3 +146,82 @@ def _prim_path(name: str | None) -> str:
     parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
     valid = sdf.Path.IsValidIdentifier
     return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)
+
+
+_of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
+"""What a layer says of itself, not of the stage of which it is the root."""
+
+
+class UsdOverlayWriter(UsdWriter):
+    """A layer that is being written, with the mesh file of its header, a stage, as its sublayer.
+
+    It only has opinions on one mesh: its points, and what no longer fits them, which it blocks.
+    Everything else is that of the stage, whose time codes, units and default prim are repeated, as
+    USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
+    both files can be moved together.
+    """
+
+    def _describe_stage(self) -> None:
+        assert self.header.mesh_file is not None
+        self._scene = UsdScene(self.header.mesh_file.path)
+        self._original = self._scene.mesh(self.header.name)
+        original = self._scene.stage.GetRootLayer().pseudoRoot
+        for name in original.ListInfoKeys():
+            if name not in _of_layers:
+                self._layer.pseudoRoot.SetInfo(name, original.GetInfo(name))
+
+    def _time_codes(self, rate: float) -> NDArray[np.float64]:
+        """Returns the times of the samples themselves, which the conversion may round."""
+        codes = super()._time_codes(rate)
+        samples = np.array(self._original.GetPointsAttr().GetTimeSamples())
+        if len(samples) == 0:
+            return codes
+        after = np.searchsorted(samples, codes).clip(1, max(1, len(samples) - 1)) % len(samples)
+        before = samples[after - 1]
+        nearest = np.where(codes - before < samples[after] - codes, before, samples[after])
+        return np.where(np.isclose(codes, nearest, rtol=1e-9, atol=1e-9), nearest, codes)
+
+    def _make_mesh(self) -> Any:
+        geometry, stage = pxr("UsdGeom"), self._stage
+        path = self._original.GetPath()
+        instances = []
+        for prim in map(self._scene.stage.GetPrimAtPath, path.GetPrefixes()):
+            if prim.IsInstanceable():  # otherwise nothing below it can be changed
+                stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
+                instances.append(str(prim.GetPath()))
+            hint = prim.GetAttribute("extentsHint")
+            if hint and hint.HasAuthoredValue():
+                self._block(hint)
+        if instances:
+            self.remarks.append(f"no longer instances: {some_of(instances)}")
+        mesh = geometry.Mesh(stage.OverridePrim(path))
+        derived = derived_of(self._original)
+        for attribute in derived.values():
+            self._block(attribute)
+        if derived:
+            self.remarks.append(
+                f"{some_of(list(derived))} of {self._scene.path.name} are blocked, since they no "
+                "longer fit the points, and are not computed anew"
+            )
+        for name in primvars:
+            stale = geometry.PrimvarsAPI(self._original).GetPrimvar(name)
+            if stale.HasAuthoredValue() and name not in self.header.attributes:
+                self._block(stale.GetAttr())
+        return mesh
+
+    def _block(self, original: Any) -> None:
+        """Hides the value of an attribute of the stage."""
+        over = self._stage.OverridePrim(original.GetPrim().GetPath())
+        over.CreateAttribute(original.GetName(), original.GetTypeName(), custom=False).Block()
+
+    def _complete_layer(self) -> None:
+        scene = self._scene.path
+        try:  # without following links, as USD does
+            relative = f"./{Path(os.path.relpath(scene, self.path.parent)).as_posix()}"
+        except ValueError:  # on another drive of Windows
+            relative = scene.absolute().as_posix()
+        self._layer.subLayerPaths.append(relative)
+
+    def _close(self) -> None:
+        super()._close()
+        self._scene = self._original = None  # type: ignore[assignment]

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import as_array
-from .._errors import InputError, locating
+from .._errors import InputError, locating, naming
+from .._report import listed, some_of
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask, Positions
 from .frame import Frame
 from .header import Header
-from .naming import naming
 from .new_output import bytes_of, check_space, exists_already, making
-from .scenes import listed
 
 
 class Writer(ABC):
@@ -45,13 +44,7 @@ class Writer(ABC):
     keeps_provenance: ClassVar[bool] = True
     keeps_float64: ClassVar[bool] = True
 
-    def __init__(
-        self,
-        path: Path,
-        header: Header,
-        *,
-        overwrite: bool = True,
-    ) -> None:
+    def __init__(self, path: Path, header: Header, *, overwrite: bool = True) -> None:
         """Begins the file.
 
         Args:
@@ -77,8 +70,7 @@ class Writer(ABC):
             self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
             self._begin()
             if header.mesh_file is not None and self._lost:
-                *most, last = sorted(self._lost)
-                lost = f"{', '.join(most)} and {last}" if most else last
+                lost = listed(sorted(self._lost))
                 self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
 
     def _refuse_existing(self) -> None:
@@ -146,10 +138,7 @@ class Writer(ABC):
             raise exists_already(existing[0])
 
     def append(
-        self,
-        points: Positions,
-        known: Mask | None = None,
-        **attributes: NDArray[Any] | None,
+        self, points: Positions, known: Mask | None = None, **attributes: NDArray[Any] | None
     ) -> None:
         """Adds the next frame.
 
@@ -165,17 +154,15 @@ class Writer(ABC):
                 has all its frames already.
         """
         points = as_array("points", points, np.float64)
-        known = as_array("known", known)
-        frame = Frame(points, known, **attributes)
+        frame = Frame(points, as_array("known", known), **attributes)
         with naming(self.path), self._blaming():
             with locating(frame=self._number):
                 self._check(frame)
-                if known is not None:
-                    known = as_mask(known)
-                    frame = replace(frame, known=known)
-                if known is not None and not self.keeps_known:
-                    points = np.where(known[:, None], points, points.dtype.type(np.nan))
-                    frame = replace(frame, points=points, known=None)
+                if frame.known is not None:
+                    known = as_mask(frame.known)
+                    if not self.keeps_known:
+                        points = np.where(known[:, None], points, points.dtype.type(np.nan))
+                    frame = replace(frame, points=points, known=known if self.keeps_known else None)
                 if not self.keeps_float64:
                     frame = replace(frame, points=self._rounded(frame.points))
             self._append(frame)
@@ -204,14 +191,6 @@ class Writer(ABC):
             if name in given:
                 row.check(given[name].dtype, given[name].shape, (k,))
 
-    def _check_whole(self) -> None:
-        """Raises an error if frames are missing."""
-        n_frames = self.header.n_frames
-        if self._frame < n_frames:
-            raise InputError(
-                f"only {self._frame} of {n_frames} frames were appended", file=self.path
-            )
-
     def _rounded(self, points: Positions) -> NDArray[np.float32]:
         with np.errstate(over="ignore"):
             single = np.ascontiguousarray(points, np.float32)
@@ -236,11 +215,13 @@ class Writer(ABC):
             self._undo()
             return
         with self._undoing(), self._blaming():
-            self._check_whole()
+            if self._frame < self.header.n_frames:
+                told = f"only {self._frame} of {self.header.n_frames} frames were appended"
+                raise InputError(told, file=self.path)
             self._finish()
             self._refuse_existing()
             if outdated := self._outdated():
-                names = listed([file.name for file in outdated], 3)
+                names = some_of([file.name for file in outdated], 3)
                 self.remarks.append(
                     f"older files that no new ones replace are removed ({len(outdated)}): {names}"
                 )

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_finite, check_integer, check_positive
-from ..files.naming import naming
+from .._errors import naming
 from ..files.units import UNITS, metres_of
 
 _Floats = NDArray[np.float64]

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..files.comments import Metadata, metadata_in
-from ..files.naming import naming
+from .._errors import naming
+from ..files.header import Metadata, metadata_in
 from ..files.ply import coordinates, ply_header, read_elements
 from ..sequence import Positions
 from .scan import PointScan
@@ -44,10 +44,7 @@ def read_points(file: Path) -> PointFile:
 
 
 def write_ply(
-    file: Path,
-    scan: PointScan,
-    metres_per_unit: float | None = None,
-    up_axis: str | None = None,
+    file: Path, scan: PointScan, metres_per_unit: float | None = None, up_axis: str | None = None
 ) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
     kind = "double" if scan.points.dtype == np.float64 else "float"
@@ -68,7 +65,8 @@ def _read_ply(file: Path) -> PointFile:
     points = coordinates(vertices, ("x", "y", "z"))
     names = ("nx", "ny", "nz")
     normals = coordinates(vertices, names) if vertices.keys() & names else None
-    return PointFile(_checked(points, normals, _point), metadata_in(comments))
+    scan = _checked(points, normals, lambda row: f"point {row}")
+    return PointFile(scan, metadata_in(comments))
 
 
 def _read_xyz(file: Path) -> PointFile:
@@ -91,7 +89,9 @@ def _read_xyz(file: Path) -> PointFile:
         lines.append(number)
     table = np.array(rows).reshape(len(rows), len(rows[0]) if rows else 3)
     comments = (line.partition("#")[2] for line in text.split("\n") if line.startswith("#"))
-    return PointFile(_split(table, lambda row: f"line {lines[row]}"), metadata_in(comments))
+    normals = table[:, 3:] if table.shape[1] == 6 else None
+    scan = _checked(table[:, :3], normals, lambda row: f"line {lines[row]}")
+    return PointFile(scan, metadata_in(comments))
 
 
 def _number(word: str, line: int) -> float:
@@ -103,20 +103,8 @@ def _number(word: str, line: int) -> float:
         raise ValueError(f"line {line}: {word[:40]!r} is not a number") from None
 
 
-point_formats: dict[str, Callable[[Path], PointFile]] = {
-    ".ply": _read_ply,
-    ".xyz": _read_xyz,
-}
+point_formats: dict[str, Callable[[Path], PointFile]] = {".ply": _read_ply, ".xyz": _read_xyz}
 """What reads a file, by its suffix."""
-
-
-def _split(table: Positions, name: Callable[[int], str]) -> PointScan:
-    """Divides a table into points and, if it is wide enough, normals."""
-    return _checked(table[:, :3], table[:, 3:] if table.shape[1] == 6 else None, name)
-
-
-def _point(row: int) -> str:
-    return f"point {row}"
 
 
 def _checked(points: Positions, normals: Positions | None, name: Callable[[int], str]) -> PointScan:

@@ -8,17 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import DynmeshError, InputError
+from .._errors import DynmeshError, InputError, naming
 from ..files.choice import PathLike
 from ..files.format import Gaps
-from ..files.naming import naming
-from ..files.numbered import Found, files_in, find_files, matching, with_conversion
+from ..files.numbered import files_in, find_files, matching, with_conversion
 from ..files.units import agreed
 from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, read_depth, require_png, size_of
+from .depth_files import SUFFIX, Undistortion, read_depth, require_png, size_of
 from .point_files import point_formats, read_points
 from .scan import DepthScan, PointScan, Scan
-from .undistortion import Undistortion
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""
@@ -39,13 +37,12 @@ class ScanReader(ABC):
         metres_per_unit: as the files state it, or None.
     """
 
-    def __init__(self, path: Path, rig: Rig | None, found: Found, files: list[Path]) -> None:
-        """Called by subclasses when the files are found."""
+    def __init__(self, path: Path, rig: Rig | None, numbers: range, files: list[Path]) -> None:
+        """Called by subclasses when the files are found; the numbers are those of the frames."""
         self.path = path
         also = [] if rig is None or rig.file is None else [rig.file]
         self.rig = rig
-        self.start, self.step = found.start, found.step
-        self.n_frames = len(found.files)
+        self.start, self.step, self.n_frames = numbers.start, numbers.step, len(numbers)
         self.files = [*files, *also]
         self.camera_files = also
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
@@ -100,7 +97,8 @@ class PointReader(ScanReader):
         found = find_files(path, suffix, gaps)
         self._files = found.files
         present = [file for file in found.files if file is not None]
-        super().__init__(path, rig, found, present)
+        end = found.start + found.step * len(found.files)
+        super().__init__(path, rig, range(found.start, end, found.step), present)
         self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
@@ -130,8 +128,13 @@ class DepthReader(ScanReader):
             )
         step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
         every = range(numbers[0], numbers[-1] + 1, step)
-        if gaps == "refuse":
-            _refuse_gaps(every, rig, by_camera)
+        missing = [(n, c) for n in every for c in rig.cameras if n not in by_camera[c.name]]
+        if missing and gaps == "refuse":
+            number, camera = missing[0]
+            raise ValueError(
+                f"there is no image of camera {camera.name!r} for frame {number}, which would be "
+                f"named {_names([camera])}; with `gaps` lost, it is not needed"
+            )
         with naming(rig.file or path):
             self._lenses = {c.name: Undistortion(c) for c in rig.cameras if c.distortion}
         made = []
@@ -145,17 +148,11 @@ class DepthReader(ScanReader):
             [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
             for n in every
         ]
-        self._missing = tuple(
-            f"no image of camera {name!r} for frame {n}"
-            for n in every
-            for name, own in by_camera.items()
-            if n not in own
-        )
+        self._missing = tuple(f"no image of camera {c.name!r} for frame {n}" for n, c in missing)
         self._damaged: dict[Path, str] = {}
         self._n_images = sum(map(len, self._images))
         files = [file for images in self._images for _, file in images]
-        found = Found([None] * len(every), every.start, every.step)
-        super().__init__(path, rig, found, files)
+        super().__init__(path, rig, every, files)
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -208,10 +205,7 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
 
 
 def open_scans(
-    path: PathLike,
-    *,
-    cameras: PathLike | Rig | None = None,
-    gaps: Gaps = "refuse",
+    path: PathLike, *, cameras: PathLike | Rig | None = None, gaps: Gaps = "refuse"
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 
@@ -337,13 +331,3 @@ def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, s
 def _names(cameras: Iterable[ScanCamera]) -> str:
     """Says how images of these cameras would be named."""
     return " or ".join(f"*_{camera.name}{SUFFIX}, {camera.name}/*{SUFFIX}" for camera in cameras)
-
-
-def _refuse_gaps(numbers: range, rig: Rig, by_camera: dict[str, dict[int, Path]]) -> None:
-    for number in numbers:
-        for camera in rig.cameras:
-            if number not in by_camera[camera.name]:
-                raise ValueError(
-                    f"there is no image of camera {camera.name!r} for frame {number}, which would "
-                    f"be named {_names([camera])}; with `gaps` lost, it is not needed"
-                )

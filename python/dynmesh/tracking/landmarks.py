@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_integer, check_vector
-from ..files.naming import naming
+from .._errors import naming
 from ..registration import Landmarks
 from ..scans.cameras import json_in
 from ..sequence import Positions

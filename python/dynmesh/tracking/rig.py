@@ -19,7 +19,6 @@ from .._errors import InputError
 from .._report import Report
 from ..completion.start import template_of
 from ..degrade.shared import mean_edge_of
-from ..diagnosis.planes import planes_of_room
 from ..files import PathLike
 from ..normals import vertex_normals
 from ..scans import DepthScan, Rig, ScanCamera, open_scans
@@ -27,6 +26,7 @@ from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import find_alignment
 from .fits import FARTHER_THAN_OTHERS, beyond
+from .room import planes_of_room
 from .units import size_of, units_of
 
 _Floats = NDArray[np.float64]

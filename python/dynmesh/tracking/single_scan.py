@@ -6,9 +6,9 @@ import numpy as np
 
 from .. import files
 from .._errors import InputError
+from .._report import listed
 from ..completion.start import template_of
 from ..files import PathLike
-from ..files.numbered import Found
 from ..files.ply import read_elements
 from ..normals import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
@@ -31,11 +31,11 @@ class SingleScan(ScanReader):
         meshes -= point_formats.keys()
         if path.suffix.lower() not in meshes | point_formats.keys():
             raise InputError(
-                f"unknown format {path.suffix!r}; scans are {files.listed(point_formats)} "
+                f"unknown format {path.suffix!r}; scans are {listed(point_formats)} "
                 f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
                 file=path,
             )
-        super().__init__(path, rig, Found([path]), [path])
+        super().__init__(path, rig, range(1), [path])
         self._scan, stated = _read(path)
         self._take_unit(stated, path)
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from .._report import Report
 from ..completer import Completer
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
-from ..completion.ways import Options, complete_frames
+from ..completion.ways import complete_frames, with_implied
 from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
+from ..settings import Settings
 
 _FEW = 0.2
 """A separate mask that knows a smaller share in most frames may be inverted."""
@@ -178,21 +179,19 @@ def complete_file(
             check_path(name, file)
     check_start(start, template)
     training_files = paths_of(training)
-    options = Options(bidirectional=bidirectional, drop_above=drop_above)
-    settings = options.settings(
-        {
-            "method": method,
-            "noise": noise,
-            "reject_outliers": reject_outliers,
-            "learn": learn,
-            "uncertainty": uncertainty,
-            "threads": threads,
-        },
-        trained=bool(training_files),
-    )
+    given: Settings = {
+        "method": method,
+        "noise": noise,
+        "reject_outliers": reject_outliers,
+        "learn": learn,
+        "uncertainty": uncertainty,
+        "threads": threads,
+    }
+    ways: Any = {"bidirectional": bidirectional, "drop_above": drop_above}
+    settings = with_implied(given, **ways, trained=bool(training_files))
     target = target_over(path, named_like(path, output))
-    given = [Path(path), *training_files, *([] if template is None else [Path(template)])]
-    target.check(overwrite=overwrite, others=filter(Path.is_file, given))
+    named = [Path(path), *training_files, *([] if template is None else [Path(template)])]
+    target.check(overwrite=overwrite, others=filter(Path.is_file, named))
     target.check_holds(["generation"] if provenance else [])
     with open_with_template(path, template, source or {}) as (reader, first):
         learnt = Training(training_files, reader, progress)
@@ -200,7 +199,7 @@ def complete_file(
         target.check(overwrite=overwrite, reader=reader, others=others)
         header = replace(
             reader.header,
-            has_known=options.drop_above is not None,
+            has_known=drop_above is not None,
             has_provenance=provenance,
             has_standard_error=provenance and settings["uncertainty"],
             standard_error_of="position",
@@ -220,13 +219,7 @@ def complete_file(
                     reader.faces, whole.points, training=learnt.frames(), **settings
                 )
             tally = complete_frames(
-                reader,
-                whole,
-                completer,
-                writer,
-                options,
-                folder=writer.folder,
-                progress=progress,
+                reader, whole, completer, writer, **ways, folder=writer.folder, progress=progress
             )
     reports = tally.reports
     estimated = [one for one in reports if one.known and one.filled] if training_files else []

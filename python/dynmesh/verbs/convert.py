@@ -4,6 +4,8 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
@@ -12,10 +14,13 @@ from .._progress import tracked
 from .._report import Written
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
+from ..files.header import Header
 from ..files.memory import Collected, SequenceReader
 from ..files.new_output import check_output, new_output
-from ..scans import read_points, write_ply
-from ..scans.conversion import clouds_in, converted
+from ..files.numbered import files_in, find_files
+from ..files.ply import read_elements
+from ..scans import PointScan, read_points, write_ply
+from ..scans.point_files import point_formats
 from ..sequence import Sequence
 
 
@@ -68,7 +73,7 @@ def convert_file(
     check_path("path", path)
     check_path("output", output)
     changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
-    if not source and not format and (clouds := clouds_in(Path(path))):
+    if not source and not format and (clouds := _clouds_in(Path(path))):
         return _convert_clouds(clouds, Path(path), Path(output), changes, overwrite, progress)
     named = Path(output) if output_format else files.named_like(path, output)
     target = files.target_of(named, output_format)
@@ -101,28 +106,44 @@ def convert_file(
 
 
 def _convert_clouds(
-    clouds: list[Path],
-    path: Path,
-    output: Path,
-    changes: Changes,
-    overwrite: bool,
-    progress: bool,
+    clouds: list[Path], path: Path, output: Path, changes: Changes, overwrite: bool, progress: bool
 ) -> Written:
     """Writes point clouds with other axes or units."""
     for name in ("frames", "fps"):
         if getattr(changes, name) is not None:
             raise InputError("is for sequences, not for point clouds", argument=name)
-    made = [output] if path in clouds else [output / f"{file.stem}.ply" for file in clouds]
-    for file in made:
+    outputs = [output] if path in clouds else [output / f"{file.stem}.ply" for file in clouds]
+    for file in outputs:
         check_output(file, overwrite, ".ply", inputs=clouds)
-    n_points = 0
-    for source, file in tracked(zip(clouds, made, strict=True), len(made), "converting", progress):
+    n_points, pairs = 0, zip(clouds, outputs, strict=True)
+    for source, file in tracked(pairs, len(outputs), "converting", progress):
         with files.naming(source):
-            scan, said = converted(read_points(source), changes)
+            scan, said = read_points(source)
+            size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
+            own = Header(no_faces, 1, size, scan.points.dtype, **said._asdict())
+            conversion, _ = changes.of(own)
+            points, normals = conversion.moved(scan.points), scan.normals
+        if normals is not None:
+            normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
+        made, header = PointScan(points, normals, None), conversion.header
         with new_output(file, overwrite, ".ply") as hidden:
-            write_ply(hidden, scan, said.metres_per_unit, said.up_axis)
-        n_points += len(scan.points)
-    return Written(output=output, frames=len(made), vertices=n_points // len(made))
+            write_ply(hidden, made, header.metres_per_unit, header.up_axis)
+        n_points += size
+    return Written(output=output, frames=len(outputs), vertices=n_points // len(outputs))
+
+
+def _clouds_in(path: Path) -> list[Path]:
+    """Returns the files of a path, pattern or folder if they hold points alone, else none."""
+    possible = [one for one in point_formats if files_in(path, one)] if path.is_dir() else []
+    suffix = possible[0] if possible else path.suffix.lower()
+    if suffix not in point_formats:
+        return []
+    try:
+        found = [file for file in find_files(path, suffix, "lost").files if file is not None]
+    except (FileNotFoundError, ValueError):  # which the reader of sequences explains
+        return []
+    is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
+    return [] if is_mesh else found
 
 
 def convert(

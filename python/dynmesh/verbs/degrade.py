@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -9,15 +10,14 @@ from typing import Any, TypeAlias
 from .. import files
 from .._checks import check_between, check_integer, check_not_negative
 from .._command import How, Output, What
-from .._errors import InputError
+from .._errors import InputError, numbering
 from .._progress import tracked
 from .._report import Report, counted
 from ..completion.start import frame_at
-from ..degrade.recordings import Losses, Vector, axis, scanned
+from ..degrade.recordings import Vector, degraded, scanned
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
-from ..files.naming import numbering
 from ..files.times import numbers_of_files
 from ..scans import DepthFolder, PointFolder
 from ..scans.depth_files import require_png
@@ -92,12 +92,7 @@ def degrade_file(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
             argument is refused.
     """
-    shares = {
-        "known": known,
-        "patches": patches,
-        "dropout": dropout,
-        "outliers": outliers,
-    }
+    shares = {"known": known, "patches": patches, "dropout": dropout, "outliers": outliers}
     asked = {name: _share(name, value) for name, value in shares.items() if value is not None}
     if noise is not None:
         check_not_negative("noise", noise)
@@ -129,7 +124,7 @@ def degrade_file(
             folder_of: Any = PointFolder if size is None else DepthFolder
             n, numbers = reader.n_frames, numbers_of_files(reader.header)
             with (
-                numbering(reader.path, reader.header),
+                numbering(reader.path, reader.header.number),
                 folder_of(Path(output), rig, overwrite=overwrite, numbers=numbers) as folder,
             ):
                 measured = 0
@@ -139,17 +134,19 @@ def degrade_file(
         what = "points" if size is None else "measured pixels"
         told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
         return DegradeReport(output=Path(output), frames=n, remarks=(told, *guess))
-    if not asked and camera is None and noise is None:
+    others = {"camera": camera, "noise": noise}
+    losses = asked | {name: given for name, given in others.items() if given is not None}
+    if not losses:
         raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
-    losses = Losses(camera=camera, noise=noise, seed=seed, **asked)
     with files.open(path, **(source or {})) as reader:
-        return _degrade(reader, output, losses, up, overwrite, progress)
+        return _degrade(reader, output, losses, seed, up, overwrite, progress)
 
 
 def _degrade(
     reader: Reader,
     output: PathLike,
-    losses: Losses,
+    losses: Mapping[str, Any],
+    seed: int,
     up: Axis | None,
     overwrite: bool,
     progress: bool,
@@ -161,24 +158,24 @@ def _degrade(
     header = replace(reader.header, has_known=True, has_provenance=False, has_standard_error=False)
     n_known = -reader.n_vertices  # frame 0 is always complete and is not counted
     with (
-        numbering(reader.path, header),
+        numbering(reader.path, header.number),
         target.create(header, overwrite=overwrite) as writer,
     ):
-        frames = losses.frames(reader, upward)
+        frames = degraded(reader, upward, losses, seed)
         for points, kept in tracked(frames, reader.n_frames, "degrading", progress):
             writer.append(points, kept)
             n_known += int(kept.sum())
     left = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
     told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
-    if losses.noise:
-        sigma = losses.noise * mean_edge_of(frame_at(reader, 0).points, reader.faces)
+    if losses.get("noise"):
+        sigma = losses["noise"] * mean_edge_of(frame_at(reader, 0).points, reader.faces)
         told.append(
             f"the noise is {sigma:.3g}, in the unit of the positions, as completion takes it"
         )
     return DegradeReport(
         output=Path(output),
         frames=header.n_frames,
-        remarks=(*told, *(guess if losses.camera else ()), *writer.remarks),
+        remarks=(*told, *(guess if "camera" in losses else ()), *writer.remarks),
     )
 
 
@@ -216,4 +213,5 @@ def _axis(reader: Reader, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
         raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)
     said = up or reader.header.up_axis
     guess = () if said else ("assuming that z is up, as the file does not state it",)
-    return axis(said or "z"), guess
+    x, y, z = (float(one == (said or "z")) for one in "xyz")
+    return (x, y, z), guess

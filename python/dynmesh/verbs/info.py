@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
-import numpy as np
-
 from .. import files
 from .._command import Output, What
 from .._errors import InputError
@@ -15,7 +13,6 @@ from .._progress import tracked
 from .._report import Report
 from ..diagnosis import Diagnosis, diagnose_frames
 from ..files import PathLike, Source
-from ..topology import TopologyReport
 
 _WIDTH = 80  # of findings, which are long
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
@@ -104,10 +101,7 @@ def info(
             diagnosis = diagnose_frames(reader.header, read)
     bad = strict and diagnosis.severity in ("error", "warning")
     return InfoReport(
-        quality="failed" if bad else "good",
-        format=name,
-        meshes=several,
-        diagnosis=diagnosis,
+        quality="failed" if bad else "good", format=name, meshes=several, diagnosis=diagnosis
     )
 
 
@@ -135,23 +129,17 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     bars = header.has_standard_error
     yield "generation and age", "yes" if header.has_provenance else "no"
     yield "standard errors", _ERRORS_OF[header.standard_error_of] if bars else "no"
-    yield f"known after frame {first}", _shares(diagnosis.known_share[1:].tolist())
+    told = "no further frames"
+    if len(shares := diagnosis.known_share[1:]):
+        mean, low, high = (100 * share for share in (shares.mean(), shares.min(), shares.max()))
+        told = f"{mean:.1f} % ({low:.1f} to {high:.1f} %)"
+    yield f"known after frame {first}", told
     yield "bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame {first}"
     if diagnosis.mean_edge is not None:
         yield "mean edge", f"{diagnosis.mean_edge:g}, of frame {first}"
-    if diagnosis.topology is not None:
-        yield from _topology_rows(diagnosis.topology)
-
-
-def _topology_rows(topology: TopologyReport) -> Iterator[tuple[str, str]]:
-    yield "components", str(topology.components)
-    yield "isolated vertices", str(topology.isolated_vertices)
-    closed = "" if topology.boundary_edges else ", closed"
-    yield "boundary edges", f"{topology.boundary_edges}{closed}"
-    yield "refused faces", str(len(topology.refused_faces))
-
-
-def _shares(shares: list[float]) -> str:
-    if not shares:
-        return "no further frames"
-    return f"{100 * np.mean(shares):.1f} % ({100 * min(shares):.1f} to {100 * max(shares):.1f} %)"
+    if (topology := diagnosis.topology) is not None:
+        yield "components", str(topology.components)
+        yield "isolated vertices", str(topology.isolated_vertices)
+        closed = "" if topology.boundary_edges else ", closed"
+        yield "boundary edges", f"{topology.boundary_edges}{closed}"
+        yield "refused faces", str(len(topology.refused_faces))

@@ -19,8 +19,7 @@ from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
-from ..scales import every
-from .player import Playback, compose
+from .player import compose
 from .thin import thin
 
 
@@ -128,26 +127,18 @@ def page(
             )
         factor = _factor(scans, scan_unit, reader)
     heatmap = Heatmap(
-        reader,
-        reference=reference,
-        input=input,
-        scans=scans,
-        scan_factor=factor,
-        colour=colour,
+        reader, reference=reference, input=input, scans=scans, scan_factor=factor, colour=colour
     )
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
-    indices = every(reader.n_frames, max_frames)
-    step = indices.step
+    indices = range(0, reader.n_frames, -(-reader.n_frames // max_frames))
     read = tracked(heatmap.frames(indices), len(indices), "reading", progress)
     frames = [frame.of(kept) for frame in read]
     if not any(frame.visible.any() for frame in frames):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
-    shown = Shown(
-        len(frames), reader.n_frames, step, len(kept), reader.n_vertices, len(faces),
-        len(reader.faces),
-    )  # fmt: skip
+    size = (len(kept), reader.n_vertices, len(faces), len(reader.faces))
+    shown = Shown(len(frames), reader.n_frames, indices.step, *size)
     captions = {"sequence": reader.path.name}
     if scans is not None:
         noun = "the scan" if scans.n_frames == 1 else "the scans"
@@ -156,23 +147,25 @@ def page(
         captions = {"input": _caption(input.path.name, "the input"), **captions}
     if reference is not None:
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
-    playback = Playback(
-        title or reader.path.name,
-        f"shown: {shown}" if str(shown) else "",
-        captions,
-        [reader.header.number(index) for index in indices],
-        _most_telling(frames),
-        reference is None,
-        reader.header.number(reader.n_frames - 1),
-        step,
-        mean_rate(reader.header),
-    )
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
-    camera = View.of(_corners(frames), up, azimuth)
-    scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
-    clouds = [frame.cloud for frame in frames if frame.cloud is not None]
-    html = compose(faces, frames, scales, heatmap.colour, camera, playback, clouds)
+    html = compose(
+        faces,
+        frames,
+        {name: heatmap.scale(name, frames) for name in heatmap.colours},
+        heatmap.colour,
+        View.of(_corners(frames), up, azimuth),
+        captions,
+        [frame.cloud for frame in frames if frame.cloud is not None],
+        title=title or reader.path.name,
+        note=f"shown: {shown}" if str(shown) else "",
+        numbers=[reader.header.number(index) for index in indices],
+        first=_most_telling(frames),
+        plays=reference is None,
+        last=reader.header.number(reader.n_frames - 1),
+        step=indices.step,
+        fps=mean_rate(reader.header),
+    )
     guess = () if said else (f"assuming that {up} is up, as no file states it",)
     return Page(html=html, shown=shown, remarks=guess)
 

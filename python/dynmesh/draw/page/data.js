@@ -1,4 +1,4 @@
-// Unpacks what packing.py packed.
+// Unpacks what document.py packed.
 
 async function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));

@@ -1,7 +1,5 @@
 """A page on which landmarks are picked: a template and a scan, side by side."""
 
-from importlib.resources import files as resources
-
 import numpy as np
 
 from ..._errors import InputError, locating
@@ -11,8 +9,7 @@ from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import likely_up
 from . import Page, Shown
-from .packing import embedded, packed
-from .plots import FIELD_OF_VIEW, new_plot
+from .document import FIELD_OF_VIEW, Unit, document, new_plot, number_of, packed
 from .thin import thin
 
 _MOST_POINTS = 40_000
@@ -58,10 +55,10 @@ def pick_page(
         _Side(side, up, azimuth) for side in (first.points[numbers].astype(np.float64), points)
     )
     mesh.plot += mesh.k3d.mesh(
-        mesh.shown, faces.astype(np.uint32), color=_number(SURFACE_COLOUR), side="double"
+        mesh.shown, faces.astype(np.uint32), color=number_of(SURFACE_COLOUR), side="double"
     )
     cloud.plot += cloud.k3d.points(
-        cloud.shown, point_size=_DOT, color=_number(KNOWN_COLOUR), shader="flat"
+        cloud.shown, point_size=_DOT, color=number_of(KNOWN_COLOUR), shader="flat"
     )
     told = {
         "title": title or f"{template.path.name} and {scans.path.name}",
@@ -72,25 +69,17 @@ def pick_page(
         "positions": packed(points),
         "other": cloud.plot.get_binary_snapshot(6).hex(),
     }
-    folder = resources(__package__)
-    markup, *scripts = (
-        folder.joinpath(name).read_text("utf-8") for name in ("pick.html", "data.js", "pick.js")
-    )
-    begin = f"document.body.insertAdjacentHTML('beforeend', {embedded(markup)});"
-    script = "\n".join([begin, f"const told = {embedded(told)};", *scripts])
-    html = mesh.plot.get_snapshot(6, additional_js_code=f"(async () => {{{script}}})();")
+    html = document(mesh.plot, told, "pick.html", "data.js", "pick.js")
     size = (template.n_vertices, len(faces), len(template.faces))
-    return Page(html=str(html), shown=Shown(1, 1, 1, len(numbers), *size))
+    return Page(html=html, shown=Shown(1, 1, 1, len(numbers), *size))
 
 
 class _Side:
     """One of the two plots, in units of the longest side of what it shows, around its middle."""
 
     def __init__(self, points: Positions, up: str, azimuth: float) -> None:
-        low, high = points.min(axis=0), points.max(axis=0)
-        self.shown = ((points - (low + high) / 2) / (float((high - low).max()) or 1.0)).astype(
-            np.float32
-        )
+        box = np.stack([points.min(axis=0), points.max(axis=0)])
+        self.shown = Unit(box)(points).astype(np.float32)
         self.k3d, self.plot = new_plot(up)
         axes = View.of(self.shown, up, azimuth).axes
         self.told = {
@@ -98,7 +87,3 @@ class _Side:
             "camera": (_DISTANCE * axes[2]).tolist(),
             "up": axes[1].tolist(),
         }
-
-
-def _number(colour: str) -> int:
-    return int(colour.removeprefix("#"), 16)

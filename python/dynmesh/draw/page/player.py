@@ -1,8 +1,6 @@
 """The page itself: a k3d snapshot whose script shows the frames and has controls to play them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from importlib.resources import files as resources
 from typing import Any
 
 import numpy as np
@@ -13,46 +11,23 @@ from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import ShownFrame
 from ..quantities import Colour
 from ..scales import Scale
-from .packing import embedded, packed, packed_bytes, packed_masks, packed_positions
-from .plots import FIELD_OF_VIEW, new_plot
+from .document import (
+    FIELD_OF_VIEW,
+    Unit,
+    document,
+    new_plot,
+    packed,
+    packed_bytes,
+    packed_masks,
+    packed_positions,
+)
 
 _GRID_CELLS = 8192  # along the longest side; far below a pixel
 _DOT_SIZE = 0.008  # of the longest side
 _SCAN_DOT_SIZE = 0.004
 _SCANS_WITHIN = 1.0  # of the longest side, around the middle; the grid reaches four of them
-_ONE_COLOUR = {
-    "scans": KNOWN_COLOUR,
-    "input": KNOWN_COLOUR,
-    "reference": SURFACE_COLOUR,
-}
+_ONE_COLOUR = {"scans": KNOWN_COLOUR, "input": KNOWN_COLOUR, "reference": SURFACE_COLOUR}
 _SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
-
-
-@dataclass(frozen=True)
-class Playback:
-    """The text and the times of the page.
-
-    Attributes:
-        title: above the panes.
-        note: what was left out, and what is remarkable.
-        captions: of the panes, from left to right: "sequence" and those beside it in the frames.
-        numbers: of the shown frames, in their file.
-        first: the index of the frame that is shown first.
-        plays: whether it plays from there at once.
-        last: the number of the last frame of the sequence, in its file.
-        step: every so many frames are shown.
-        fps: frames of the sequence per second, or None if unknown.
-    """
-
-    title: str
-    note: str
-    captions: Mapping[str, str]
-    numbers: list[float]
-    first: int
-    plays: bool
-    last: float
-    step: int
-    fps: float | None
 
 
 def compose(
@@ -61,64 +36,44 @@ def compose(
     scales: Mapping[Colour, Scale | None],
     colour: Colour,
     camera: View,
-    playback: Playback,
+    captions: Mapping[str, str],
     scans: Sequence[Positions] = (),
+    **playback: Any,
 ) -> str:
     """Creates the HTML document.
 
     At least one vertex is visible in the frames, and `camera.box` contains all that are. The scales
-    are None for one colour, and `colour` is shown at first. Each frame has (n, 3) points of scans
-    if the captions name "scans".
+    are None for one colour, and `colour` is shown at first. The captions are those of the panes,
+    from left to right: "sequence" and those beside it in the frames. Each frame has (n, 3) points
+    of scans if they name "scans".
+
+    For the script, there are also: `title`, above the panes; `note`, what was left out, and what is
+    remarkable; `numbers` of the shown frames, in their file; `first`, the index of that which is
+    shown first; `plays`, whether it plays from there at once; `last`, the number of the last frame
+    of the sequence; `step`, as every so many frames are shown; `fps` of the sequence, or None.
 
     Raises:
         ImportError: k3d is not installed.
     """
-    told = asdict(playback) | {
+    unit = Unit(camera.box)
+    told = playback | {
         "n_vertices": len(frames[0].points),
         "faces": packed(faces.astype(np.uint32)),
         "grid": _GRID_CELLS,
-        "panes": _panes(frames, _Unit.of(camera), playback.captions, scans),
+        "panes": _panes(frames, unit, captions, scans),
         "scan_dot": _SCAN_DOT_SIZE,
         "colour": colour,
         "colours": [_told(name, scale, frames) for name, scale in scales.items()],
-        "camera": {
-            "axes": camera.axes.tolist(),
-            "up": camera.up,
-            "field_of_view": FIELD_OF_VIEW,
-        },
+        "camera": {"axes": camera.axes.tolist(), "up": camera.up, "field_of_view": FIELD_OF_VIEW},
     }
-    folder = resources(__package__)
-    markup, *scripts = (
-        folder.joinpath(name).read_text("utf-8") for name in ("player.html", *_SCRIPTS)
-    )
-    begin = f"document.body.insertAdjacentHTML('beforeend', {embedded(markup)});"
-    script = "\n".join([begin, f"const told = {embedded(told)};", *scripts])
-    plot = _empty_plot(camera, _Unit.of(camera))
-    return str(
-        plot.get_snapshot(compression_level=6, additional_js_code=f"(async () => {{{script}}})();")
-    )
+    return document(_empty_plot(camera, unit), told, "player.html", *_SCRIPTS)
 
 
-@dataclass(frozen=True)
-class _Unit:
-    """Converts positions to units of the longest side of what the page shows, around its middle."""
-
-    middle: NDArray[np.float64]
-    length: float
-
-    @classmethod
-    def of(cls, camera: View) -> "_Unit":
-        box = camera.box.astype(np.float64)
-        return cls(box.mean(axis=0), float((box[1] - box[0]).max()) or 1.0)
-
-    def __call__(self, points: Positions) -> NDArray[np.floating[Any]]:
-        return (points - self.middle) / self.length
-
-    def on_grid(self, points: Positions) -> NDArray[np.int16]:
-        return np.asarray(np.round(self(points) * _GRID_CELLS), np.int16)
+def _on_grid(points: NDArray[np.float64]) -> NDArray[np.int16]:
+    return np.asarray(np.round(points * _GRID_CELLS), np.int16)
 
 
-def _empty_plot(camera: View, unit: _Unit) -> Any:
+def _empty_plot(camera: View, unit: Unit) -> Any:
     """Returns a plot with a mesh and two dots, which the script replaces."""
     k3d, plot = new_plot("xyz"[int(np.argmax(camera.up))])
     looks = {"color_map": _colour_map(SURFACE_COLOUR), "color_range": [0, 1], "color": 0xFFFFFF}
@@ -134,7 +89,7 @@ def _empty_plot(camera: View, unit: _Unit) -> Any:
 
 def _panes(
     frames: Sequence[ShownFrame],
-    unit: _Unit,
+    unit: Unit,
     captions: Mapping[str, str],
     scans: Sequence[Positions],
 ) -> list[dict[str, Any]]:
@@ -146,7 +101,7 @@ def _panes(
     for i, frame in enumerate(frames):
         # A missing vertex keeps its position, which takes little space; no triangle shows it.
         base[i] = base[max(0, i - 1)]
-        base[i, frame.visible] = unit.on_grid(frame.points[frame.visible])
+        base[i, frame.visible] = _on_grid(unit(frame.points[frame.visible]))
     panes: list[dict[str, Any]] = []
     for name, caption in captions.items():
         if name == "scans":
@@ -158,7 +113,7 @@ def _panes(
             shown, positions = [frame.beside[name] for frame in frames], np.zeros_like(base)
             for i, frame in enumerate(shown):
                 seen = frame.visible
-                positions[i, seen] = unit.on_grid(frame.points[seen]) - base[i, seen]
+                positions[i, seen] = _on_grid(unit(frame.points[seen])) - base[i, seen]
         panes.append(
             {
                 "caption": caption,
@@ -170,11 +125,14 @@ def _panes(
     return panes
 
 
-def _clouds(scans: Sequence[Positions], unit: _Unit) -> dict[str, Any]:
+def _clouds(scans: Sequence[Positions], unit: Unit) -> dict[str, Any]:
     """Returns the points near what the page shows, for the script."""
-    near = [points[(np.abs(unit(points)) <= _SCANS_WITHIN).all(axis=1)] for points in scans]
-    points = np.concatenate([unit.on_grid(points) for points in near])
-    return {"points": packed(points), "counts": [len(points) for points in near]}
+    every = [unit(points) for points in scans]
+    near = [points[(np.abs(points) <= _SCANS_WITHIN).all(axis=1)] for points in every]
+    return {
+        "points": packed(_on_grid(np.concatenate(near))),
+        "counts": [len(points) for points in near],
+    }
 
 
 def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
