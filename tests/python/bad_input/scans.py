@@ -1,6 +1,5 @@
 """Cases of scans: those that are simulated, their files, and tracking from files."""
 
-import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from scan_files import saved
 
 import dynmesh
 from dynmesh import degrade
@@ -55,20 +55,17 @@ _CAMERAS: dict[str, Callable[[dict[str, Any]], Any]] = {
 def prepare(world: World) -> None:
     """Creates scans and cameras, in addition to the files of other modules."""
     folder = world.folder
-    (folder / "cloud").mkdir()
     points = world.vertices.astype(np.float32)
-    write_ply(folder / "cloud" / "s_0000.ply", PointScan(points, None, None))
-    far = folder / "far"
-    far.mkdir()
-    write_ply(far / "s_0000.ply", PointScan(points * 1000, None, None))
-    line = folder / "line"
-    line.mkdir()
-    write_ply(line / "s_0000.ply", PointScan(points * [9.0, 0, 0] + [90, 0, 0], None, None))
+    for name, found, unit in (
+        ("cloud", points, None),
+        ("far", points * 1000, None),
+        ("line", points * [9.0, 0, 0] + [90, 0, 0], None),
+        ("blank", points[:0], None),
+        ("in_mm", points, 0.001),
+    ):
+        (folder / name).mkdir()
+        write_ply(folder / name / "s_0000.ply", PointScan(found, None, None), unit)
     write_ply(folder / "partly.ply", PointScan(np.array([[_NAN, 2, 3]]), None, None))
-    (folder / "blank").mkdir()
-    write_ply(folder / "blank" / "s_0000.ply", PointScan(points[:0], None, None))
-    (folder / "in_mm").mkdir()
-    write_ply(folder / "in_mm" / "s_0000.ply", PointScan(points, None, None), 0.001)
     for name, text in {
         "words": "1 2 3\n4 five 6\n",
         "short": "1 2 3\n4 5\n",
@@ -120,12 +117,12 @@ def prepare(world: World) -> None:
 
 def _write_images(folder: Path) -> None:
     """Writes folders of depth images with one fault each."""
-    grey = np.full((3, 4), 900, np.uint16)
+    grey = saved(Image.fromarray(np.full((3, 4), 900, np.uint16)))
     for name, images in {
         "empty_image": {"00000_left": b""},
-        "both_damaged": {"00000_left": _png(grey)[:50], "00001_left": _png(grey)[:70]},
-        "two_numbers": {"00000_left": _png(grey), "0_left": _png(grey)},
-        "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], _png(grey)),
+        "both_damaged": {"00000_left": grey[:50], "00001_left": grey[:70]},
+        "two_numbers": {"00000_left": grey, "0_left": grey},
+        "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], grey),
     }.items():
         (folder / name).mkdir()
         for image, content in images.items():
@@ -133,12 +130,6 @@ def _write_images(folder: Path) -> None:
     (folder / "kinds").mkdir()
     (folder / "kinds" / "a_0.xyz").write_text("1 2 3\n")
     write_ply(folder / "kinds" / "a_1.ply", PointScan(np.zeros((1, 3)), None, None))
-
-
-def _png(pixels: Any) -> bytes:
-    held = io.BytesIO()
-    Image.fromarray(pixels).save(held, format="PNG")
-    return held.getvalue()
 
 
 def _scan(**options: Any) -> Callable[[World], Any]:
