@@ -240,7 +240,8 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
 
 def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     sequence = moving(sheet(12))
-    mean = mean_edge(directed_edges(sequence.faces), sequence.vertices[0])
+    edges = directed_edges(sequence.faces.astype(np.int64))
+    mean = mean_edge(edges, sequence.vertices[0])
     found = dynmesh.diagnose(sequence)
     assert found.mean_edge == pytest.approx(mean)
     assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge

@@ -131,7 +131,8 @@ def test_a_useless_training_does_no_harm(
         training = training[:, rng.permutation(training.shape[1])]
     else:
         training = sequence_named("walker").vertices[:50, : training.shape[1]]
-    masks = dynmesh.degrade.random_known(*frames.shape[:2], 0.3, seed=1)
+    n, k, _ = frames.shape
+    masks = dynmesh.degrade.random_known(n, k, 0.3, seed=1)
     errors = errors_of(sequence, frames, list(masks)[1:], {}, {"training": training})
     assert errors[1] <= 1.02 * errors[0]
 
