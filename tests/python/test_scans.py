@@ -63,7 +63,7 @@ def between(mesh: Mesh, camera: Camera, points: Array) -> Array:
 def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
     own = (mesh.faces == np.arange(len(mesh.vertices))[:, None, None]).any(axis=2)
     hidden = (between(mesh, camera, mesh.vertices) & ~own).any(axis=1)
-    return in_image(mesh.vertices, camera) & ~hidden
+    return np.asarray(in_image(mesh.vertices, camera) & ~hidden)
 
 
 def potato(rng: np.random.Generator) -> Mesh:
