@@ -183,7 +183,6 @@ class TemporaryFile {
   CapturedErrors captured_;
 };
 
-
 TEST_CASE("templates keep every vertex and face in order") {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
