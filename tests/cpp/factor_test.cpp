@@ -47,14 +47,6 @@ bool are_same(const Vector3<double>& a, const Vector3<double>& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
 
-std::vector<Vector3<double>> random_vectors(std::size_t n, unsigned seed) {
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  std::vector<Vector3<double>> values(n);
-  for (auto& v : values) v = {normal(random), normal(random), normal(random)};
-  return values;
-}
-
 /// The solution computed by Eigen; entries outside the mask keep their `values`.
 std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
                                                const std::vector<std::uint8_t>& mask,
@@ -143,7 +135,7 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
     factor.factorize(mask);
     std::vector<std::vector<Vector3<double>>> given, expected;
     for (int n = 0; n < 3; ++n) {
-      given.push_back(random_vectors(mask.size(), ++seed));
+      given.push_back(random_field(mask.size(), ++seed));
       expected.push_back(expected_solution(matrix, mask, given.back()));
     }
     const double size = std::sqrt(inner_product(expected[0], expected[0]));
@@ -187,8 +179,8 @@ TEST_CASE("products of blocks are those of their matrices, on every kind of proc
         }
         std::vector<Index> rows(static_cast<std::size_t>(n));
         std::iota(rows.rbegin(), rows.rend(), 0);
-        auto x = random_vectors(static_cast<std::size_t>(columns), 2);
-        auto y = random_vectors(static_cast<std::size_t>(n), 3);
+        auto x = random_field(static_cast<std::size_t>(columns), 2);
+        auto y = random_field(static_cast<std::size_t>(n), 3);
         auto expected_x = x;
         auto expected_y = y;
         for (Index i = 0; i < n; ++i) {
@@ -252,8 +244,8 @@ TEST_CASE("the solution is the same with any number of threads, to the last bit"
     for (const double share : {0.9, 0.5}) {
       const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, 1);
       const auto by_factor = shared_pieces([&] { factor.factorize(mask); });
-      auto one = random_vectors(mask.size(), 2), two = random_vectors(mask.size(), 3);
-      auto three = random_vectors(mask.size(), 4), alone = one, rounded = one;
+      auto one = random_field(mask.size(), 2), two = random_field(mask.size(), 3);
+      auto three = random_field(mask.size(), 4), alone = one, rounded = one;
       const auto by_solve = shared_pieces([&] {
         solve(factor, {&alone});
         solve(factor, {&one, &two, &three});

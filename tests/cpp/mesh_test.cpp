@@ -18,7 +18,6 @@
 #include <thread>
 #include <utility>
 
-#include "mesh/mesh_files.hpp"
 #include "meshes.hpp"
 
 namespace dynmesh::testing {
@@ -184,11 +183,6 @@ class TemporaryFile {
   CapturedErrors captured_;
 };
 
-std::string refusal(const std::string& name, const std::string& content) {
-  const TemporaryFile file(name, content);
-  return message_of([&] { read_template(file.path()); });
-}
-
 TEST_CASE("templates keep every vertex and face in order") {
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -231,7 +225,8 @@ TEST_CASE("incomplete and invalid data is refused") {
   // What else the parsers of OBJ and PLY refuse is told by the tests of Python, which calls them.
   const auto refused = [](const std::string& name, const std::string& content, const char* why) {
     CAPTURE(content);
-    const std::string said = refusal(name, content);
+    const TemporaryFile file(name, content);
+    const std::string said = message_of([&] { read_template(file.path()); });
     CHECK(said != "");
     CHECK(said.find(why) != std::string::npos);
   };
@@ -249,17 +244,6 @@ TEST_CASE("incomplete and invalid data is refused") {
        {"4294967290 0 1 2\n", "-3 0 1 2\n", "2 0 1\n", "3 0 1 9\n", "3 0 1 -1\n", "3.5 0 1 2\n"}) {
     refused("face.off", std::string("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n") + face, "");
   }
-}
-
-TEST_CASE("comments at the beginning of an OBJ file are kept") {
-  const std::string_view text =
-      "# up_axis z\n\n  #by hand\nmtllib a.mtl # colours\nv 0 0 0 1 0 0\r\nv 1 0 0\rvt 0 1\n"
-      "v 0 1 \\\n 0\n# later\nusemtl red\nf 1/1 2/1 3/1";
-  const ObjFile file = parse_obj(text);
-  using Texts = std::vector<std::string_view>;
-  CHECK(file.comments == Texts{" up_axis z", "by hand"});
-  CHECK(file.mesh.positions == std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0});
-  CHECK(file.mesh.corners == std::vector<std::int64_t>{0, 1, 2});
 }
 
 }  // namespace

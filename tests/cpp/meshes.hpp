@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
-#include <initializer_list>
 #include <random>
 #include <string>
 #include <vector>
@@ -94,12 +93,6 @@ Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {
   return both;
 }
 
-inline std::vector<std::uint8_t> mask(std::size_t k, std::initializer_list<std::size_t> known) {
-  std::vector<std::uint8_t> mask(k, 0);
-  for (const std::size_t v : known) mask[v] = 1;
-  return mask;
-}
-
 inline std::vector<Vector3<double>> random_field(std::size_t rows, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -138,16 +131,6 @@ std::vector<Real> turned(const std::vector<Real>& vertices, double angle) {
     moved[i + 1] = static_cast<Real>(std::sin(angle) * x + std::cos(angle) * y);
   }
   return moved;
-}
-
-template <class Real>
-double largest_difference(const std::vector<Real>& a, const std::vector<Real>& b) {
-  double largest = a.size() == b.size() ? 0 : 1e300;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
-    const double difference = std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
-    if (!(difference <= largest)) largest = difference;
-  }
-  return largest;
 }
 
 /// Returns the message of the exception that `call` throws, or "" if it throws no std::exception.

@@ -226,12 +226,7 @@ struct Sequence {
     track(tracker, first);
     return tracker;
   }
-  void push(Tracker<double>& tracker) {
-    Scan<double> scan;
-    scan.points = {second.points.data(), second.points.size() / 3};
-    if (second.has_normals) scan.normals = {second.normals.data(), second.normals.size() / 3};
-    tracker.push(scan, {out.data(), mesh.size()});
-  }
+  void push(Tracker<double>& tracker) { tracker.push(view_of(second), {out.data(), mesh.size()}); }
   void push_depth(Tracker<double>& tracker) {
     const std::array<DepthImage, 2> views = {images[0].view(), images[1].view()};
     tracker.push_depth(views, {out.data(), mesh.size()});

@@ -251,7 +251,8 @@ TEST_CASE("with few anchors, none is rejected") {
   auto points = previous;
   points[3].x = 100;
   Outliers<double> outliers(topology.cells, previous);
-  auto known = mask(mesh.size(), {3, 10, 20});
+  std::vector<std::uint8_t> known(mesh.size());
+  known[3] = known[10] = known[20] = 1;
   CHECK(outliers.drop(previous, points, known) == 0);
   known[21] = 1;
   CHECK(outliers.drop(previous, points, known) == 1);

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -59,36 +59,11 @@ TEST_CASE("points turn about a line unless they are nearer to it than rounding")
 
 #if !defined(_WIN32) && defined(__cpp_lib_to_chars)
 TEST_CASE("numbers are read alike with and without std::from_chars") {
-  for (const std::string_view text : {"0",
-                                      "-0",
-                                      "1",
-                                      "-1.5",
-                                      ".5",
-                                      "5.",
-                                      "1e3",
-                                      "1E-3",
-                                      "1e",
-                                      "1e+",
-                                      "-",
-                                      "--1",
-                                      "+1",
-                                      "",
-                                      " 1",
-                                      "1 2",
-                                      "1,5",
-                                      "0x10",
-                                      "1-2",
-                                      "1.2.3",
-                                      "1e400",
-                                      "-1e400",
-                                      "1e-400",
-                                      "4.9e-324",
-                                      "1e-310",
-                                      "2.2250738585072011e-308",
-                                      "0.1",
-                                      "9007199254740993",
-                                      "123456789012345678901234567890",
-                                      "3.4028234663852886e+38x"}) {
+  std::istringstream texts(
+      "0;-0;1;-1.5;.5;5.;1e3;1E-3;1e;1e+;-;--1;+1;; 1;1 2;1,5;0x10;1-2;1.2.3;1e400;-1e400;1e-400;"
+      "4.9e-324;1e-310;2.2250738585072011e-308;0.1;9007199254740993;123456789012345678901234567890;"
+      "3.4028234663852886e+38x");
+  for (std::string text; std::getline(texts, text, ';');) {
     CAPTURE(text);
     double expected = 7;
     double value = 7;

@@ -13,6 +13,7 @@ import errno
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -23,9 +24,7 @@ from typing import Any, Literal, NoReturn, get_args
 import numpy as np
 
 import dynmesh
-from dynmesh import cli, degrade
-from dynmesh.degrade.visibility import intrinsics_of, pose_of
-from dynmesh.scans import DepthFolder, PointFolder, Rig, ScanCamera
+from dynmesh import cli
 
 COMMANDS = {
     "npz": "complete partial.npz {}/out.npz --provenance",
@@ -160,23 +159,9 @@ def make_sources(folder: Path, frames: int) -> Path:
     dynmesh.write(folder / "partial.npz", partial)
     dynmesh.write(folder / "truth.npz", dynmesh.Sequence(ocean.vertices, ocean.faces))
     dynmesh.write(folder / "template.npz", dynmesh.Sequence(ocean.vertices[:1], ocean.faces))
-    cameras = degrade.orbit(ocean.vertices[0], 2)(0)
-    size = 32, 24
-    rig = Rig(
-        tuple(
-            ScanCamera(str(number), pose_of(camera), intrinsics_of(camera, *size), 0.001, size)
-            for number, camera in enumerate(cameras)
-        )
-    )
-    with PointFolder(folder / "points", rig) as points:
-        for cloud in degrade.scan_points(ocean.vertices, ocean.faces, cameras, points=300):
-            points.append(cloud)
-    images = degrade.depth_images(
-        ocean.vertices, ocean.faces, cameras, width=size[0], height=size[1]
-    )
-    with DepthFolder(folder / "depth", rig) as depth:
-        for pair in images:
-            depth.append(pair)
+    for scans in ("points --scan --points 300", "depth --depth 32x24"):
+        words = f"-m dynmesh degrade truth.npz {scans} --cameras 2 --quiet".split()
+        subprocess.run([sys.executable, *words], cwd=folder, check=True)
     return folder
 
 

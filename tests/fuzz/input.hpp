@@ -12,6 +12,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <string>
@@ -93,20 +95,17 @@ inline const std::filesystem::path& scratch() {
 
 inline std::string write_scratch(const std::string& name, std::span<const std::uint8_t> bytes) {
   const std::string path = (scratch() / name).string();
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  require(file != nullptr, "the scratch file opens");
-  require(std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size(), "and is written");
-  std::fclose(file);
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), std::ssize(bytes));
+  file.close();
+  require(file.good(), "the scratch file is written");
   return path;
 }
 
 inline std::vector<std::uint8_t> read_scratch(const std::string& path) {
-  std::vector<std::uint8_t> bytes(std::filesystem::file_size(path));
-  std::FILE* file = std::fopen(path.c_str(), "rb");
-  require(file != nullptr, "the file opens");
-  require(std::fread(bytes.data(), 1, bytes.size(), file) == bytes.size(), "and is read");
-  std::fclose(file);
-  return bytes;
+  std::ifstream file(path, std::ios::binary);
+  require(file.good(), "the file opens");
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace dynmesh::fuzz

@@ -129,44 +129,40 @@ def follow(
 
 
 def nmsve(edges: Edges, reference: Array, completed: Array) -> float:
-    """Computes eq. (5) and (6), vertex by vertex."""
+    """Computes eq. (5) and (6)."""
     h = mean_edge(edges, reference)
     i, j = edges
-    neighbours: dict[int, list[int]] = {v: [] for v in range(len(reference))}
-    for a, b in zip(i.tolist(), j.tolist(), strict=True):
-        neighbours[a].append(b)
+    k = len(reference)
 
-    def laplacian(frame: Array, v: int) -> Array:
-        if not neighbours[v]:
-            return np.zeros(3)
-        inverse = [
-            1 / max(float(np.linalg.norm(frame[v] - frame[n])), 1e-6 * h) for n in neighbours[v]
-        ]
-        mean = sum(w * frame[n] for w, n in zip(inverse, neighbours[v], strict=True)) / sum(inverse)
-        return np.asarray(frame[v] - mean)
+    def laplacian(frame: Array) -> Array:
+        distance = np.linalg.norm(frame[i] - frame[j], axis=1)[:, None]
+        inverse = 1 / np.maximum(distance, 1e-6 * h)
+        weights = sum_to(i, inverse, k)
+        mean = sum_to(i, inverse * frame[j], k) / np.where(weights > 0, weights, 1)
+        return np.where(weights > 0, frame - mean, 0)
 
-    total = 0.0
-    for v in range(len(reference)):
-        total += float(np.linalg.norm(reference[v] - completed[v]))
-        total += float(np.linalg.norm(laplacian(reference, v) - laplacian(completed, v)))
-    return total / (2 * len(reference))
+    off = np.linalg.norm(reference - completed, axis=1)
+    off += np.linalg.norm(laplacian(reference) - laplacian(completed), axis=1)
+    return float(off.sum() / (2 * k))
 
 
-def flip_to_delaunay(
-    faces: NDArray[np.int64], lengths: dict[tuple[int, int], float]
-) -> tuple[list[list[int]], dict[tuple[int, int], float]]:
-    """Flips edges of a manifold mesh with dictionaries; no flip may connect two vertices twice."""
+Lengths = dict[tuple[int, int], float]
+"""Of edges, by their ends in either order."""
+
+
+def flip_to_delaunay(faces: NDArray[np.int64], lengths: Lengths) -> list[list[int]]:
+    """Flips edges of a manifold mesh with dictionaries; no flip may connect two vertices twice.
+
+    Adds the lengths of new edges.
+    """
     triangles = {tuple(int(v) for v in face) for face in faces}
     third = {}
     for a, b, c in triangles:
         third.update({(a, b): c, (b, c): a, (c, a): b})
 
-    def length(a: int, b: int) -> float:
-        return lengths[min(a, b), max(a, b)]
-
     def angle(a: int, b: int, c: int) -> float:
         """Returns the angle at c."""
-        x, y, z = length(b, c), length(c, a), length(a, b)
+        x, y, z = lengths[b, c], lengths[c, a], lengths[a, b]
         return float(np.arccos(np.clip((x * x + y * y - z * z) / (2 * x * y), -1, 1)))
 
     open_edges = list(third)
@@ -178,16 +174,16 @@ def flip_to_delaunay(
         if angle(u, v, w) + angle(v, u, z) <= np.pi + 1e-9:
             continue
         at_u = angle(v, w, u) + angle(z, v, u)
-        squared = length(u, w) ** 2 + length(u, z) ** 2
-        diagonal = np.sqrt(squared - 2 * length(u, w) * length(u, z) * np.cos(at_u))
+        x, y = lengths[u, w], lengths[u, z]
+        diagonal = float(np.sqrt(x * x + y * y - 2 * x * y * np.cos(at_u)))
         assert not {(w, z), (z, w)} & third.keys(), "a flip joins two vertices twice"
         del third[u, v], third[v, u]
-        lengths[min(w, z), max(w, z)] = float(diagonal)
+        lengths[w, z] = lengths[z, w] = diagonal
         for a, b, c in [(z, w, u), (w, z, v)]:
             third.update({(a, b): c, (b, c): a, (c, a): b})
         open_edges += [(w, u), (u, z), (z, v), (v, w)]
     flipped = {(a, b, c) for (a, b), c in third.items() if a < b and a < c}
-    return [list(face) for face in sorted(flipped)], lengths
+    return [list(face) for face in sorted(flipped)]
 
 
 def clusters_of(edges: Edges, positions: Array) -> NDArray[np.int64]:
@@ -258,28 +254,23 @@ class Detail:
         self.first_order = Shares(self.label)
 
     def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
-        lengths = {}
+        lengths: Lengths = {}
         missing = 0.0
-        for face in faces:
-            sides = []
-            for a, b in [(0, 1), (1, 2), (2, 0)]:
-                u, v = sorted((int(face[a]), int(face[b])))
-                lengths[u, v] = float(np.linalg.norm(frame[u] - frame[v]))
-                sides.append(lengths[u, v])
+        for a, b, c in faces.tolist():
+            for u, v in [(a, b), (b, c), (c, a)]:
+                lengths[u, v] = lengths[v, u] = float(np.linalg.norm(frame[u] - frame[v]))
+            sides = lengths[a, b], lengths[b, c], lengths[c, a]
             missing = max(missing, 1e-4 - (sum(sides) - 2 * max(sides)))
         lengths = {edge: length + missing for edge, length in lengths.items()}
-        triangles, lengths = flip_to_delaunay(faces, lengths)
         # The intrinsic Delaunay triangulation.
-        self.triangles, self.lengths = triangles, lengths
+        self.triangles, self.lengths = flip_to_delaunay(faces, lengths), lengths
         laplacian = np.zeros((self.k, self.k))
         is_edge = np.zeros((self.k, self.k), dtype=bool)
         area = np.zeros(self.k)
-        for face in triangles:
+        for face in self.triangles:
             for n in range(3):
                 a, b, c = face[n], face[(n + 1) % 3], face[(n + 2) % 3]
-                x = lengths[min(b, c), max(b, c)]
-                y = lengths[min(c, a), max(c, a)]
-                z = lengths[min(a, b), max(a, b)]
+                x, y, z = lengths[b, c], lengths[c, a], lengths[a, b]
                 cosine = (x * x + y * y - z * z) / (2 * x * y)  # cosine of the angle at c
                 sine = np.sqrt(1 - cosine**2)
                 weight = cosine / sine / 2

@@ -21,39 +21,30 @@ WITH = {"sequence": ("metrics", "normals", "calibration", "baselines")}
 
 
 class Place(NamedTuple):
-    """Where a part stands in the diagram: rows count from above.
-
-    Rows that follow one another and are divided are a block. `column` is None in others.
-    """
+    """Where a part stands in the diagram; divided rows that follow one another are a block."""
 
     row: int
     block: int
-    column: int | None
+    column: int
 
     def may_use(self, other: "Place") -> bool:
-        """Whether what stands here may use what stands there."""
-        if self == other:
-            return True
+        """Whether what stands here may use what stands there: itself, or below and not beside."""
         is_beside = self.block == other.block and self.column != other.column
-        return other.row > self.row and not is_beside
+        return self == other or (other.row > self.row and not is_beside)
 
 
 def places(root: str) -> dict[str, Place]:
     """The place of each part below a folder."""
     text = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
     (diagram,) = re.findall(rf"^({root} +)what it contains\n((?:  .*\n)+)", text, re.MULTILINE)
-    width, found, block = len(diagram[0]), dict[str, Place](), 0
-    was_divided = False
-    for row, line in enumerate(diagram[1].splitlines()):
-        cells = line[:width].split("|")
-        is_divided = len(cells) > 1
-        block += not (is_divided and was_divided)
-        was_divided = is_divided
+    found, block = dict[str, Place](), 0
+    rows = [line[: len(diagram[0])].split("|") for line in diagram[1].splitlines()]
+    for row, cells in enumerate(rows):
+        block += len(cells) == 1 or len(rows[row - 1]) == 1
         for column, cell in enumerate(cells):
-            place = Place(row, block, column if is_divided else None)
             for part in re.findall(r"\w+", cell):
                 assert part not in found, part
-                found |= dict.fromkeys((part, *WITH.get(part, ())), place)
+                found |= dict.fromkeys((part, *WITH.get(part, ())), Place(row, block, column))
     return found
 
 
@@ -123,7 +114,7 @@ def test_no_part_of_the_package_imports_a_higher_one_or_one_beside_it(
     parts = {at_the_top(name) for name in graph}
     assert place.keys() <= parts
     place = dict.fromkeys(parts, core) | place
-    place |= {"": Place(-1, -1, None), "__main__": Place(-2, -2, None)}
+    place |= {"": Place(-1, -1, 0), "__main__": Place(-2, -2, 0)}
     by_module = {name: place[at_the_top(name)] for name in graph}
     assert misplaced(graph, by_module) == []
 

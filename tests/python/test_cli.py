@@ -23,7 +23,6 @@ from sequences import sea
 import dynmesh
 from dynmesh import cli, files
 from dynmesh.files import Reader
-from dynmesh.files.numbered import FrameNames
 
 N_FRAMES = 12
 TRUTH = dynmesh.synth.ocean(N_FRAMES, seed=2)
@@ -149,10 +148,7 @@ def test_who_reads_the_output_may_stop(job: Path) -> None:
     assert process.returncode == 0
 
 
-def test_what_else_new_users_write(job: Path) -> None:
-    """A message names the option that is missing."""
-    truth = str(job / "truth.npz")
-    assert "--input: is needed" in run("evaluate", truth, truth, "--only", "missing", code=2).stderr
+def test_many_words_are_not_all_repeated() -> None:
     many = [f"{number}.png" for number in range(20)]
     said = run("track", *many, "--template", "a.obj", code=2).stderr
     assert "put patterns in quotes" in said
@@ -211,14 +207,6 @@ def test_space_is_looked_at_before_a_job(
         assert not (folder / "new").exists()
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=8000))
     run(*line.format("out.npz").split())
-
-
-@pytest.mark.parametrize(
-    ("pattern", "name"),
-    [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],
-)
-def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: str) -> None:
-    assert FrameNames.of(tmp_path / pattern).name(7) == name
 
 
 @pytest.mark.usefixtures("folder")

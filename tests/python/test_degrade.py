@@ -7,7 +7,8 @@ import meshes
 import numpy as np
 import pytest
 from meshes import Mesh
-from reference import directed_edges
+from reference import directed_edges, mean_edge
+from scipy.sparse.csgraph import connected_components
 
 import dynmesh
 from dynmesh import degrade
@@ -23,14 +24,8 @@ def hidden_patches(**settings: Any) -> Array:
 
 
 def is_connected(patch: Array, faces: Array) -> bool:
-    offsets, neighbours = dynmesh.cells(faces, len(patch))
-    reached, stack = set(), [int(patch.argmax())]
-    while stack:
-        v = stack.pop()
-        if patch[v] and v not in reached:
-            reached.add(v)
-            stack.extend(neighbours[offsets[v] : offsets[v + 1]].tolist())
-    return len(reached) == int(patch.sum())
+    beside = dynmesh.adjacency(faces, len(patch))[patch][:, patch]
+    return int(connected_components(beside)[0]) == 1
 
 
 def test_a_patch_is_connected_compact_and_of_its_share() -> None:
@@ -77,17 +72,13 @@ def frames_of(mesh: Mesh, n: int, dtype: Any = np.float64) -> Array:
     return np.stack([mesh.vertices + i for i in range(n)]).astype(dtype)
 
 
-def mean_edge(mesh: Mesh) -> float:
-    i, j = np.array(sorted({(a, b) for f in mesh.faces.tolist() for a in f for b in f if a < b})).T
-    return float(np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1).mean())
-
-
 def test_noise_is_gaussian_and_in_mean_edges() -> None:
     mesh = meshes.sheet(40)
     truth = frames_of(mesh, 6)
     noisy = np.stack(list(degrade.add_noise(truth, mesh.faces, 0.25)))
     np.testing.assert_array_equal(noisy[0], truth[0])
-    z = (noisy[1:] - truth[1:]) / (0.25 * mean_edge(mesh))  # 24000 numbers
+    h = mean_edge(directed_edges(mesh.faces), mesh.vertices)
+    z = (noisy[1:] - truth[1:]) / (0.25 * h)  # 24000 numbers
     np.testing.assert_allclose(z.mean(axis=(0, 1)), 0, atol=0.05)
     np.testing.assert_allclose(z.std(axis=(0, 1)), 1, atol=0.04)
     assert (z**4).mean() == pytest.approx(3, abs=0.2)
@@ -105,7 +96,7 @@ def test_outliers_are_few_and_at_their_distance_in_all_directions() -> None:
     moved = (frames != truth).any(axis=2)
     assert (moved[1:].sum(axis=1) == 80).all()
     assert (moved[1] != moved[2]).any()
-    offsets = (frames - truth)[moved] / mean_edge(mesh)
+    offsets = (frames - truth)[moved] / mean_edge(directed_edges(mesh.faces), mesh.vertices)
     np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), 7.0)
     np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=0.6)
     np.testing.assert_allclose((offsets**2).mean(axis=0), 49 / 3, rtol=0.15)
@@ -114,24 +105,38 @@ def test_outliers_are_few_and_at_their_distance_in_all_directions() -> None:
 SHEET = meshes.sheet(6)
 CAMERA = degrade.Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
+SCANNED: Any = {"noise": 0.1, "missing": 0.2, "holes": 0.2, "outliers": 0.1}
+
 RANDOM: list[Callable[[int, int], Iterator[Array]]] = [
     lambda n, seed: degrade.random_known(n, 36, 0.3, seed=seed),
     lambda n, seed: degrade.patch_known(SHEET.faces, n, 36, 0.3, seed=seed),
     lambda n, seed: degrade.dropout(n, 36, 0.5, seed=seed),
     lambda n, seed: degrade.add_noise(frames_of(SHEET, n), SHEET.faces, 0.1, seed=seed),
     lambda n, seed: degrade.add_outliers(frames_of(SHEET, n), SHEET.faces, 0.2, seed=seed),
+    lambda n, seed: (
+        np.hstack([scan.points, np.asarray(scan.normals)])
+        for scan in degrade.scan_points(
+            [SHEET.vertices] * n, SHEET.faces, 2, points=60, seed=seed, **SCANNED
+        )
+    ),
+    lambda n, seed: (
+        np.stack(scan.depth)
+        for scan in degrade.depth_images(
+            [SHEET.vertices] * n, SHEET.faces, 2, width=20, height=15, seed=seed, **SCANNED
+        )
+    ),
 ]
 
 
 @pytest.mark.parametrize("make", RANDOM)
 def test_equal_seeds_give_equal_frames_however_many(make: Any) -> None:
-    frames, again, shorter, other = make(40, 5), make(40, 5), make(7, 5), make(40, 6)
-    whole = np.stack(list(frames))
+    given = (40, 5), (40, 5), (7, 5), (40, 6)
+    whole, again, shorter, other = (list(make(*one)) for one in given)
     assert len(whole) == 40
-    assert (whole[2:] != whole[1]).any()
-    np.testing.assert_array_equal(whole, np.stack(list(again)))
-    np.testing.assert_array_equal(whole[:7], np.stack(list(shorter)))
-    assert (whole != np.stack(list(other))).any()
+    for one, same in zip(whole + whole[:7], again + shorter, strict=True):
+        np.testing.assert_array_equal(one, same)
+    assert not all(np.array_equal(whole[1], frame) for frame in whole[2:])
+    assert not all(map(np.array_equal, whole, other))
 
 
 def test_frames_are_taken_one_at_a_time() -> None:

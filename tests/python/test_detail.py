@@ -4,7 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import error_bars_reference
 import meshes
@@ -16,8 +16,9 @@ from conftest import recorded
 from hypothesis import given
 from hypothesis import strategies as st
 from meshes import EVENTS, Array, Mesh, sheet
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 from test_tracking import bumpy_torus
+from test_training import errors_of
 
 import dynmesh
 from dynmesh.calibration import Calibrating
@@ -39,41 +40,62 @@ def slanted(n: int) -> Mesh:
     return Mesh(mesh.faces, vertices)
 
 
-def error(
-    faces: NDArray[Any],
-    truth: Array,
-    masks: list[NDArray[np.bool_]],
-    method: Literal["motion", "detail"],
-) -> float:
-    """The mean NMSVE of the frames after the first."""
-    completer = dynmesh.Completer(faces, truth[0], method=method)
-    completed = truth.copy()
-    for n in range(1, len(truth)):
-        completer.push(truth[n], masks[n], out=completed[n])
-    return float(dynmesh.metrics.nmsve(faces, truth, completed)[1:].mean())
+def rolled(mesh: Mesh, n: int) -> Array:
+    return bent(mesh.vertices, 0.02 * n + 1e-6)
+
+
+def fluttering(mesh: Mesh, n: int) -> Array:
+    """A sheet with travelling folds along x, whose edges keep their lengths; the rest is stiff."""
+    x, y, z = mesh.vertices[:256].T
+    along = np.linspace(x.min(), x.max(), 4001)
+    angle = 1.3 * np.sin(0.9 * along + 0.9 * n)
+    ahead, up = (np.cumsum(f(angle)) * (along[1] - along[0]) for f in (np.cos, np.sin))
+    slope = np.interp(x, along, angle)
+    ahead, up = np.interp(x, along, ahead), np.interp(x, along, up)
+    cloth = np.stack([ahead - z * np.sin(slope), y, up + z * np.cos(slope)], axis=1)
+    return np.concatenate([cloth, meshes.turned(mesh.vertices[256:], 0.1 * n)])
+
+
+def travelling(mesh: Mesh, n: int) -> Array:
+    """Waves, so that the shape of frame 0 does not help."""
+    x, y, _ = mesh.vertices.T
+    height = np.sin(0.8 * x + 0.1 * n) * np.cos(0.6 * y - 0.07 * n)
+    return np.asarray(mesh.vertices + 0.3 * height[:, None] * [0, 0, 1])
+
+
+CLIPS = {
+    "sheet": (meshes.sheet(10), rolled),
+    "slanted": (slanted(10), rolled),
+    "two parts": (meshes.join(slanted(8), meshes.sheet(4, 30.0)), rolled),
+    "cloth": (meshes.sheet(16), fluttering),
+    "cloth and a stiff part": (meshes.join(meshes.sheet(16), meshes.sheet(12, 40.0)), fluttering),
+    "waves": (meshes.sheet(12), travelling),
+}
+ROLLED = [(0.05, None), (0.3, None), (0.7, None), (0.3, 0.02), (0.05, 0.5)]
 
 
 @pytest.mark.parametrize(
-    ("share", "noise"), [(0.05, None), (0.3, None), (0.7, None), (0.3, 0.02), (0.05, 0.5)]
+    ("name", "share", "noise"),
+    [
+        *((name, *case) for name in CLIPS if CLIPS[name][1] is rolled for case in ROLLED),
+        *((name, 0.6, noise) for name in CLIPS if "cloth" in name for noise in (None, 0.05)),
+        *(("waves", 0.5, noise) for noise in (None, 0.02)),
+    ],
 )
-@pytest.mark.parametrize("shape", ["sheet", "slanted", "two parts"])
 def test_frames_equal_the_transcription(
-    shape: str, share: float, noise: float | None, rng: np.random.Generator
+    name: str, share: float, noise: float | None, rng: np.random.Generator
 ) -> None:
-    mesh = {
-        "sheet": meshes.sheet(10),
-        "slanted": slanted(10),
-        "two parts": meshes.join(slanted(8), meshes.sheet(4, 30.0)),
-    }[shape]
-    k = len(mesh.vertices)
-    completer = dynmesh.Completer(
-        mesh.faces, mesh.vertices, method="detail", disconnected="hold", noise=noise
-    )
-    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
-    for n in range(1, 5):
-        points = bent(mesh.vertices, 0.02 * n) + 0.02 * rng.normal(size=(k, 3))
-        known = rng.random(k) < share
-        if shape == "two parts" and n % 2 == 0:
+    mesh, moved = CLIPS[name]
+    first = mesh.faces, moved(mesh, 0)
+    settings: Any = {"disconnected": "hold", "noise": noise}
+    completer = dynmesh.Completer(*first, **settings)
+    expected = reference.Detail(*first, noise)
+    shares = []
+    for n in range(1, 5 if moved is rolled else 13):
+        jitter = 0.02 if moved is rolled else noise or 0.001
+        points = moved(mesh, n) + jitter * rng.normal(size=mesh.vertices.shape)
+        known = rng.random(len(points)) < share
+        if name == "two parts" and n % 2 == 0:
             known[64:] = False  # disconnected
         completed = completer.push(points, known)
         np.testing.assert_allclose(
@@ -81,73 +103,20 @@ def test_frames_equal_the_transcription(
         )
         report = completer.report
         assert report.blend == pytest.approx(expected.blend, abs=1e-6)
+        shares.append(report.first_order_share)
+        assert shares[-1] == pytest.approx(expected.first_order_share, abs=1e-12)
+        assert report.iterations == 3
         stages = [report.factor_seconds, report.rotation_seconds, report.solve_seconds]
         assert 0 < min(stages) <= sum(stages) < report.seconds
-
-
-def fluttering(mesh: Mesh, n: int) -> Array:
-    """A sheet with travelling folds along x, whose edges keep their lengths."""
-    x, y, z = mesh.vertices.T
-    along = np.linspace(x.min(), x.max(), 4001)
-    angle = 1.3 * np.sin(0.9 * along + 0.9 * n)
-    ahead, up = (np.cumsum(f(angle)) * (along[1] - along[0]) for f in (np.cos, np.sin))
-    slope = np.interp(x, along, angle)
-    return np.stack(
-        [
-            np.interp(x, along, ahead) - z * np.sin(slope),
-            y,
-            np.interp(x, along, up) + z * np.cos(slope),
-        ],
-        axis=1,
-    )
-
-
-@pytest.mark.parametrize("noise", [None, 0.05])
-@pytest.mark.parametrize("n_parts", [1, 2])
-def test_cloth_keeps_its_edges_as_the_transcription_does(
-    n_parts: int, noise: float | None, rng: np.random.Generator
-) -> None:
-    cloth = meshes.sheet(16)
-    cloth = Mesh(cloth.faces, fluttering(cloth, 0))
-    mesh = meshes.join(cloth, meshes.sheet(12, 40.0)) if n_parts == 2 else cloth
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
-    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
-    shares = []
-    for n in range(1, 13):
-        rest = meshes.turned(mesh.vertices[256:], 0.1 * n)  # stiff, where there is such a part
-        points = np.concatenate([fluttering(meshes.sheet(16), n), rest])
-        points += (noise or 0.001) * rng.normal(size=points.shape)
-        known = rng.random(len(points)) < 0.6
-        completed = completer.push(points, known)
-        np.testing.assert_allclose(
-            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
-        )
-        shares.append(completer.report.first_order_share)
-        assert shares[-1] == pytest.approx(expected.first_order_share, abs=1e-12)
-        assert completer.report.iterations == 3
         if n in (5, 8, 9):  # at least once in the middle between two tests
             state = completer.state()
-            completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
+            completer = dynmesh.Completer(*first, **settings)
             completer.restore(state)
-    assert np.median(shares) > 0.5
-    assert (expected.first_order.share[1:] < 0.5).all()
-
-
-@pytest.mark.parametrize("noise", [None, 0.02])
-def test_a_change_under_way_goes_on(noise: float | None, rng: np.random.Generator) -> None:
-    mesh = meshes.sheet(12)
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices, method="detail", noise=noise)
-    expected = reference.Detail(mesh.faces, mesh.vertices, noise)
-    for n in range(1, 11):
-        x, y, _ = mesh.vertices.T  # travelling waves, so that the shape of frame 0 does not help
-        height = np.sin(0.8 * x + 0.1 * n) * np.cos(0.6 * y - 0.07 * n)
-        points = mesh.vertices + 0.3 * height[:, None] * [0, 0, 1]
-        known = rng.random(len(points)) < 0.5
-        completed = completer.push(points, known)
-        np.testing.assert_allclose(
-            completed, expected.complete(points, known), rtol=0, atol=1e-6 * expected.h
-        )
-    assert expected.continued > 0.5
+    if moved is fluttering:
+        assert np.median(shares) > 0.5
+        assert (expected.first_order.share[1:] < 0.5).all()
+    if moved is travelling:
+        assert expected.continued > 0.5
 
 
 @pytest.mark.parametrize(
@@ -169,9 +138,8 @@ def test_sequences_keep_their_shape(
     sequence = sequence_named(name)
     truth = sequence.vertices[:n_frames].astype(np.float64)
     masks = list(dynmesh.degrade.random_known(n_frames, truth.shape[1], share, seed=3))
-    assert error(sequence.faces, truth, masks, "detail") < most * error(
-        sequence.faces, truth, masks, "motion"
-    )
+    detail, motion = errors_of(sequence, truth, masks[1:], {}, {"method": "motion"})
+    assert detail < most * motion
 
 
 @given(meshes.meshes(), st.data())

@@ -13,6 +13,7 @@ from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
 from meshes import Mesh, join, meshes, sheet
+from reference import directed_edges, mean_edge
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
@@ -239,10 +240,8 @@ def test_the_findings_agree_with_the_core(mesh: Mesh) -> None:
 
 def test_the_mean_edge_is_what_noise_is_measured_in(tmp_path: Path) -> None:
     sequence = moving(sheet(12))
-    first, edges = sequence.vertices[0].astype(float), set()
-    for a, b, c in sequence.faces.tolist():
-        edges |= {tuple(sorted(pair)) for pair in ((a, b), (b, c), (c, a))}
-    mean = np.mean([np.linalg.norm(first[a] - first[b]) for a, b in edges])
+    edges = directed_edges(sequence.faces.astype(np.int64))
+    mean = mean_edge(edges, sequence.vertices[0])
     found = dynmesh.diagnose(sequence)
     assert found.mean_edge == pytest.approx(mean)
     assert found.as_dict()["mesh"]["mean_edge"] == found.mean_edge
@@ -258,10 +257,8 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     ocean = synth.ocean(10)
     peaks = []
     for repetitions in (2, 20):  # 0.6 MB and 6 MB
-        dynmesh.write(
-            tmp_path / "a.npy",
-            replace(ocean, vertices=np.tile(ocean.vertices, (repetitions, 1, 1)), fps=None),
-        )
+        longer = np.tile(ocean.vertices, (repetitions, 1, 1))
+        dynmesh.write(tmp_path / "a.npy", replace(ocean, vertices=longer, fps=None))
         tracemalloc.start()
         dynmesh.diagnose(tmp_path / "a.npy")
         peaks.append(tracemalloc.get_traced_memory()[1])

@@ -18,6 +18,7 @@ from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from meshes import sheet
+from sequences import sea
 
 import dynmesh
 from dynmesh import files
@@ -38,11 +39,6 @@ def place(folder: Path, format: str, name: str = "body") -> Path:
     return folder / (f"{name}_%04d{suffix}" if format in NUMBERED else f"{name}{suffix}")
 
 
-def one_file(path: Path, number: int = 2) -> Path:
-    """Returns the file to damage: the third frame if there are several files."""
-    return path.with_name(path.name % number) if "%" in path.name else path
-
-
 def quads(n: int) -> Polygons:
     """A grid of n by n vertices, its first square cut in two."""
     v = np.arange(n * n).reshape(n, n)
@@ -56,28 +52,13 @@ def quads(n: int) -> Polygons:
 @pytest.fixture(scope="module")
 def partial() -> dynmesh.Sequence:
     """Moving quads with missing vertices, which are NaN, and a frame without any other."""
-    n, n_frames = 12, 7
-    polygons = quads(n)
+    polygons = quads(12)
+    about: Any = {"fps": 24.0, "up_axis": "y", "name": "/world/body", "metres_per_unit": 0.01}
     faces, _ = split_polygons(polygons)
-    rng = np.random.default_rng(5)
-    i, j = (a.ravel() for a in np.indices((n, n)))
-    time = np.arange(n_frames)[:, None]
-    height = np.sin(0.5 * i + 0.3 * time) * np.cos(0.4 * j - 0.2 * time)
-    vertices = np.stack([i + 0.0 * height, j + 0.1 * height, height], axis=-1).astype(np.float32)
-    known = rng.random((n_frames, n * n)) < 0.5
-    known[0] = True
+    whole = sea(7, 12, share=0.5, whole=[0], faces=faces, polygons=polygons, **about)
+    known = np.array(whole.known)
     known[5] = False
-    vertices[~known] = np.nan
-    return dynmesh.Sequence(
-        vertices,
-        faces,
-        known,
-        fps=24.0,
-        polygons=polygons,
-        up_axis="y",
-        name="/world/body",
-        metres_per_unit=0.01,
-    )
+    return replace(whole, known=known, vertices=np.where(known[..., None], whole.vertices, np.nan))
 
 
 @pytest.fixture(params=FORMATS)
@@ -373,7 +354,7 @@ def test_damaged_files_are_refused_in_one_line(
 ) -> None:
     source = place(tmp_path, format)
     dynmesh.write(source, partial)
-    file = one_file(source)
+    file = source.with_name(source.name % 2) if "%" in source.name else source
     file.write_bytes(SPOILT[how](file.read_bytes()))
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     result = dynmesh_command("complete", source, tmp_path / "out.npz", code=1)
@@ -463,6 +444,7 @@ def test_masks_may_be_in_another_file(
     dynmesh.write(path, dynmesh.Sequence(zeros, partial.faces))
     assert partial.known is not None
     np.save(tmp_path / "mask.npy", partial.known)
+    options: Any
     for options in (
         {"known": tmp_path / "mask.npy"},
         {"known": partial.known},

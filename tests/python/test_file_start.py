@@ -59,11 +59,29 @@ def stored(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     "settings", [{}, {"method": "motion"}, {"reject_outliers": True, "start": WHOLE}]
 )
-def test_frames_are_completed_backwards_and_forwards(
-    tmp_path: Path, stored: Path, settings: Any
+@pytest.mark.parametrize("frames_in_a_block", [1, 3])
+def test_frames_are_completed_backwards_and_forwards_with_a_few_in_memory(
+    tmp_path: Path,
+    stored: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    frames_in_a_block: int,
+    settings: Any,
 ) -> None:
     """From the first whole frame, if no other one is named."""
+    held: list[int] = []
+    read = dynmesh.files.Reader.frames
+
+    def counted(self: Any, *numbers: int) -> Iterator[Any]:
+        held.append(len(range(15)[slice(*(numbers or (None,)))]))
+        yield from read(self, *numbers)
+
+    monkeypatch.setattr(ways, "_BLOCK", PARTIAL.vertices[0].nbytes * frames_in_a_block)
+    monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
     report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True, **settings)
+    monkeypatch.undo()
+    if "start" in settings:  # nothing is read to find it; the last call streams what follows it
+        assert max(held[1:-1]) == frames_in_a_block
+        assert sum(held[1:-1]) == WHOLE
     made = dynmesh.read(tmp_path / "out.npz")
     settings = {name: value for name, value in settings.items() if name != "start"}
     assert_same(made, expected_of(PARTIAL, WHOLE, **settings), *HISTORY)
@@ -72,28 +90,6 @@ def test_frames_are_completed_backwards_and_forwards(
     assert (report.frames, report.completed, report.start) == (15, 14, WHOLE)
     if not settings.get("reject_outliers"):
         assert report.known == np.count_nonzero(KNOWN) - 144
-
-
-@pytest.mark.parametrize("frames_in_a_block", [1, 3])
-def test_only_a_few_frames_are_in_memory(
-    tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch, frames_in_a_block: int
-) -> None:
-    held: list[int] = []
-    read = dynmesh.files.Reader.frames
-
-    def counted(self: Any, *numbers: int) -> Iterator[Any]:
-        held.append(len(range(15)[slice(*numbers)]))
-        yield from read(self, *numbers)
-
-    size = PARTIAL.vertices[0].nbytes * frames_in_a_block
-    monkeypatch.setattr(ways, "_BLOCK", size)
-    monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
-    dynmesh.complete_file(stored, tmp_path / "out.npz", start=WHOLE, provenance=True)
-    monkeypatch.undo()
-    made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, expected_of(PARTIAL, WHOLE, method="detail"), *HISTORY)
-    assert max(held[1:-1]) == frames_in_a_block  # the last call streams the frames after the start
-    assert sum(held[1:-1]) == WHOLE
 
 
 @pytest.fixture
@@ -175,17 +171,18 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
 
 
-SPOILT: dict[str, tuple[Any, Any, str]] = {
-    "zeros": (np.s_[:, 40:], 0, "in frames 0 to 14, up to 74 %"),
-    "one in mm": (np.s_[3], 1000, "in frame 3, up to 100 % .* in m and they in mm"),
-    "in cm": (np.s_[:], 100, "as in the template, as if that were in m and they in cm"),
-    "in order": (np.s_[:0], 1, ""),
-}
-
-
-@pytest.mark.parametrize("spoilt", SPOILT)
-def test_ruined_frames_are_said_to_be(spoilt: str, tmp_path: Path) -> None:
-    places, factor, told = SPOILT[spoilt]
+@pytest.mark.parametrize(
+    ("places", "factor", "told"),
+    [
+        (np.s_[:, 40:], 0, "in frames 0 to 14, up to 74 %"),
+        (np.s_[3], 1000, "in frame 3, up to 100 % .* in m and they in mm"),
+        (np.s_[:], 100, "as in the template, as if that were in m and they in cm"),
+        (np.s_[:0], 1, ""),
+    ],
+)
+def test_ruined_frames_are_said_to_be(
+    places: Any, factor: float, told: str, tmp_path: Path
+) -> None:
     vertices = PARTIAL.vertices.copy()
     vertices[places] *= factor
     dynmesh.write(tmp_path / "in.npz", replace(PARTIAL, vertices=vertices))
@@ -380,22 +377,16 @@ def mean_of(one: Estimate, other: Estimate) -> Estimate:
 
 def both_sides_of(sequence: dynmesh.Sequence, whole: int, points: Any, **settings: Any) -> Estimate:
     """A literal transcription: to the nearer end, across, and back; the mean of the last two."""
-    start = (points, np.zeros(100, int), np.zeros(100))
+    origin = {whole: (points, np.zeros(100, int), np.zeros(100))}
     across = list(range(N)) if whole < N / 2 else list(range(N - 1, -1, -1))
     outwards = across[: across.index(whole)][::-1] if whole >= 0 else []
-    if whole < 0:
-        made = one_way(sequence, across, start, **settings)
-        back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
-    elif outwards:
-        made = one_way(sequence, outwards, start, **settings)
-        made |= one_way(sequence, across[1:], made[across[0]], **settings)
-        back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
-    else:
-        made = one_way(sequence, across[1:], start, **settings)
-        back = one_way(sequence, across[-2:0:-1], made[across[-1]], **settings)
+    made = origin | one_way(sequence, outwards, origin[whole], **settings)
+    first = across[0] if whole >= 0 else whole
+    there = [number for number in across if number != first]
+    made |= one_way(sequence, there, made[first], **settings)
+    back = one_way(sequence, across[-2::-1], made[across[-1]], **settings)
     made |= {number: mean_of(made[number], estimate) for number, estimate in back.items()}
-    if whole >= 0:
-        made[whole] = start
+    made |= origin
     y, ages, errors = (np.array([made[i][part] for i in range(N)]) for part in range(3))
     return y, ages, errors
 
@@ -461,11 +452,6 @@ class Recording:
         self.frames = np.array([bent(self.mesh, 0.02 * t) for t in range(n)])
         self.known = np.random.default_rng(5).random(self.frames.shape[:2]) < share
         self.known[n // 3, ::3] = True  # the best frame
-
-    @property
-    def holes(self) -> Array:
-        """The frames with NaN where nothing is known."""
-        return np.where(self.known[..., None], self.frames, np.nan)
 
     def error(self, whole: dynmesh.WholeFrame, which: Any = slice(None)) -> float:
         """The mean distance from the true frame."""

@@ -53,7 +53,7 @@ def store(path: Path, arrays: dict[str, Any], **layout: Any) -> Path:
     return path
 
 
-def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
+def test_others_read_what_is_written(tmp_path: Path) -> None:
     before = sequence()
     dynmesh.write(tmp_path / "a.hdf5", before)
     with h5py.File(tmp_path / "a.hdf5") as plain:
@@ -61,6 +61,15 @@ def test_others_read_what_is_written_to_hdf5(tmp_path: Path) -> None:
         assert plain["known"].dtype == np.bool_
         assert plain["fps"][()] == before.fps
         assert plain["name"].asstr()[()] == "/welt/Körper"
+    path = tmp_path / "a.pc2"
+    before = cached(fps=24.0)
+    dynmesh.write(path, before)
+    data = path.read_bytes()
+    assert data[:32] == struct.pack("<12siiffi", b"POINTCACHE2\0", 1, K, 0.0, 1.0, 10)
+    assert data[32:] == before.vertices.astype("<f4").tobytes()
+    with dynmesh.open(path) as reader:
+        assert reader.files == [path, tmp_path / "a.obj"]
+        assert next(iter(reader)).points.dtype.isnative
 
 
 @pytest.mark.parametrize("suffix", ["npz", "h5"])
@@ -185,18 +194,9 @@ def test_files_without_a_sequence_are_refused(
     assert_refused(store(tmp_path / f"a{suffix}", arrays), message)
 
 
-def test_damaged_hdf5_is_refused_quietly_in_any_thread(
+def test_unreadable_frames_of_an_hdf5_file_are_reported_quietly_in_any_thread(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "a.h5"
-    dynmesh.write(path, sequence())
-    path.write_bytes(path.read_bytes()[:1000])
-    with ThreadPoolExecutor(1) as thread, pytest.raises(ValueError, match=r"a\.h5: "):
-        thread.submit(dynmesh.read, path).result()
-    assert capfd.readouterr() == ("", "")
-
-
-def test_unreadable_frames_of_an_hdf5_file_are_reported(tmp_path: Path) -> None:
     vertices = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
     path = store(
         tmp_path / "a.h5", GOOD | {"vertices": vertices}, chunks=(1, 4, 3), fletcher32=True
@@ -207,6 +207,10 @@ def test_unreadable_frames_of_an_hdf5_file_are_reported(tmp_path: Path) -> None:
     assert_refused(path)
     with dynmesh.open(path) as reader:
         np.testing.assert_array_equal(next(iter(reader)).points, vertices[0])
+    path.write_bytes(data[:1000])
+    with ThreadPoolExecutor(1) as thread, pytest.raises(ValueError, match=r"a\.h5: "):
+        thread.submit(dynmesh.read, path).result()
+    assert capfd.readouterr() == ("", "")
 
 
 def test_an_hdf5_file_that_is_being_written_is_refused(tmp_path: Path) -> None:
@@ -263,19 +267,6 @@ def pc2(frames: Array, version: int = 1, n: int | None = None, k: int | None = N
     n, k = len(frames) if n is None else n, frames.shape[1] if k is None else k
     header = struct.pack("<12siiffi", b"POINTCACHE2\0", version, k, 7.0, 0.5, n)
     return header + frames.astype("<f4").tobytes()
-
-
-def test_what_is_written_is_what_the_format_says(tmp_path: Path) -> None:
-    path = tmp_path / "a.pc2"
-    before = cached(fps=24.0)
-    dynmesh.write(path, before)
-    data = path.read_bytes()
-    assert data[:32] == struct.pack("<12siiffi", b"POINTCACHE2\0", 1, K, 0.0, 1.0, 10)
-    assert data[32:] == before.vertices.astype("<f4").tobytes()
-    assert sorted(tmp_path.iterdir()) == sorted([path, tmp_path / "a.obj"])
-    with dynmesh.open(path) as reader:
-        assert reader.files == [path, tmp_path / "a.obj"]
-        assert next(iter(reader)).points.dtype.isnative
 
 
 def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from commands import dynmesh_command
 from commands import dynmesh_command as run
 from sequences import assert_refused
 from stages import BODY, FLAG, HAT, TIMES, production
@@ -84,10 +83,10 @@ def test_samples_that_are_omitted_since_nothing_moved_are_frames(tmp_path: Path)
 def test_points_without_samples_are_one_frame(tmp_path: Path) -> None:
     path = layer(tmp_path / "a.usda", mesh(f"point3f[] points = {REST}"), about='upAxis = "Z"')
     sequence = dynmesh.read(path)
-    assert sequence.metres_per_unit is None  # although USD has a default
     np.testing.assert_array_equal(sequence.vertices, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])
-    assert sequence.up_axis == "z"
+    # Although USD has a default of the unit.
+    assert (sequence.up_axis, sequence.metres_per_unit) == ("z", None)
 
 
 def test_a_mesh_is_chosen_and_info_lists_them(tmp_path: Path) -> None:
@@ -184,7 +183,7 @@ def test_stages_are_composed(tmp_path: Path) -> None:
     assert dynmesh.read(path, prim="/Two/Him").vertices[1, 0, 2] == 2
 
 
-def test_every_layer_of_a_stage_is_an_input(tmp_path: Path) -> None:
+def test_every_layer_of_a_stage_is_an_input_and_packed_ones_are_only_read(tmp_path: Path) -> None:
     body = layer(tmp_path / "body.usda", mesh(points_at(t1=1, t2=2)), about='defaultPrim = "Body"')
     under = layer(tmp_path / "under.usda")
     him = 'def "Him" (references = @body.usda@) {}'
@@ -195,6 +194,9 @@ def test_every_layer_of_a_stage_is_an_input(tmp_path: Path) -> None:
         assert set(reader.files) == {path, body, under}
     with dynmesh.open(packed) as reader:
         assert reader.files == [packed]
+    np.testing.assert_array_equal(dynmesh.read(packed).vertices[:, 0, 2], [1, 2])
+    with pytest.raises(ValueError, match=r"'\.usdz'; the suffixes are (?!.*\.(usdz|stl))"):
+        dynmesh.write(tmp_path / "c.usdz", dynmesh.read(path))
     before = body.read_text()
     with pytest.raises(ValueError, match=r"body\.usda: is the input"):
         dynmesh.complete_file(path, body, overwrite=True)
@@ -265,14 +267,6 @@ def test_the_suffix_decides_between_binary_and_text(tmp_path: Path) -> None:
     assert dynmesh.read(tmp_path / "text.usd").vertices.shape == (1, 3, 3)
 
 
-def test_packed_stages_cannot_be_written(tmp_path: Path) -> None:
-    path = layer(tmp_path / "a.usda", mesh(points_at(t1=1, t2=2)))
-    assert UsdUtils.CreateNewUsdzPackage(str(path), str(tmp_path / "a.usdz"))
-    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.usdz").vertices[:, 0, 2], [1, 2])
-    with pytest.raises(ValueError, match=r"'\.usdz'; the suffixes are (?!.*\.(usdz|stl))"):
-        dynmesh.write(tmp_path / "b.usdz", dynmesh.read(path))
-
-
 UsdValidation: Any = pytest.importorskip("pxr.UsdValidation")
 
 MOVING = (BODY, HAT, FLAG, FLAG.replace("First", "Second"))
@@ -341,19 +335,20 @@ def test_nothing_changes_but_the_points_and_what_no_longer_fits_them(shot: Path)
     assert list(layer.subLayerPaths) == ["./../scene.usda"]
 
 
-def test_what_no_longer_fits_the_points_is_blocked_which_is_said(shot: Path) -> None:
-    stage = stage_of(shot / "done" / "over.usda")
+def test_what_no_longer_fits_the_points_is_blocked_which_is_said(
+    shot: Path, tmp_path: Path
+) -> None:
+    report = over(shot / "scene.usda", tmp_path / "again.usda")
+    stage = stage_of(tmp_path / "again.usda")
     body = UsdGeom.Mesh(stage.GetPrimAtPath(BODY))
     for attribute in (body.GetNormalsAttr(), body.GetVelocitiesAttr(), body.GetExtentAttr()):
         assert not attribute.HasAuthoredValue()
-    report = over(shot / "scene.usda", shot / "again.usda")
     assert any("extent, normals, velocities of scene.usda" in remark for remark in report.remarks)
-    (shot / "again.usda").unlink()
 
 
 def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_path: Path) -> None:
     scene = production(tmp_path / "scene.usda")
-    said = dynmesh_command("convert", scene, tmp_path / "alone.usda", "--prim", BODY).stderr
+    said = run("convert", scene, tmp_path / "alone.usda", "--prim", BODY).stderr
     stage = stage_of(tmp_path / "alone.usda")
     assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
     assert "transforms of scene.usda are not written" in said
@@ -448,16 +443,18 @@ def add_mesh(archive: Any, name: str, heights: list[float], sampling: int = 0) -
     schema = Geometry.OPolyMesh(archive.getTop(), name).getSchema()
     schema.setTimeSampling(sampling)
     for height in heights:
-        points = imath.V3fArrayFromBuffer(CORNERS + np.float32(height))
-        schema.set(Geometry.OPolyMeshSchemaSample(points, integers(2, 1, 0), integers(3)))
+        schema.set(sample(CORNERS + np.float32(height), 2, 1, 0))
     return schema
 
 
-def archive_of(path: Path, *meshes: tuple[str, list[float]], times: Any = None) -> Path:
+def sample(points: Any, *corners: int) -> Any:
+    faces = (integers(*corners), integers(3)) if corners else ()
+    return Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(points), *faces)
+
+
+def archive_of(path: Path, heights: list[float], times: Any = None) -> Path:
     archive = Abc.OArchive(str(path))
-    sampling = 0 if times is None else archive.addTimeSampling(times)
-    for name, heights in meshes:
-        add_mesh(archive, name, heights, sampling)
+    add_mesh(archive, "Body", heights, 0 if times is None else archive.addTimeSampling(times))
     return path
 
 
@@ -488,8 +485,7 @@ def stored_at(*times: float, cycle: float | None = None) -> Any:
 def test_samples_of_archives_are_frames(
     tmp_path: Path, sampling: Any, fps: float | None, start: float, times: list[float] | None
 ) -> None:
-    path = archive_of(tmp_path / "a.abc", ("Body", [1, 2, 3]), times=sampling)
-    sequence = dynmesh.read(path)
+    sequence = dynmesh.read(archive_of(tmp_path / "a.abc", [1, 2, 3], sampling))
     np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 3])
     np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])  # counterclockwise
     assert sequence.fps == (None if fps is None else pytest.approx(fps))
@@ -528,11 +524,6 @@ def masked(*values: int) -> Any:
     return array
 
 
-def sample(points: Any, *corners: int) -> Any:
-    faces = (integers(*corners), integers(3)) if corners else ()
-    return Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(points), *faces)
-
-
 FACEVARYING = Geometry.GeometryScope.kFacevaryingScope
 UNSUITABLE: list[tuple[Callable[[Any], None], str]] = [
     (lambda s: parameter(s, "Int32", VERTEX, integers(1, 1, 0)), "known: .*uchar"),
@@ -557,16 +548,13 @@ def test_unsuitable_meshes_of_archives_are_refused(tmp_path: Path, add: Any, tol
     assert_refused(path, told)
 
 
-def test_a_mask_may_be_constant(tmp_path: Path) -> None:
+def test_a_mask_may_be_constant_and_an_archive_empty(tmp_path: Path) -> None:
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))
     parameter(add_mesh(archive, "Body", [1, 2, 3]), "Uchar", VERTEX, masked(1, 1, 0))
     del archive
     np.testing.assert_array_equal(dynmesh.read(path).known, [[True, True, False]] * 3)
-
-
-def test_empty_archives_are_refused(tmp_path: Path) -> None:
-    assert_refused(archive_of(tmp_path / "empty.abc", ("Body", [])))
+    assert_refused(archive_of(tmp_path / "empty.abc", []))
 
 
 def test_written_archives_follow_conventions(tmp_path: Path) -> None:
@@ -591,14 +579,13 @@ def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) ->
     path = tmp_path / "a.abc"
     archive = Abc.OArchive(str(path))
     world = Geometry.OXform(archive.getTop(), "world")
-    sample = Geometry.XformSample()
-    sample.setTranslation(imath.V3d(1, 2, 3))
-    world.getSchema().set(sample)
+    moved = Geometry.XformSample()
+    moved.setTranslation(imath.V3d(1, 2, 3))
+    world.getSchema().set(moved)
     schema = Geometry.OPolyMesh(world, "body").getSchema()
     normals = Geometry.ON3fGeomParamSample(imath.V3fArrayFromBuffer(CORNERS), VERTEX)
     for height in (0, 1):
-        points = imath.V3fArrayFromBuffer(CORNERS + np.float32(height))
-        mesh = Geometry.OPolyMeshSchemaSample(points, integers(2, 1, 0), integers(3))
+        mesh = sample(CORNERS + np.float32(height), 2, 1, 0)
         mesh.setNormals(normals)
         schema.set(mesh)
     add_mesh(archive, "still", [1])

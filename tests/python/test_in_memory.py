@@ -26,6 +26,13 @@ KNOWN: Any = PARTIAL.known
 COMPLETED = dynmesh.complete(PARTIAL, start=0, method="motion")
 
 
+def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence) -> None:
+    """Also the history and all that is stated."""
+    np.testing.assert_equal(one.described(), other.described())
+    np.testing.assert_equal(one.attributes(), other.attributes())
+    np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
 @pytest.mark.parametrize(
     "options",
     [
@@ -47,12 +54,7 @@ def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[st
     of_file = dict(options) | ({"training": tmp_path / "training.npz"} if training else {})
     output = tmp_path / "out.npz"
     dynmesh.complete_file(tmp_path / "partial.npz", output, provenance=True, **of_file)
-    expected = dynmesh.read(output)
-    assert made.described() == expected.described()
-    np.testing.assert_array_equal(made.vertices, expected.vertices)
-    assert made.attributes().keys() == expected.attributes().keys()
-    for name, values in made.attributes().items():
-        np.testing.assert_array_equal(values, expected.attributes()[name], err_msg=name)
+    assert_same(made, dynmesh.read(output))
 
 
 def distances(completed: dynmesh.Sequence, truth: dynmesh.Sequence) -> Any:
@@ -123,8 +125,9 @@ def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardEr
 
 
 @pytest.fixture
-def ocean() -> dynmesh.Sequence:
-    return dynmesh.synth.ocean(6, grid=10)
+def shot() -> dynmesh.Sequence:
+    """Six frames, whose numbers begin with 10."""
+    return replace(dynmesh.synth.ocean(6, grid=10), start=10)
 
 
 @pytest.mark.parametrize(
@@ -136,29 +139,27 @@ def ocean() -> dynmesh.Sequence:
         (1.02, None),
     ],
 )
-def test_another_unit_is_named(ocean: dynmesh.Sequence, factor: float, units: str | None) -> None:
-    other = replace(ocean, vertices=np.float32(factor) * ocean.vertices)
-    told = dynmesh.evaluate(other, ocean).remarks
+def test_another_unit_is_named(shot: dynmesh.Sequence, factor: float, units: str | None) -> None:
+    other = replace(shot, vertices=np.float32(factor) * shot.vertices)
+    told = dynmesh.evaluate(other, shot).remarks
     assert len(told) == (units is not None)
     assert all(f"as if it were in {units}" in remark for remark in told)
 
 
-def test_exchanged_arguments_are_told(ocean: dynmesh.Sequence, tmp_path: Path) -> None:
+def test_exchanged_arguments_are_told(shot: dynmesh.Sequence, tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
-    completed = dynmesh.complete(replace(ocean, known=known))
+    completed = dynmesh.complete(replace(shot, known=known))
     dynmesh.write(tmp_path / "completed.npz", completed)
-    dynmesh.write(tmp_path / "truth.npz", ocean)
+    dynmesh.write(tmp_path / "truth.npz", shot)
     files = tmp_path / "completed.npz", tmp_path / "truth.npz"
     assert "exchanged" not in run("evaluate", *files).stdout
-    assert (
-        "were they exchanged? The completed one comes first" in run("evaluate", *files[::-1]).stdout
-    )
+    assert "were they exchanged?" in run("evaluate", *files[::-1]).stdout
 
 
-def test_zeros_may_tell_what_was_missing(ocean: dynmesh.Sequence) -> None:
+def test_zeros_may_tell_what_was_missing(shot: dynmesh.Sequence) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
-    zeros = np.where(known[..., None], ocean.vertices + 1, 0)
-    truth = replace(ocean, vertices=ocean.vertices + 1)
+    zeros = np.where(known[..., None], shot.vertices + 1, 0)
+    truth = replace(shot, vertices=shot.vertices + 1)
     off = replace(truth, vertices=truth.vertices + np.where(known[..., None], 0, 0.5))
     told = dynmesh.evaluate(off, truth, only="missing", partial=replace(truth, vertices=zeros))
     distance = told.mean * told.bounding_box_diagonal
@@ -198,8 +199,6 @@ def test_an_empty_sequence_has_no_frames(numbered: dynmesh.Sequence) -> None:
     assert (len(empty), list(empty), empty.start) == (0, [], 1005)
     assert empty.known is not None
     assert empty.known.shape == (0, 49)
-    with pytest.raises(IndexError, match="frame: there are none, not 0"):
-        empty[0]
 
 
 @pytest.mark.parametrize(
@@ -238,12 +237,6 @@ def test_a_slice_is_written_at_its_times(numbered: dynmesh.Sequence, tmp_path: P
     again = dynmesh.read(tmp_path / "part.npz")
     np.testing.assert_array_equal(again.times, [1003, 1006, 1009])
     assert (again.start, again.fps) == (1003, 25)
-
-
-@pytest.fixture
-def shot() -> dynmesh.Sequence:
-    """Six frames, whose numbers begin with 10."""
-    return replace(dynmesh.synth.ocean(6, grid=10), start=10)
 
 
 def test_damaged_vertices_are_listed_in_lines_of_text(
@@ -327,18 +320,6 @@ def bare(sequence: dynmesh.Sequence) -> dynmesh.Sequence:
     return replace(sequence, up_axis=None, metres_per_unit=None, fps=None)
 
 
-def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence, rtol: float = 1e-6) -> None:
-    size = float(np.abs(other.vertices).max())
-    np.testing.assert_allclose(one.vertices, other.vertices, rtol=rtol, atol=rtol * size)
-    ours, theirs = one.described(), other.described()
-    for name in ("times", "polygons"):
-        np.testing.assert_array_equal(ours.pop(name), theirs.pop(name))
-    assert ours == theirs
-    assert one.attributes().keys() == other.attributes().keys()
-    for name, values in one.attributes().items():
-        np.testing.assert_allclose(values, other.attributes()[name], rtol=rtol, err_msg=name)
-
-
 @pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
 def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
     made = dynmesh.convert(replace(SCALED, up_axis=one), to_up=other)
@@ -381,7 +362,7 @@ def test_files_are_converted_as_sequences_are(tmp_path: Path, options: dict[str,
     dynmesh.write(tmp_path / "in.npz", HOLED)
     report = dynmesh.convert_file(tmp_path / "in.npz", tmp_path / "out.npz", **options)
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, dynmesh.convert(HOLED, **options), 0)
+    assert_same(made, dynmesh.convert(HOLED, **options))
     assert (report.frames, report.vertices) == made.vertices.shape[:2]
 
 

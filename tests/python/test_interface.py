@@ -188,54 +188,44 @@ def test_reports_are_pickled_and_copied(kind: Any) -> None:
 
 
 PARAMETERS = inspect.signature(dynmesh.Completer).parameters
-TAKES = {
-    "method": ("motion", "detail"),
-    "revisit": ("motion",),
-    "extra_iterations": ("motion",),
-    "disconnected": ("motion", "detail"),
-    "noise": ("detail",),
-    "reject_outliers": ("detail",),
-    "learn": ("detail",),
-    "uncertainty": ("detail",),
-    "threads": ("motion", "detail"),
+SETTINGS: dict[str, tuple[str, Any]] = {
+    "revisit": ("motion", False),
+    "extra_iterations": ("motion", 3),
+    "disconnected": ("motion, detail", "hold"),
+    "noise": ("detail", 0.5),
+    "reject_outliers": ("detail", True),
+    "learn": ("detail", True),
+    "uncertainty": ("detail", True),
+    "threads": ("motion, detail", 2),
 }
-"""The methods that take a setting."""
-OTHER: dict[str, Any] = {
-    "method": "motion",
-    "disconnected": "hold",
-    "extra_iterations": 3,
-    "noise": 0.5,
-    "threads": 2,
-}
+"""The methods that take a setting, and another value than the default."""
 
 
-@pytest.mark.parametrize(
-    ("kind", "defaults"),
-    [
-        (dynmesh.Completer, _core.default_settings()),
-        (dynmesh.Tracker, _core.default_tracker_settings()),
-    ],
-)
-def test_the_signature_shows_every_setting_of_the_core(kind: Any, defaults: dict[str, Any]) -> None:
-    taken = inspect.signature(kind).parameters
-    keywords = [name for name, one in taken.items() if one.kind == one.KEYWORD_ONLY]
-    assert {name: taken[name].default for name in keywords} == defaults | {"training": None}
+def test_the_signatures_show_every_setting_of_the_core() -> None:
+    kinds: Any = {
+        dynmesh.Completer: _core.default_settings(),
+        dynmesh.Tracker: _core.default_tracker_settings(),
+    }
+    for kind, defaults in kinds.items():
+        taken = inspect.signature(kind).parameters.values()
+        shown = {one.name: one.default for one in taken if one.kind == one.KEYWORD_ONLY}
+        assert shown == defaults | {"training": None}
 
 
 def test_a_file_is_completed_with_the_defaults_of_the_core() -> None:
     parameters = inspect.signature(dynmesh.complete_file).parameters
-    shared = parameters.keys() & TAKES.keys()
+    shared = parameters.keys() & {"method", *SETTINGS}
     assert shared >= {"method", "noise", "learn", "uncertainty", "threads"}
     for name in shared:
         assert parameters[name].default == PARAMETERS[name].default
 
 
-@pytest.mark.parametrize("name", [name for name in TAKES if name != "method"])
+@pytest.mark.parametrize("name", SETTINGS)
 @pytest.mark.parametrize("method", ["motion", "detail"])
 def test_a_setting_belongs_to_its_methods(mesh: Mesh, name: str, method: str) -> None:
-    value = OTHER.get(name, not PARAMETERS[name].default)
+    methods, value = SETTINGS[name]
     settings: Any = {"method": method, name: value}
-    if method in TAKES[name]:
+    if method in methods:
         dynmesh.Completer(mesh.faces, mesh.vertices, **settings)
     else:
         with pytest.raises(SettingError) as refused:
@@ -334,16 +324,6 @@ def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
         list(dynmesh.complete(mesh.faces, [mesh.vertices, mesh.vertices.astype(int)]))
     assert isinstance(of_a_kind.value, TypeError)
     assert of_a_kind.value.frame == 1
-
-
-def test_an_error_in_a_file_knows_the_file_argument_and_frame(tmp_path: Path, mesh: Mesh) -> None:
-    path = tmp_path / "a.npz"
-    header = dynmesh.Header(mesh.faces, 2, 49, np.dtype(np.float64), has_known=True)
-    with pytest.raises(dynmesh.DynmeshError) as refused, dynmesh.create(path, header) as writer:
-        writer.append(mesh.vertices, np.ones(48, bool))
-    error = refused.value
-    assert (error.file, error.frame, error.argument) == (path, 0, "known")
-    assert str(error) == f"{path}: frame 0: known: {error.reason}"
 
 
 def test_the_file_that_is_damaged_is_named_alone(tmp_path: Path, mesh: Mesh) -> None:

@@ -18,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from test_tracking import bent, bumpy_torus, edge, error, scan_of
 
 import dynmesh
-from dynmesh._errors import DynmeshError
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
@@ -53,8 +52,7 @@ def test_a_template_comes_back_from_any_rotation(rng: np.random.Generator) -> No
         truth = rotation.apply(mesh.vertices) + np.array([5.0, -3, 2])
         found = register(mesh, *scan(mesh, truth, rng))
         assert error(mesh, truth, found.vertices) < 0.3
-        assert found.quality == "good"
-        assert found.reason == ""
+        assert (found.quality, found.reason) == ("good", "")
         rigid = mesh.vertices @ found.transform[:3, :3].T + found.transform[:3, 3]
         assert error(mesh, truth, rigid) < 1
 
@@ -114,23 +112,20 @@ def test_any_scale_is_found(ratio: float, rng: np.random.Generator) -> None:
     assert abs(np.cbrt(np.linalg.det(found.transform[:3, :3])) / ratio - 1) < 0.05
 
 
-def scan_of_half(mesh: Mesh, rng: np.random.Generator) -> Any:
-    points, normals = scan(mesh, mesh.vertices, rng)
-    kept = points[:, 0] > np.median(points[:, 0])
-    return points[kept], normals[kept]
-
-
 def test_wrong_scans_are_not_good(rng: np.random.Generator) -> None:
+    """Of another body, of half of it, and of what the template is squeezed into."""
     mesh, _ = person()
-    wrong = {
-        "another body": scan(mesh, mesh.vertices, rng),
-        "half of it": scan_of_half(TORUS, rng),
-    }
-    for name, (points, normals) in wrong.items():
-        size = np.ptp(TORUS.vertices) / np.ptp(points)
-        found = register(TORUS, size * points, normals)
-        assert found.quality != "good", name
-        assert found.reason, name
+    points, normals = scan(TORUS, TORUS.vertices, rng)
+    half = points[:, 0] > np.median(points[:, 0])
+    for wrong in (scan(mesh, mesh.vertices, rng), (points[half], normals[half])):
+        size = np.ptp(TORUS.vertices) / np.ptp(wrong[0])
+        found = register(TORUS, size * wrong[0], wrong[1])
+        assert found.quality != "good"
+        assert found.reason
+    flat = TORUS.vertices * (1, 0.4, 1)
+    found = register(TORUS, *scan(TORUS, flat, rng), align=False)
+    assert found.far < 0.01
+    assert found.quality != "good"
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -234,13 +229,6 @@ def test_landmarks_on_limbs_that_moved(rng: np.random.Generator) -> None:
     assert found.quality == "good"
 
 
-def test_a_template_squeezed_into_a_part_is_not_good(rng: np.random.Generator) -> None:
-    flat = TORUS.vertices * (1, 0.4, 1)
-    found = register(TORUS, *scan(TORUS, flat, rng), align=False)
-    assert found.far < 0.01
-    assert found.quality != "good"
-
-
 @pytest.mark.parametrize("frame", [8, 9])
 def test_far_poses(frame: int, rng: np.random.Generator) -> None:
     """A handstand, in which closest points exchange limbs: distances along the body tell them."""
@@ -267,18 +255,17 @@ def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) ->
     assert found.quality == "good"
 
 
-BODY = bumpy_torus(24)
-SCAN, _ = scan_of(BODY, BODY.vertices, 6000, np.random.default_rng(0))
+SCAN, _ = scan_of(TORUS, TORUS.vertices, 6000, np.random.default_rng(0))
 AWAY = np.array([30.0, -14, 52])
 ANGLES = [[0.4, 0.2, -0.3], [1.9, 1.2, 0.6], [-2.6, 2.9, 1.1], [0, 3.1, 2.2]]
 TURNS = [Rotation.from_euler("zxz", angles) for angles in ANGLES]
 
 
-def found_in(scan: Array, mesh: Mesh = BODY) -> dynmesh.Alignment:
+def found_in(scan: Array, mesh: Mesh = TORUS) -> dynmesh.Alignment:
     return dynmesh.find_alignment(mesh.faces, mesh.vertices, scan)
 
 
-def moved(found: dynmesh.Alignment, vertices: Array = BODY.vertices) -> Array:
+def moved(found: dynmesh.Alignment, vertices: Array = TORUS.vertices) -> Array:
     return np.asarray(vertices @ found.rotation.T + found.shift)
 
 
@@ -291,8 +278,8 @@ def test_a_template_that_was_moved_rigidly_is_found_again(turn: Rotation, side: 
     assert not found.lies_in_scan
     assert found.before > 5
     assert found.after < 0.3
-    assert found.mean_edge == pytest.approx(mean_edge_of(BODY.vertices, BODY.faces), rel=0.05)
-    off = np.abs(moved(found) - turn.apply(BODY.vertices) - AWAY).max()
+    assert found.mean_edge == pytest.approx(mean_edge_of(TORUS.vertices, TORUS.faces), rel=0.05)
+    off = np.abs(moved(found) - turn.apply(TORUS.vertices) - AWAY).max()
     assert off < 0.3 * found.mean_edge
     assert side != "whole" or found.ratio == pytest.approx(1, rel=0.1)
 
@@ -303,7 +290,7 @@ def test_a_template_that_lies_in_the_scan_stays() -> None:
     assert found.lies_in_scan
     assert found.matches
     assert found.after == found.before < 0.3
-    np.testing.assert_array_equal(moved(found), BODY.vertices)
+    np.testing.assert_array_equal(moved(found), TORUS.vertices)
     assert found_in(SCAN[np.argsort(SCAN[:, 0])[: len(SCAN) // 4]]).lies_in_scan
     others = [TURNS[1].apply(SCAN) + np.array([0, 0, height]) for height in (3, 6)]
     far = np.array([[1e6, 1e7 * i, -1e6] for i in range(20)])
@@ -316,7 +303,7 @@ def test_a_template_that_lies_in_the_scan_stays() -> None:
 def test_the_unit_of_length_does_not_matter(unit: float) -> None:
     scan = TURNS[0].apply(SCAN) + AWAY
     expected = found_in(scan)
-    found = found_in(unit * scan, Mesh(BODY.faces, unit * BODY.vertices))
+    found = found_in(unit * scan, Mesh(TORUS.faces, unit * TORUS.vertices))
     assert found.before == pytest.approx(expected.before, rel=1e-9)
     assert found.after == pytest.approx(expected.after, rel=1e-6)
     assert found.mean_edge / unit == pytest.approx(expected.mean_edge, rel=1e-9)
@@ -334,7 +321,7 @@ def test_another_size_another_unit_and_another_shape() -> None:
     assert thousandth.other_unit
     assert not thousandth.matches
     assert thousandth.after == thousandth.before
-    np.testing.assert_array_equal(moved(thousandth), BODY.vertices)
+    np.testing.assert_array_equal(moved(thousandth), TORUS.vertices)
     flat = found_in(TURNS[0].apply(sheet(40).vertices) + AWAY)
     assert not flat.other_unit
     assert not flat.matches
@@ -360,24 +347,23 @@ def positions(path: Path) -> Array:
     return np.asarray(dynmesh.read(path).vertices[0], np.float64)
 
 
-@pytest.mark.parametrize("name", ["first.ply", "second.obj"])
-def test_a_point_cloud_and_a_mesh_whose_vertices_are_the_points(
-    name: str, rng: np.random.Generator, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("name", ["first.ply", "second.obj", "third.stl", "fourth.glb"])
+def test_a_scan_of_any_format(name: str, rng: np.random.Generator, tmp_path: Path) -> None:
+    """A point cloud, or a mesh whose vertices are the points; the template keeps its materials."""
     truth = written(tmp_path, TORUS, rng)
-    words = ("register", tmp_path / "body.obj", tmp_path / "scans" / name, tmp_path / "made.obj")
-    told = json.loads(run(*words, "--json").stdout)
-    assert error(TORUS, truth, positions(tmp_path / "made.obj")) < 0.5
+    body, scan_file, made = tmp_path / "body.obj", tmp_path / "scans" / name, tmp_path / "made.obj"
+    body.write_text("usemtl skin\n" + body.read_text())
+    is_model = not scan_file.exists()
+    if is_model:
+        trimesh.Trimesh(truth, TORUS.faces, process=False).export(scan_file)
+    told = json.loads(run("register", body, scan_file, made, "--json").stdout)
     assert told["quality"] == "good"
-    run(*words, code=1)
-
-
-def test_one_scan_is_registered_at_a_time(rng: np.random.Generator, tmp_path: Path) -> None:
-    written(tmp_path, TORUS, rng)
-    files = tmp_path / "body.obj", tmp_path / "scans", tmp_path / "made.obj"
-    with pytest.raises(DynmeshError, match="name one scan") as caught:
-        dynmesh.register_file(*files)
-    assert caught.value.file == tmp_path / "scans"
+    assert "usemtl skin" in made.read_text()
+    assert error(TORUS, truth, positions(made)) < 0.5
+    if is_model:
+        scan_file.write_bytes(scan_file.read_bytes()[:100])
+        refused = run("register", body, scan_file, made, "--overwrite", code=1).stderr
+        assert f"{name}: cannot be read as {name[-3:].upper()}" in refused
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply"])
@@ -435,21 +421,6 @@ def test_the_page(rng: np.random.Generator, tmp_path: Path, browser: Any) -> Non
         yellow.append(green - blue)
         assert page.complaints == []
     assert yellow[1] > yellow[0] + 10
-
-
-@pytest.mark.parametrize("suffix", ["stl", "glb"])
-def test_scans_of_other_formats(suffix: str, rng: np.random.Generator, tmp_path: Path) -> None:
-    truth = written(tmp_path, TORUS, rng)
-    scan_file, made = tmp_path / f"scan.{suffix}", tmp_path / "made.obj"
-    trimesh.Trimesh(truth, TORUS.faces, process=False).export(scan_file)
-    body = tmp_path / "body.obj"
-    body.write_text("usemtl skin\n" + body.read_text())
-    run("register", body, scan_file, made)
-    assert "usemtl skin" in made.read_text()
-    assert error(TORUS, truth, positions(made)) < 0.5
-    scan_file.write_bytes(scan_file.read_bytes()[:100])
-    refused = run("register", tmp_path / "body.obj", scan_file, made, "--overwrite", code=1).stderr
-    assert f"scan.{suffix}: cannot be read as {suffix.upper()}" in refused
 
 
 def seen(points: Array, width: float, height: float) -> Array:
@@ -605,18 +576,13 @@ def test_landmarks_that_contradict_the_scan(
     assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
 
 
-def test_landmarks_of_a_person_of_which_hands_or_feet_are_exchanged(
-    rng: np.random.Generator,
-) -> None:
-    """Seen from behind, exchanged hands are exchanged feet."""
+def test_exchanged_and_mirrored_landmarks(rng: np.random.Generator) -> None:
+    """Seen from behind, exchanged hands of a person are exchanged feet."""
     person = np.array([[0, 0, 1.75], [-0.8, 0, 1.4], [0.8, 0, 1.4], [-0.2, 0.1, 0], [0.2, 0.1, 0]])
     for hands in ([0, 2, 1, 3, 4], [0, 1, 2, 4, 3]):
         places = person[hands] + rng.normal(size=(5, 3)) * 0.02
         told = exchanged(person, (np.arange(5), places))
         assert "of vertices 1 and 2, or of 3 and 4 are" in told
-
-
-def test_a_mirrored_set_of_landmarks() -> None:
     vertices = np.arange(0, 400, 37)
     mirrored = TORUS.vertices * [-1, 1, 1]
     assert exchanged(TORUS.vertices, (vertices, TORUS.vertices[vertices])) == ""

@@ -40,19 +40,6 @@ RATIONAL = [0.55, -0.02, -7e-5, 2e-5, -0.003, 0.89, 0.09, -0.014]
 INTRINSICS = {"fx": 100.0, "fy": 95.0, "cx": 62.0, "cy": 45.5, "width": 120, "height": 90}
 
 
-def a_camera() -> dict[str, Any]:
-    """A camera as its file describes it, without a distortion."""
-    fx, fy, cx, cy, width, height = INTRINSICS.values()
-    return {
-        "name": "a",
-        "camera_to_world": np.eye(4).tolist(),
-        "intrinsics": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]],
-        "depth_scale": 1e-3,
-        "width": int(width),
-        "height": int(height),
-    }
-
-
 def through_lens(x: Any, y: Any, k: list[float]) -> tuple[Any, Any]:
     """Where a direction appears, by the formulas in the documentation of OpenCV."""
     k1, k2, p1, p2, k3, k4, k5, k6 = [*k, 0, 0, 0, 0][:8]
@@ -89,18 +76,17 @@ def deviation(scans: Path, slope: tuple[float, float]) -> tuple[float, float, fl
 @pytest.mark.parametrize("slope", [(1.0, 0.0), (0.0, 1.0)])
 @pytest.mark.parametrize("k", [LENS, RATIONAL, [0.2, 0.05, 0.01, 0.0]])
 def test_a_distortion_is_undone(tmp_path: Path, k: list[float], slope: tuple[float, float]) -> None:
-    rig = tmp_path / "cameras.json"
     (tmp_path / "0.png").write_bytes(tilted(INTRINSICS, k, slope))
-    camera = a_camera()
-    rig.write_text(json.dumps({"cameras": [camera]}))
+    fx, fy, cx, cy, width, height = INTRINSICS.values()
+    matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+    camera = ScanCamera("a", np.eye(4), matrix, 1e-3, (int(width), int(height)))
+    write_cameras(tmp_path / "cameras.json", Rig((camera,)))
     assert deviation(tmp_path, slope)[1] > 0.6
-    rig.write_text(json.dumps({"cameras": [camera | {"distortion": k}]}))
+    write_cameras(tmp_path / "cameras.json", Rig((replace(camera, distortion=tuple(k)),)))
     bias, spread, share = deviation(tmp_path, slope)
     assert bias < 0.1
     assert spread < 0.4  # of nearest pixels: 0.29
     assert share > 0.6
-    write_cameras(rig, read_cameras(rig))
-    assert deviation(tmp_path, slope) == (bias, spread, share)
 
 
 @pytest.mark.parametrize("unit", [None, 1.0, 0.01, 0.001, 0.0254])
@@ -111,12 +97,7 @@ def test_cameras_come_back(tmp_path: Path, unit: float | None) -> None:
     found = read_cameras(tmp_path / "c.json")
     assert found.metres_per_unit == unit
     for ours, theirs in zip((*rig.cameras, bare), found.cameras, strict=True):
-        assert (ours.name, ours.depth_scale, ours.size) == (
-            theirs.name, theirs.depth_scale, theirs.size
-        )  # fmt: skip
-        np.testing.assert_array_equal(ours.camera_to_world, theirs.camera_to_world)
-        if ours.intrinsics is not None:
-            np.testing.assert_array_equal(ours.intrinsics, np.asarray(theirs.intrinsics))
+        np.testing.assert_equal(vars(theirs), vars(ours))
 
 
 JSON = st.recursive(
@@ -289,15 +270,11 @@ def sized(image: bytes, width: int, height: int) -> bytes:
     return image[:8] + chunk(b"IHDR", struct.pack(">II", width, height) + image[24:29]) + image[33:]
 
 
-def with_data(rows: bytes, interlaced: int = 0) -> bytes:
-    """An image of 8 x 6 pixels with this as the compressed image data."""
-    header = struct.pack(">IIBBBBB", 8, 6, 16, 0, 0, 0, interlaced)
-    return png("I;16")[:8] + chunk(b"IHDR", header) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
-
-
-def noisy() -> bytes:
-    """An image whose pixels are all different, so that each bit of the file counts."""
-    return saved(Image.fromarray(np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)))
+def with_data(rows: bytes) -> bytes:
+    """An image of 8 x 6 pixels with this as the image data."""
+    header = struct.pack(">IIBBBBB", 8, 6, 16, 0, 0, 0, 0)
+    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    return png("I;16")[:8] + parts
 
 
 @pytest.mark.parametrize(
@@ -307,8 +284,8 @@ def noisy() -> bytes:
         (png("P"), "one channel of 16 bits, .* not the mode P$"),
         (png("I;16", (4, 4)), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
         (sized(png("I;16"), 60000, 60000), "too large: "),
-        (with_data(zlib.compress(bytes(101))), "is a PNG image that is cut or damaged: "),
-        (with_data(zlib.compress(b"\x09" * 102)), "is a PNG image that is cut or damaged: "),
+        (with_data(bytes(101)), "is a PNG image that is cut or damaged: "),
+        (with_data(b"\x09" * 102), "is a PNG image that is cut or damaged: "),
         (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
     ],
 )
@@ -320,8 +297,9 @@ def test_other_images_are_refused(tmp_path: Path, content: bytes, told: str) -> 
 
 
 def test_each_flipped_bit_and_each_lost_byte_of_an_image_is_noticed(tmp_path: Path) -> None:
-    """Up to the chunk that ends the image and says nothing."""
-    content, camera = noisy(), replace(a_rig(1).cameras[0], size=None)
+    """Up to the chunk that ends the image and says nothing, where all pixels are different."""
+    pixels = np.random.default_rng(5).integers(1, 65535, (6, 8), np.uint16)
+    content, camera = saved(Image.fromarray(pixels)), replace(a_rig(1).cameras[0], size=None)
     file = tmp_path / "image.png"
     file.write_bytes(content)
     expected = read_depth(file, camera)

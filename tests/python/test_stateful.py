@@ -7,8 +7,6 @@ scene and must agree up to rounding, as long as inputs that are moved by as litt
 the same frames.
 """
 
-import copy
-import pickle
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -19,6 +17,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from meshes import EVENTS, Array, masks, meshes, sheet, turned
+from scipy.sparse.csgraph import dijkstra
+from test_interface import COPIES
 
 import dynmesh
 from dynmesh import _core
@@ -47,11 +47,6 @@ class Place(NamedTuple):
 
 
 HERE = Place()
-COPIES: dict[str, Callable[[Any], Any]] = {
-    "pickled": lambda subject: pickle.loads(pickle.dumps(subject)),
-    "copied": copy.copy,
-    "copied deeply": copy.deepcopy,
-}
 Call = Callable[[Any, Place], Array | None]
 
 
@@ -61,6 +56,10 @@ smallest are out of the range of float32."""
 ANGLES = st.sampled_from([0.0, 0.3, 2.0])
 SHIFTS = st.sampled_from([0.0, 7.3, -100.0])
 SIZES = st.integers(2, 14)
+NUMBERS = (
+    *("known", "filled", "disconnected", "rejected", "iterations"),
+    *("blend", "prior_weight", "prior_share", "first_order_share"),
+)
 
 
 class Accepted(NamedTuple):
@@ -74,15 +73,11 @@ class Accepted(NamedTuple):
 
 def breadth_first(faces: Array, known: Array) -> Array:
     """Generations: edges to the nearest anchor, -1 where there is none."""
-    offsets, neighbours = dynmesh.cells(faces, len(known))
-    generation = np.where(known, 0, -1)
-    front = np.flatnonzero(known)
-    while len(front):
-        around = {n for v in front for n in neighbours[offsets[v] : offsets[v + 1]]}
-        reached = np.array([n for n in sorted(around) if generation[n] < 0], int)
-        generation[reached] = generation[front[0]] + 1
-        front = reached
-    return generation
+    if not known.any():
+        return np.full(len(known), -1)
+    edges = dynmesh.adjacency(faces, len(known))
+    away = dijkstra(edges, indices=np.flatnonzero(known), unweighted=True, min_only=True)
+    return np.where(np.isfinite(away), away, -1).astype(int)
 
 
 def sharing(make: Callable[[], Subject]) -> Subject:
@@ -139,6 +134,22 @@ class AnyCalls(RuleBasedStateMachine):
             frames = [f + 0.1 * i * self.unit * np.sin(f / self.unit) for i, f in enumerate(frames)]
         return np.stack(frames).astype(self.dtype)
 
+    def given(self, place: Place) -> tuple[Array, Array | None]:
+        """Frame 0 and the training frames in another place."""
+        if self.training is None:
+            return place.points(self.first), None
+        return place.points(self.first), np.stack([place.points(f) for f in self.training])
+
+    def check_history(self, observed: Array) -> None:
+        """Checks what is known of the vertices after a frame in which some were observed."""
+        self.age = np.where(observed, 0, self.age + 1).astype(np.int32)
+        expected = breadth_first(self.faces, observed)
+        np.testing.assert_array_equal(self.subject.generation, expected)
+        np.testing.assert_array_equal(self.subject.age, self.age)
+        report = self.subject.report
+        counts = (report.disconnected, report.known, report.filled)
+        assert counts == tuple(np.bincount(np.minimum(expected + 1, 2), minlength=3))
+
     def accept(self, call: Call) -> Array:
         """Makes a valid call that completes a frame."""
         frame = call(self.subject, HERE)
@@ -155,16 +166,7 @@ class AnyCalls(RuleBasedStateMachine):
         return frame
 
     def seen(self, subject: Any) -> tuple[Array | None, tuple[float, ...]]:
-        report = subject.report
-        counts = (report.known, report.filled, report.disconnected, report.iterations)
-        numbers = (
-            *counts,
-            report.rejected,
-            report.blend,
-            report.prior_weight,
-            report.prior_share,
-            report.first_order_share,
-        )
+        numbers = tuple(getattr(subject.report, name) for name in NUMBERS)
         return subject.standard_error.copy() if self.uncertainty else None, numbers
 
     def teardown(self) -> None:
@@ -239,7 +241,7 @@ class AnyCalls(RuleBasedStateMachine):
 
     @precondition(lambda self: self.saved)
     @rule(data=st.data(), how=st.sampled_from(["here", "elsewhere", *COPIES]))
-    def restore(self, data: st.DataObject, how: str) -> None:
+    def restore(self, data: st.DataObject, how: str | Callable[[Any], Any]) -> None:
         state, age, n = data.draw(st.sampled_from(self.saved))
         self.age = age.copy()
         self.accepted = self.accepted[:n]
@@ -247,9 +249,9 @@ class AnyCalls(RuleBasedStateMachine):
         if how == "elsewhere":
             self.subject = self.make(HERE, 1)
             self.threads = 1
-        elif how in COPIES:
+        elif not isinstance(how, str):
             before, left = self.subject.state(), self.subject
-            self.subject = sharing(lambda: COPIES[how](left))
+            self.subject = sharing(lambda: how(left))
             assert self.subject.state() == before
             assert self.subject.settings == left.settings
             left.skip()  # which does not concern the copy
@@ -310,16 +312,9 @@ class CompleterCalls(AnyCalls):
 
     def make(self, place: Place, threads: int) -> Subject:
         noise = None if self.noise is None else self.noise * place.unit
-        training = self.training
-        if training is not None:
-            training = np.stack([place.points(frame) for frame in training])
+        first, training = self.given(place)
         return dynmesh.Completer(
-            self.faces,
-            place.points(self.first),
-            threads=threads,
-            noise=noise,
-            training=training,
-            **self.settings,
+            self.faces, first, threads=threads, noise=noise, training=training, **self.settings
         )
 
     def points(self, data: st.DataObject, n: int) -> Array:
@@ -353,19 +348,13 @@ class CompleterCalls(AnyCalls):
         is_shared = _core._pieces_done_by_others() > pieces
         # With at most four vertices, only the parts of what is learned are shared, in some frames.
         assert (self.threads > 1 and self.k > 4) <= is_shared <= (self.threads > 1)
-        generation, age = self.subject.generation, self.subject.age
-        anchors = generation == 0
         if self.settings.get("reject_outliers"):
+            anchors = self.subject.generation == 0
             assert not (anchors & ~known).any()
             known = anchors
         if self.noise is None:
             assert result[known].tobytes() == points.astype(self.dtype)[known].tobytes()
-        self.age = np.where(known, 0, self.age + 1).astype(np.int32)
-        np.testing.assert_array_equal(generation, breadth_first(self.faces, known))
-        np.testing.assert_array_equal(age, self.age)
-        report = self.subject.report
-        counts = (report.known, report.filled, report.disconnected)
-        assert counts == tuple(np.bincount(np.minimum(generation + 1, 2), minlength=3)[[1, 2, 0]])
+        self.check_history(known)
 
     @rule(data=st.data(), in_place=st.booleans())
     def push(self, data: st.DataObject, in_place: bool) -> None:
@@ -439,16 +428,9 @@ class TrackerCalls(AnyCalls):
         super().begin(data)
 
     def make(self, place: Place, threads: int) -> Subject:
-        training = self.training
-        if training is not None:
-            training = np.stack([place.points(frame) for frame in training])
-        return dynmesh.Tracker(
-            self.faces,
-            place.points(self.first),
-            threads=threads,
-            training=training,
-            uncertainty=self.uncertainty,
-        )
+        first, training = self.given(place)
+        options: Any = {"training": training, "uncertainty": self.uncertainty}
+        return dynmesh.Tracker(self.faces, first, threads=threads, **options)
 
     def scan(self, data: st.DataObject) -> tuple[Array, Array]:
         """Points of the moved surface, or of anything, and directions."""
@@ -474,12 +456,7 @@ class TrackerCalls(AnyCalls):
                 raise
             assert self.subject.state() == before
             return
-        observed = self.subject.observed
-        self.age = np.where(observed, 0, self.age + 1).astype(np.int32)
-        np.testing.assert_array_equal(self.subject.generation == 0, observed)
-        np.testing.assert_array_equal(self.subject.generation, breadth_first(self.faces, observed))
-        np.testing.assert_array_equal(self.subject.age, self.age)
-        assert self.subject.report.known == observed.sum()
+        self.check_history(self.subject.observed)
 
     @rule(data=st.data())
     def push(self, data: st.DataObject) -> None:

@@ -145,26 +145,18 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
 
 
-def test_units_are_converted(folder: Path, tmp_path: Path) -> None:
-    template = tmp_path / "body_mm.npz"
-    still = replace(TRUTH[:1], vertices=TRUTH.vertices[:1] * 1000, metres_per_unit=0.001)
-    dynmesh.write(template, still)
-    output = tmp_path / "out.npz"
-    run("track", folder / "depth", output, "--template", template, "--scan-unit", "m")
+@pytest.mark.parametrize("scans", ["points", "depth"])
+def test_a_template_elsewhere_in_another_unit_is_moved_into_the_scan(
+    scans: str, folder: Path, tmp_path: Path
+) -> None:
+    template, output = tmp_path / "moved_mm.npz", tmp_path / "out.npz"
+    moved = 1000 * (turned(TRUTH.vertices[0], 0.7) + np.array([9.0, 2, 4]))
+    dynmesh.write(template, replace(TRUTH[:1], vertices=moved[None], metres_per_unit=0.001))
+    told = run("track", folder / scans, output, "--template", template, "--scan-unit", "m").stderr
+    assert "a rigid motion put it" in told, told
     tracked = dynmesh.read(output)
     assert tracked.metres_per_unit == 0.001
-    smaller = replace(tracked, vertices=tracked.vertices / 1000)
-    assert error(smaller, TRUTH).max() < 0.5
-
-
-def test_a_template_elsewhere_is_moved_into_the_scan(folder: Path, tmp_path: Path) -> None:
-    template = tmp_path / "moved.npz"
-    moved = turned(TRUTH.vertices[0], 0.7) + np.array([9.0, 2, 4])
-    dynmesh.write(template, replace(TRUTH[:1], vertices=moved[None]))
-    output = tmp_path / "out.npz"
-    told = run("track", folder / "points", output, "--template", template).stderr
-    assert "a rigid motion put it" in told, told
-    assert error(dynmesh.read(output), TRUTH).max() < 0.5
+    assert error(replace(tracked, vertices=tracked.vertices / 1000), TRUTH).max() < 0.5
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from browser import Page, in_colour, middle, page_of
 from meshes import Array, Mesh, join, sheet
+from reference import directed_edges, mean_edge
 from test_cli import hide
 
 import dynmesh
@@ -41,6 +42,10 @@ MOVING = Sequence(
 """A sheet that moves along x at constant speed, with provenance."""
 TRUTH = Sequence(np.stack([MESH.vertices] * 9), MESH.faces, fps=0.05)
 """A sheet that stays; its frames follow one another slowly."""
+PRESENT = np.ones(TRUTH.vertices.shape[:2], np.bool_)
+PRESENT[2:4], PRESENT[4], PRESENT[3, 30] = False, X > 5.5, True
+HOLED = replace(TRUTH, known=PRESENT, vertices=np.where(PRESENT[..., None], TRUTH.vertices, np.nan))
+"""The sheet, wholly but in frame 2, which is empty, 3, which is a dot, and 4, which is half."""
 KNOWN = ~RIGHT
 KNOWN[5] = X < 2.5
 PARTIAL = replace(TRUTH, known=KNOWN, vertices=np.where(KNOWN[..., None], TRUTH.vertices, np.nan))
@@ -102,18 +107,12 @@ def test_play_plays_and_pause_stops(tmp_path: Path, browser: Any) -> None:
 
 
 def test_holes_are_seen(tmp_path: Path, browser: Any) -> None:
-    """The whole, half of it, a dot, nothing, and the whole again."""
-    known = np.ones(MOVING.vertices.shape[:2], np.bool_)
-    known[2, MOVING.vertices[0, :, 0] < 5.5] = False
-    known[3:5] = False
-    known[3, 30] = True
-    vertices = np.where(known[..., None], np.stack([MOVING.vertices[0]] * 9), np.nan)
-    page = page_of(Sequence(vertices, MOVING.faces, known), tmp_path, browser)
+    page = page_of(HOLED, tmp_path, browser)
     areas = []
     for frame in (1, 2, 3, 4, 5):
         page.scrub(frame)
         areas.append(int(in_colour(page.picture()).sum()))
-    whole, half, dot, nothing, again = areas
+    whole, nothing, dot, half, again = areas
     assert 0.4 * whole < half < 0.6 * whole
     assert 0 < dot < 0.01 * whole
     assert (nothing, again) == (0, whole)
@@ -249,14 +248,12 @@ def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) 
     for one, other in pairwise(surfaces):
         assert abs(one - other).max() > 10
     assert (pictures[0][..., 2] < 60).sum() > 1000  # yellow, as the error is the largest
-    red, _, blue = pictures[3].transpose(2, 0, 1)
-    assert middle(blue > red + 60) < middle(red > blue + 60)  # observed, and filled in
+    assert middle(bluish(pictures[3])) < middle(reddish(pictures[3]))  # observed, and filled in
     for grey in (pictures[4], page.picture(1)):  # and so is the reference, always
         assert np.ptp(grey, axis=2).max() < 30
     page.choose("colour", "known")
     page.scrub(0)
-    red, _, blue = page.picture(0).transpose(2, 0, 1)
-    assert not (red > blue + 60).any()  # where nothing is filled in
+    assert not reddish(page.picture(0)).any()  # where nothing is filled in
     assert page.complaints == []
 
 
@@ -306,16 +303,9 @@ def test_colours_are_at_their_vertices(tmp_path: Path) -> None:
 
 
 def test_holes_and_dots_are_drawn(tmp_path: Path) -> None:
-    known = np.ones(SEQUENCE.vertices.shape[:2], np.bool_)
-    known[1, SEQUENCE.vertices[0, :, 0] < 5.5] = False
-    known[2] = False
-    known[2, 40] = True
-    known[3] = False
-    vertices = np.where(known[..., None], SEQUENCE.vertices, np.nan)
-    partial = Sequence(vertices, SEQUENCE.faces, known)
     # In one picture, so that they have the same scale and crop.
-    sheets = [draw(partial, tmp_path, indices=[0, n]) for n in range(4)]
-    whole, half, dot, nothing = (int(bluish(image).sum()) for image in sheets)
+    sheets = [draw(HOLED, tmp_path, indices=[0, n]) for n in range(1, 5)]
+    whole, nothing, dot, half = (int(bluish(image).sum()) for image in sheets)
     frame, bar = whole - nothing, 2 * nothing - whole
     assert frame > 20_000
     assert 0.4 * frame < half - nothing < 0.6 * frame
@@ -331,12 +321,11 @@ def test_the_smallest_meshes_are_drawn(faces: list[list[int]], tmp_path: Path) -
     assert (image[60:-40] < 240).any()  # below the heading and above the caption
 
 
-@pytest.mark.parametrize(
-    ("n_frames", "count", "expected"),
-    [(175, 3, [0, 87, 174]), (10, 1, [0]), (3, 9, [0, 1, 2]), (1, 6, [0]), (5, 2, [0, 4])],
-)
-def test_frames_are_spaced_evenly(n_frames: int, count: int, expected: list[int]) -> None:
-    assert evenly_spaced(n_frames, count) == expected
+def test_frames_are_spaced_evenly() -> None:
+    assert evenly_spaced(175, 3) == [0, 87, 174]
+    assert evenly_spaced(5, 2) == [0, 4]
+    assert evenly_spaced(3, 9) == [0, 1, 2]
+    assert evenly_spaced(10, 1) == evenly_spaced(1, 6) == [0]
 
 
 def test_a_sheet_is_laid_out_in_full_rows() -> None:
@@ -354,26 +343,17 @@ def test_a_mesh_far_from_the_origin_is_drawn(mesh: Mesh, tmp_path: Path) -> None
     assert areas[0] == pytest.approx(areas[1], rel=0.05)
 
 
-def html_of(shown: Any) -> str:
-    """What a notebook shows of an object."""
-    return str(shown._repr_html_())
-
-
-def size_of(html: str) -> int:
-    return len(html.encode())
-
-
 def test_every_second_frame_is_played_at_half_the_rate() -> None:
-    assert '"fps": 10.0' in unescape(html_of(MOVING))
-    assert '"fps": 5.0' in unescape(html_of(MOVING[::2]))
+    assert '"fps": 10.0' in unescape(MOVING._repr_html_())
+    assert '"fps": 5.0' in unescape(MOVING[::2]._repr_html_())
 
 
 def test_long_sequences_of_large_meshes_stay_small(rng: np.random.Generator) -> None:
     mesh = sheet(80)
     noise = rng.normal(0, 0.1, (40, *mesh.vertices.shape))
-    html = html_of(dynmesh.Sequence(mesh.vertices + noise, mesh.faces))
+    html = dynmesh.Sequence(mesh.vertices + noise, mesh.faces)._repr_html_()
     assert "<iframe" in html
-    assert size_of(html) < notebook.LARGEST_PLAYER + 1000
+    assert len(html.encode()) < notebook.LARGEST_PLAYER + 1000
 
 
 LEAST: dict[str, Any] = {"vertices": np.zeros((2, 4, 3)), "faces": np.array([[0, 1, 2]])}
@@ -396,11 +376,11 @@ def test_a_sequence_that_cannot_be_played_is_shown_as_a_table(
         monkeypatch.setattr(notebook, "LARGEST_PLAYER", 100_000)
     if "k3d" in reason:
         hide(monkeypatch, "k3d")
-    html = html_of(sequence)
+    html = sequence._repr_html_()
     assert "<iframe" not in html
     assert reason in html
     assert f"{sequence.vertices.shape[1]} vertices" in html
-    assert size_of(html) < 1000
+    assert len(html.encode()) < 1000
 
 
 @pytest.fixture
@@ -461,15 +441,12 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
     assert get_args(Colour) == (*QUANTITIES, "plain")
 
 
-def test_known_is_generation_0_where_there_are_no_masks(sequence: Sequence) -> None:
+def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> None:
     reader = SequenceReader(replace(sequence, known=None))
     (frame,) = Heatmap(reader, colour="known").frames(range(3, 4))
     assert sequence.generation is not None
     np.testing.assert_array_equal(frame.values["known"], sequence.generation[3] == 0)
     np.testing.assert_array_equal(frame.values["age"], abs(3 * sequence.generation[3]))
-
-
-def test_the_input_says_what_was_observed(sequence: Sequence) -> None:
     done = SequenceReader(Sequence(sequence.vertices, sequence.faces))
     heatmap = Heatmap(done, input=SequenceReader(sequence))
     assert heatmap.colour == "known"
@@ -551,12 +528,11 @@ def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
     heatmap = Heatmap(SequenceReader(sequence), scans=scans, scan_factor=1e-3)
     assert heatmap.colours == ("distance", "plain")
     every, none, one = (frame.values["distance"] for frame in heatmap.frames(range(3)))
-    edges = np.unique(np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
-    lengths = np.linalg.norm(np.subtract(*mesh.vertices[edges.T]), axis=1)
-    np.testing.assert_allclose(every, 0.75 / lengths.mean(), rtol=1e-5)
+    h = mean_edge(directed_edges(mesh.faces), mesh.vertices)
+    np.testing.assert_allclose(every, 0.75 / h, rtol=1e-5)
     assert np.isinf(none).all()
     away = np.linalg.norm(mesh.vertices - above[0], axis=1)
-    np.testing.assert_allclose(one, away / lengths.mean(), rtol=1e-5)
+    np.testing.assert_allclose(one, away / h, rtol=1e-5)
     scale = heatmap.scale("distance", [])
     assert scale is not None
     np.testing.assert_array_equal(scale.position(none), 1)

@@ -7,6 +7,7 @@ import reference
 import training_reference
 from numpy.typing import NDArray
 from reference import Array
+from scipy.spatial.transform import Rotation
 
 Integers = NDArray[np.int64]
 
@@ -212,12 +213,8 @@ class Tracked(reference.Detail):
         normal += 1e-3 * np.trace(normal) / 6 * np.eye(6)
         off = ((rows.points - place) * rows.normals).sum(axis=1)
         solution = np.linalg.solve(normal, moved.T @ (w * off))
-        turn = solution[:3] / reach
-        angle = np.linalg.norm(turn)
-        a, b, c = turn / angle
-        cross = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
-        rotation = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-        return np.asarray((x - centre) @ rotation.T + centre + solution[3:])
+        turn = Rotation.from_rotvec(solution[:3] / reach)
+        return np.asarray(turn.apply(x - centre) + centre + solution[3:])
 
     def _membrane(self, x: Array) -> Array:
         """Half of the negative gradient of its energy."""
@@ -232,18 +229,15 @@ class Tracked(reference.Detail):
             u, _, v = np.linalg.svd(jacobian, full_matrices=False)
             turned = flat @ (u @ v).T
             for a, b, c in [(0, 1, 2), (1, 2, 0), (2, 0, 1)]:
-                p, q = self.lengths_to(corners, a, c), self.lengths_to(corners, b, c)
-                r = self.lengths_to(corners, a, b)
+                p, q, r = (
+                    self.lengths[corners[i], corners[j]] for i, j in ((a, c), (b, c), (a, b))
+                )
                 cosine = (p * p + q * q - r * r) / (2 * p * q)
                 weight = MEMBRANE * cosine / np.sqrt(1 - cosine**2) / 2
                 pull = weight * ((turned[a] - turned[b]) - (now[a] - now[b]))
                 force[corners[a]] += pull
                 force[corners[b]] -= pull
         return force
-
-    def lengths_to(self, corners: list[int], a: int, b: int) -> float:
-        u, v = sorted((int(corners[a]), int(corners[b])))
-        return float(self.lengths[u, v])
 
     def _rest_shape(self, x: Array, rows: Rows, weight: float | None) -> Array:  # noqa: ARG002
         """The shape to which the surface returns, in the axes of frame 0."""

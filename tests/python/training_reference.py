@@ -7,8 +7,16 @@ import numpy as np
 import reference
 from numpy.typing import NDArray
 from reference import Array, sum_to
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 LOCAL_PARTS, MODES = 12, 16
+
+
+def shares(weight: Array) -> Array:
+    """Weights that add up to 1 at each vertex that has any."""
+    total = weight.sum(axis=0)
+    return np.asarray(weight / np.where(total > 0, total, 1))
 
 
 def parts_of(edges: reference.Edges, frame: Array) -> Array:
@@ -22,26 +30,11 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
         distance = to_seeds.min(axis=1)
     i, j = edges
     length = np.linalg.norm(frame[i] - frame[j], axis=1)
-    along = np.full((len(seeds), k), np.inf)
-    for c, seed in enumerate(seeds):
-        along[c, seed] = 0
-        for _ in range(k):  # Bellman and Ford
-            shorter = along[c].copy()
-            np.minimum.at(shorter, j, along[c, i] + length)
-            if np.array_equal(shorter, along[c]):
-                break
-            along[c] = shorter
+    along = dijkstra(coo_array((length, (i, j)), shape=(k, k)).tocsr(), indices=seeds)
     second = np.sort(along, axis=0)[1]
     rho = np.median(second[np.isfinite(second)])
-    weight = np.exp(-((along / (0.7 * rho)) ** 2) / 2)
-    weight = np.divide(
-        weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
-    )
-    weight[weight < 0.15] = 0
-    weight = np.divide(
-        weight, weight.sum(axis=0), out=np.zeros_like(weight), where=weight.sum(axis=0) > 0
-    )
-    return np.vstack([np.ones(k), weight])
+    weight = shares(np.exp(-((along / (0.7 * rho)) ** 2) / 2))
+    return np.vstack([np.ones(k), shares(np.where(weight < 0.15, 0, weight))])
 
 
 def modes_of(z: Array, parts: Array, mean_edge: float) -> tuple[Array, Array]:

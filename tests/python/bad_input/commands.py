@@ -14,38 +14,42 @@ import dynmesh
 
 from .case import Case, Printed, World
 
+_TABLES = {
+    "no_column": ("input\nbody.npz\n", "no_column.csv:", "'output'"),
+    "odd_column": ("input,output,colour\nbody.npz,new.npz,red\n", "odd_column.csv:", "--colour"),
+    "too_many": ("input,output\nbody.npz,new.npz,more\n", "too_many.csv: line 2"),
+    "out_of_range": ("input,output,threads\nbody.npz,new.npz,0\n", "failed: new.npz: body.npz: threads: must be from 1"),
+    "scans_method": ("scans,output,template,method\ncloud,new.npz,template.npz,detail\n", "line 2:", "--method"),
+    "tabs": ("input\toutput\nbody.npz\tnew.npz\n", "tabs.csv:", "'input'", "tabs"),
+    "nothing": ("", "nothing.csv:", "'input' or 'scans' or 'scan'"),
+    "too_few": ("input,output\n\nbody.npz\n", "too_few.csv: line 3"),
+    "unclosed": ('input,output\nbody.npz,"new.npz\n', "unclosed.csv:"),
+    "semicolons": ("input;output\nbody.npz;new.npz\n", "semicolons.csv:", "'input'"),
+}  # fmt: skip
+"""What is in a table of jobs, and what is said of it."""
+
 
 def prepare(world: World) -> None:
     """Creates further files that the cases read, in addition to those of `files.prepare`."""
     folder = world.folder
-    corners = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in world.vertices.tolist()]
-    faces = ["f " + " ".join(str(v + 1) for v in face) for face in world.faces.tolist()]
-    (folder / "body.obj").write_text("\n".join(corners + faces))
-    (folder / "nan.obj").write_text("v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n")
-    (folder / "wild.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n")
-    (folder / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
+    dynmesh.write(folder / "body.obj", world.sequence[:1])
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    for name, text in {
+        "nan": "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n",
+        "wild": f"{corners}f 1 2 9\n",
+        "flat": corners,
+        "other1": corners,
+        "quad": f"{corners}v 1 1 0\nf 1 2 4 3\n",
+    }.items():
+        (folder / f"{name}.obj").write_text(text)
     frames = world.sequence.vertices.astype("<f4")
     (folder / "body.raw").write_bytes(frames.tobytes())
     header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, 7, 0.0, 1.0, 2)
     (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
-    (folder / "other1.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n")
     (folder / "done.raw").write_bytes(b"precious")
     (folder / "done.html").write_text("precious")
-    for name, text in {
-        "no_column": "input\nbody.npz\n",
-        "odd_column": "input,output,colour\nbody.npz,new.npz,red\n",
-        "too_many": "input,output\nbody.npz,new.npz,more\n",
-        "out_of_range": "input,output,threads\nbody.npz,new.npz,0\n",
-        "scans_method": "scans,output,template,method\ncloud,new.npz,template.npz,detail\n",
-        "failing": "input,output\nnone.npz,new.npz\n",
-        "tabs": "input\toutput\nbody.npz\tnew.npz\n",
-        "nothing": "",
-        "too_few": "input,output\n\nbody.npz\n",
-        "unclosed": 'input,output\nbody.npz,"new.npz\n',
-        "semicolons": "input;output\nbody.npz;new.npz\n",
-    }.items():
+    for name, (text, *_) in _TABLES.items():
         (folder / f"{name}.csv").write_text(text)
-    (folder / "quad.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 4 3\n")
     numbers = np.ones((3, 49), np.int32)
     dynmesh.write(folder / "aged.npz", replace(world.sequence, generation=numbers, age=numbers))
     dynmesh.write(
@@ -54,9 +58,9 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "void.npz", replace(world.sequence, known=np.zeros((3, 49), bool)))
     fewer = world.sequence.vertices[:, :7], np.array([[0, 1, 2]])
     dynmesh.write(folder / "fewer.npz", dynmesh.Sequence(*fewer))
-    (folder / "gap").mkdir()
-    for number in (0, 1, 3):
-        (folder / "gap" / f"f_{number:04d}.obj").write_text("\n".join(corners + faces))
+    four = replace(world.sequence, vertices=np.stack([world.vertices] * 4))
+    dynmesh.write(folder / "gap" / "f_%04d.obj", four)
+    (folder / "gap" / "f_0002.obj").unlink()
 
 
 def dynmesh_command(*arguments: str) -> None:
@@ -125,6 +129,7 @@ shell = [
     misused(f"{_DEGRADE} --patches third", "--patches", "0.3 or 30%", "third"),
     misused(f"{_DEGRADE} --known 0.5 --seed -1", "--seed", "-1"),
     refused("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4"),
+    misused("evaluate body.npz body.npz --only missing", "--input: is needed"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),
     refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
     refused("evaluate single.npz single.npz", "single.npz:", "no frame after the first"),
@@ -154,17 +159,8 @@ shell = [
     refused("evaluate bare.npy body.npz --template wild.obj", "wild.obj: line 4", "vertex 9"),
     refused("evaluate body.npz body.npz --template none.obj", "none.obj: no such file"),
     refused("batch none.csv", "none.csv:", "No such file"),
-    refused("batch no_column.csv", "no_column.csv:", "'output'"),
-    refused("batch semicolons.csv", "semicolons.csv:", "'input'"),
-    refused("batch tabs.csv", "tabs.csv:", "'input'", "tabs"),
-    refused("batch nothing.csv", "nothing.csv:", "'input' or 'scans' or 'scan'"),
-    refused("batch too_few.csv", "too_few.csv: line 3"),
-    refused("batch unclosed.csv", "unclosed.csv:"),
-    refused("batch odd_column.csv", "odd_column.csv:", "--colour"),
-    refused("batch too_many.csv", "too_many.csv: line 2"),
-    refused("batch out_of_range.csv", "failed: new.npz: body.npz: threads: must be from 1"),
-    refused("batch scans_method.csv", "line 2:", "--method"),
-    misused("batch failing.csv --workers 0", "--workers", "0"),
+    *(refused(f"batch {name}.csv", *said) for name, (_, *said) in _TABLES.items()),
+    misused("batch tabs.csv --workers 0", "--workers", "0"),
     misused("frobnicate body.npz", "frobnicate"),
 ]
 

@@ -8,6 +8,7 @@ import numpy as np
 import dynmesh
 
 from .case import Case, World
+from .functions import of
 
 _MASKED = "masked array"
 _LARGEST = np.array([[0, 1, 2**64 - 1]], np.uint64)
@@ -129,10 +130,7 @@ def _into(world: World, known: Any = None, first: int = 0) -> Any:
     return world.completer.push(points[:49], mask, out=points[first:][:49])
 
 
-def _single(given: str, run: Callable[[World], Any], *names: str) -> Case:
-    return Case("push", f"`points`: {given}", run, ValueError, ("points: row 4", *names))
-
-
+_push = of("push")
 _points = _call("push", "points")
 _known = _call("push", "known")
 _out = _call("push", "out")
@@ -143,19 +141,12 @@ pushes = [
     _points("integers", lambda w: w.points.astype(int), TypeError, "points:", "int64"),
     _points("NaN, marked known", lambda w: w.with_value(np.nan), ValueError, "row 4", "nan"),
     _points("1e201", lambda w: w.with_value(1e201), ValueError, "row 4", "1e+201", "1e200"),
-    _single("1e300, to float32", lambda w: w.single.push(w.with_value(1e300), w.known), "e+38"),
-    _single("1e30 in float32, no `known`", lambda w: w.single.push(_too_far(w)), "below 1e18"),
+    _push("1e300", lambda w: w.single.push(w.with_value(1e300), w.known), ValueError, "e+38"),
+    _push("1e30", lambda w: w.single.push(_too_far(w)), ValueError, "points: row 4", "below 1e18"),
     _known("one too few", lambda w: w.known[:48], ValueError, "known:", "48 rows", "49"),
     _known("a column", lambda w: w.known[:, None], ValueError, "known:", "(k,)", "(49, 1)"),
     _known("one bool", True, ValueError, "known:", "(k,)", "()"),
-    _known(
-        "integers up to 2",
-        lambda w: w.known.astype(int) + 1,
-        ValueError,
-        "known:",
-        "0 or 1",
-        "has 2",
-    ),
+    _known("integers up to 2", lambda w: w.known + 1, ValueError, "known:", "0 or 1", "has 2"),
     _known("floats", lambda w: w.known.astype(float), TypeError, "known:", "float64"),
     _out("a list", lambda w: w.points.tolist(), TypeError, "out:", "list"),
     _out("float32", lambda w: w.points.astype(np.float32), TypeError, "out:", "float64", "float32"),
@@ -171,14 +162,8 @@ pushes = [
         "share memory",
     ),
     _out("a masked array", lambda w: np.ma.masked_invalid(w.points), TypeError, "out:", _MASKED),
-    Case(
-        "push",
-        "`out`: rows of `points`",
-        lambda w: _into(w, first=1),
-        ValueError,
-        ("overlaps points",),
-    ),
-    Case("push", "`out`: the mask", lambda w: _into(w, known=0), ValueError, ("overlaps known",)),
+    _push("`out`: rows of `points`", lambda w: _into(w, first=1), ValueError, "overlaps points"),
+    _push("`out`: the mask", lambda w: _into(w, known=0), ValueError, "overlaps known"),
 ]
 
 _indices = _call("push_sparse", "indices")

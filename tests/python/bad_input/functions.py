@@ -129,7 +129,6 @@ _masks = np.ones((3, 49), bool)
 pictures_and_whole_frames = [
     _whole_frame("`frames`: an iterator", lambda w: _put_together(w, iter([w.points])), TypeError, "frames:", "must be a numpy array"),
     _whole_frame("`known`: an iterator", lambda w: _put_together(w, known=iter(_masks)), TypeError, "known:", "must be a numpy array"),
-    _whole_frame("`frames`: a number", lambda w: _put_together(w, 3), TypeError, "frames:", "must be a numpy array"),
     _whole_frame("`frames`: none", lambda w: _put_together(w, w.sequence.vertices[:0]), ValueError, "has no frames"),
     _whole_frame("`frame`: 3 of 3", lambda w: _put_together(w, frame=3), ValueError, "frame:", "is 3, not 3"),
     _whole_frame("`frame`: -1", lambda w: _put_together(w, frame=-1), ValueError, "frame:", "-1"),

@@ -16,7 +16,6 @@ _NAN = float("nan")
 _random = of("degrade.random_known")
 _camera = of("degrade.camera_known")
 _patch = of("degrade.patch_known")
-_dropout = of("degrade.dropout")
 _noise = of("degrade.add_noise")
 _outliers = of("degrade.add_outliers")
 _orbit = of("degrade.orbit")
@@ -30,9 +29,8 @@ def _seen(world: World, frames: Any, cameras: Any = None) -> list[Any]:
 
 
 def _cameraof(**changed: Any) -> degrade.Camera:
-    return degrade.Camera(
-        **({"position": (4, 0, 0), "target": (0, 0, 0), "up": (0, 0, 1)} | changed)
-    )
+    usual = {"position": (4, 0, 0), "target": (0, 0, 0), "up": (0, 0, 1)}
+    return degrade.Camera(**(usual | changed))
 
 
 def _noisy(world: World, frames: Any, sigma: Any = 0.1) -> list[Any]:
@@ -44,13 +42,8 @@ def _mask(name: str, argument: str, value: Any, error: type[Exception]) -> Case:
     given = {"n_frames": 5, "n_vertices": 49, "share": 0.5, argument: value}
     more = {"faces": sheet(7).faces} if name == "patch_known" else {}
     run = lambda _: getattr(degrade, name)(**given, **more)  # noqa: E731
-    return Case(
-        f"degrade.{name}",
-        f"`{argument}`: {value!r}",
-        run,
-        error,
-        (f"{argument}:", f"not {value!r}"),
-    )
+    case = of(f"degrade.{name}")
+    return case(f"`{argument}`: {value!r}", run, error, f"{argument}:", f"not {value!r}")
 
 
 _masks = [
@@ -101,7 +94,7 @@ _wrong_frames = [
     ],
 ]  # fmt: skip
 
-losses = [
+cases = [
     *_masks,
     *_wrong_frames,
     _random("`share`: 30, for 30 %", lambda _: degrade.random_known(5, 49, 30), ValueError, "share:", "30"),
@@ -113,7 +106,6 @@ losses = [
     _patch("`patches`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, patches=0), ValueError, "patches:", "not 0"),
     _patch("`lifetime`: 0", lambda w: degrade.patch_known(w.faces, 5, 49, 0.5, lifetime=0), ValueError, "lifetime:", "not 0"),
     _patch("`n_vertices`: too few", lambda w: degrade.patch_known(w.faces, 5, 40, 0.5), ValueError, "faces: face 29", "vertex 40"),
-    _dropout("`share`: -0.1", lambda _: degrade.dropout(5, 49, -0.1), ValueError, "share:", "-0.1"),
     _noise("`sigma`: -1", lambda w: _noisy(w, [w.points], -1), ValueError, "sigma:", "-1"),
     _noise("`sigma`: 1e300, for float32", lambda w: _noisy(w, [w.points.astype(np.float32)] * 2, 1e300), ValueError, "frame 1: vertex 0", "float32"),
     _outliers("`share`: 1.1", lambda w: degrade.add_outliers([], w.faces, 1.1), ValueError, "share:", "1.1"),
@@ -135,5 +127,3 @@ losses = [
     _synth("`ocean(5, fps='x')`", lambda _: synth.ocean(5, fps="x"), TypeError, "fps:", "'x'"),  # type: ignore[arg-type]
     _synth("`walker(5, seed=-1)`", lambda _: synth.walker(5, seed=-1), ValueError, "seed:", "-1"),
 ]  # fmt: skip
-
-cases = losses

@@ -1,6 +1,5 @@
 """Cases of scans: those that are simulated, their files, and tracking from files."""
 
-import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
+from scan_files import saved
 
 import dynmesh
 from dynmesh import degrade
@@ -31,76 +31,81 @@ _NAN = float("nan")
 _POSE = np.diag([1.0, -1, -1, 1])
 _CAMERA = ScanCamera("left", _POSE, np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), 0.001)
 
-_CAMERAS: dict[str, Callable[[dict[str, Any]], Any]] = {
-    "skew": lambda c: c["camera_to_world"][0].__setitem__(0, 1.1),
-    "mirrored": lambda c: c["camera_to_world"][0].__setitem__(0, -1.0),
-    "last_row": lambda c: c["camera_to_world"][3].__setitem__(0, 1),
-    "huge": lambda c: c["camera_to_world"][0].__setitem__(3, 10**400),
-    "nan": lambda c: c["intrinsics"][0].__setitem__(2, _NAN),
-    "no_focus": lambda c: c["intrinsics"][1].__setitem__(1, 0),
-    "projective": lambda c: c["intrinsics"][2].__setitem__(0, 0.1),
-    "unknown": lambda c: c.update(lens="wide"),
-    "distorted": lambda c: c.update(distortion=[0.1, 0, 0], width=640, height=480),
-    "skewed": lambda c: (
-        c.update(distortion=[0.1, 0, 0, 0], width=640, height=480),
-        c["intrinsics"][0].__setitem__(1, 2),
-    ),
-    "no_scale": lambda c: c.update(depth_scale=None),
-    "unsized": lambda c: c.update(distortion=[0.1, 0, 0, 0]),
-    "odd_name": lambda c: c.update(name="left/1"),
+
+def _entry(field: str, row: int, column: int, value: Any) -> Callable[[Any], Any]:
+    return lambda told: told["cameras"][0][field][row].__setitem__(column, value)
+
+
+def _field(**changed: Any) -> Callable[[Any], Any]:
+    return lambda told: told["cameras"][0].update(changed)
+
+
+_SIZE = {"width": 640, "height": 480}
+_SKEWED = [[500, 2, 320], [0, 500, 240], [0, 0, 1]]
+_CAMERAS: dict[str, tuple[Callable[[Any], Any], tuple[str, ...]]] = {
+    "a pose that is no rotation": (_entry("camera_to_world", 0, 0, 1.1), ("camera 0: camera_to_world:", "0.21")),
+    "a pose that mirrors": (_entry("camera_to_world", 0, 0, -1.0), ("camera 0: camera_to_world:", "mirrors")),
+    "a pose whose last row is another": (_entry("camera_to_world", 3, 0, 1), ("camera_to_world:", "1 0 0 1")),
+    "a number that is too large": (_entry("camera_to_world", 0, 3, 10**400), ("camera_to_world: row 0:", "finite, not 1000")),
+    "NaN": (_entry("intrinsics", 0, 2, _NAN), ("intrinsics: row 0:", "nan")),
+    "a focal length of 0": (_entry("intrinsics", 1, 1, 0), ("intrinsics:", "0 0 ")),
+    "intrinsics whose last row is another": (_entry("intrinsics", 2, 0, 0.1), ("intrinsics:", "0.1 0 1")),
+    "an unknown field": (_field(lens="wide"), ("'lens'", "intrinsics")),
+    "a distortion of three numbers": (_field(distortion=[0.1, 0, 0], **_SIZE), ("camera 0: distortion:", "[0.1, 0, 0]")),
+    "a distortion and a skew": (_field(distortion=[0.1, 0, 0, 0], intrinsics=_SKEWED, **_SIZE), ("intrinsics:", "skew")),
+    "a depth of null": (_field(depth_scale=None), ("camera 0: depth_scale:", "None")),
+    "a distortion without the size of the images": (_field(distortion=[0.1, 0, 0, 0]), ("width:", "distortion")),
+    "a name with a slash": (_field(name="left/1"), ("name:", "'left/1'")),
+    "an unknown unit": (lambda told: told.update(unit="furlong"), ("unit:", "'furlong'")),
+    "two cameras of one name": (lambda told: told["cameras"].append(told["cameras"][0]), ("camera 1: name:", "'left'")),
+    "an unknown field beside the cameras": (lambda told: told.update(scale=1), ("'scale'",)),
+}  # fmt: skip
+"""What is changed in a file of cameras, and what is said of it."""
+_CLOUDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "a word": ("1 2 3\n4 five 6\n", ("line 2:", "'five'")),
+    "two coordinates": ("1 2 3\n4 5\n", ("line 2:", "2 words")),
+    "normals in some lines": ("1 2 3\n1 2 3 0 0 1\n", ("line 2:", "6 numbers", "line 1 has 3")),
+    "digits in groups": ("1_0 2 3\n", ("line 1:", "'1_0'")),
+    "an infinite coordinate": ("1 2 3\n\n1 inf 3\n", ("line 3:", "(1, inf, 3)")),
+    "one coordinate is NaN": ("nan 2 3\n", ("line 1:", "(nan, 2, 3)")),
+    "colours": ("# with colours\n1 2 3 255 128 0\n", ("line 2:", "(255, 128, 0)", "length 1")),
 }
-"""What is wrong with a file of cameras, by its name."""
+"""What is in a file of points, and what is said of it."""
+_LANDMARKS = {
+    "{": "is not JSON",
+    "[]": "at least one",
+    '[{"vertex": 3}]': "landmark 0: must have",
+    '[{"vertex": 0.5, "position": [1, 2, 3]}]': "landmark 0: vertex:",
+    '[{"vertex": 5, "position": [1, 2]}]': "landmark 0: position:",
+    '[{"vertex": 577, "position": [1, 2, 3]}]': "vertex 577",
+}
+"""What is in a file of landmarks, and what is said of it."""
 
 
 def prepare(world: World) -> None:
     """Creates scans and cameras, in addition to the files of other modules."""
     folder = world.folder
-    (folder / "cloud").mkdir()
     points = world.vertices.astype(np.float32)
-    write_ply(folder / "cloud" / "s_0000.ply", PointScan(points, None, None))
-    far = folder / "far"
-    far.mkdir()
-    write_ply(far / "s_0000.ply", PointScan(points * 1000, None, None))
-    line = folder / "line"
-    line.mkdir()
-    write_ply(line / "s_0000.ply", PointScan(points * [9.0, 0, 0] + [90, 0, 0], None, None))
+    for name, found, unit in (
+        ("cloud", points, None),
+        ("far", points * 1000, None),
+        ("line", points * [9.0, 0, 0] + [90, 0, 0], None),
+        ("blank", points[:0], None),
+        ("in_mm", points, 0.001),
+    ):
+        (folder / name).mkdir()
+        write_ply(folder / name / "s_0000.ply", PointScan(found, None, None), unit)
     write_ply(folder / "partly.ply", PointScan(np.array([[_NAN, 2, 3]]), None, None))
-    (folder / "blank").mkdir()
-    write_ply(folder / "blank" / "s_0000.ply", PointScan(points[:0], None, None))
-    (folder / "in_mm").mkdir()
-    write_ply(folder / "in_mm" / "s_0000.ply", PointScan(points, None, None), 0.001)
-    for name, text in {
-        "words": "1 2 3\n4 five 6\n",
-        "short": "1 2 3\n4 5\n",
-        "mixed": "1 2 3\n1 2 3 0 0 1\n",
-        "grouped": "1_0 2 3\n",
-        "infinite": "1 2 3\n\n1 inf 3\n",
-        "partly": "nan 2 3\n",
-        "colours": "# with colours\n1 2 3 255 128 0\n",
-    }.items():
-        (folder / f"{name}.xyz").write_text(text)
-    for name, text in {
-        "text": "{",
-        "none": "[]",
-        "bare": '[{"vertex": 3}]',
-        "half": '[{"vertex": 0.5, "position": [1, 2, 3]}]',
-        "flat": '[{"vertex": 5, "position": [1, 2]}]',
-        "far": '[{"vertex": 577, "position": [1, 2, 3]}]',
-    }.items():
-        (folder / f"marks_{name}.json").write_text(text)
+    for number, (text, _) in enumerate(_CLOUDS.values()):
+        (folder / f"cloud_{number}.xyz").write_text(text)
+    for number, text in enumerate(_LANDMARKS):
+        (folder / f"marks_{number}.json").write_text(text)
     write_cameras(folder / "rig.json", Rig((_CAMERA,)))
-    told = json.loads((folder / "rig.json").read_text())
-    for name, spoil in _CAMERAS.items():
-        spoilt = json.loads(json.dumps(told))
-        spoil(spoilt["cameras"][0])
-        (folder / f"rig_{name}.json").write_text(json.dumps(spoilt))
-    for name, changed in {
-        "unit": told | {"unit": "furlong"},
-        "twice": told | {"cameras": told["cameras"] * 2},
-        "two": told | {"cameras": [told["cameras"][0], told["cameras"][0] | {"name": "right"}]},
-        "other_field": told | {"scale": 1},
-    }.items():
-        (folder / f"rig_{name}.json").write_text(json.dumps(changed))
+    for number, (spoil, _) in enumerate(_CAMERAS.values()):
+        told = json.loads((folder / "rig.json").read_text())
+        spoil(told)
+        (folder / f"rig_{number}.json").write_text(json.dumps(told))
+    write_cameras(folder / "rig_two.json", Rig((_CAMERA, replace(_CAMERA, name="right"))))
     (folder / "rig_cut.json").write_text('{"unit": "m",\n "cameras": [')
     (folder / "rig_deep.json").write_text("[" * 100_000)
     (folder / "rig_bytes.json").write_bytes(b'{"unit": "\xff"}')
@@ -120,12 +125,12 @@ def prepare(world: World) -> None:
 
 def _write_images(folder: Path) -> None:
     """Writes folders of depth images with one fault each."""
-    grey = np.full((3, 4), 900, np.uint16)
+    grey = saved(Image.fromarray(np.full((3, 4), 900, np.uint16)))
     for name, images in {
         "empty_image": {"00000_left": b""},
-        "both_damaged": {"00000_left": _png(grey)[:50], "00001_left": _png(grey)[:70]},
-        "two_numbers": {"00000_left": _png(grey), "0_left": _png(grey)},
-        "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], _png(grey)),
+        "both_damaged": {"00000_left": grey[:50], "00001_left": grey[:70]},
+        "two_numbers": {"00000_left": grey, "0_left": grey},
+        "dropped": dict.fromkeys(["00000_left", "00000_right", "00001_left"], grey),
     }.items():
         (folder / name).mkdir()
         for image, content in images.items():
@@ -133,12 +138,6 @@ def _write_images(folder: Path) -> None:
     (folder / "kinds").mkdir()
     (folder / "kinds" / "a_0.xyz").write_text("1 2 3\n")
     write_ply(folder / "kinds" / "a_1.ply", PointScan(np.zeros((1, 3)), None, None))
-
-
-def _png(pixels: Any) -> bytes:
-    held = io.BytesIO()
-    Image.fromarray(pixels).save(held, format="PNG")
-    return held.getvalue()
 
 
 def _scan(**options: Any) -> Callable[[World], Any]:
@@ -185,19 +184,14 @@ cases = [
     refused("register template.npz body.obj other.npz", "other.npz: exists already"),
     refused(f"{_REGISTER} --page done.html", "done.html: exists"),
     refused(f"{_REGISTER} --page new.htm", "must end in .html"),
-    refused("register template.npz cloud/s_0000.ply new.txt --landmarks marks_text.json", "new.txt: cannot write format '.txt'"),
+    refused("register template.npz cloud/s_0000.ply new.txt --landmarks marks_0.json", "new.txt: cannot write format '.txt'"),
     misused(f"{_REGISTER} --crop 0.5", "crop:", "two corners of a box", "0.5"),
     refused(f"{_REGISTER} --crop 70,70,70,80,80,80", "cloud/s_0000.ply:", "nothing is left"),
     misused(f"{_REGISTER} --scale --remove-planes", "--remove-planes:", "scale"),
     refused("register template.npz rig.json new.obj", "rig.json: unknown format '.json'", ".xyz", ".obj"),
     refused("register template.npz cloud new.obj", "cloud: is a folder"),
     refused("register template.npz cloud/s_0000.ply new", "new: has no suffix", "name the format"),
-    refused(f"{_MARKS} marks_text.json", "marks_text.json:", "is not JSON"),
-    refused(f"{_MARKS} marks_none.json", "marks_none.json:", "at least one"),
-    refused(f"{_MARKS} marks_bare.json", "marks_bare.json:", "landmark 0: must have"),
-    refused(f"{_MARKS} marks_half.json", "marks_half.json:", "landmark 0: vertex:"),
-    refused(f"{_MARKS} marks_flat.json", "marks_flat.json:", "landmark 0: position:"),
-    refused(f"{_MARKS} marks_far.json", "vertex 577"),
+    *(refused(f"{_MARKS} marks_{n}.json", f"marks_{n}.json:", said) for n, said in enumerate(_LANDMARKS.values())),
     _points("`points`: 0", _scan(points=0), ValueError, "points:", "not 0"),
     _points("`points`: 1.5", _scan(points=1.5), TypeError, "points:", "1.5"),
     _points("`cameras`: 0", _scan(cameras=0), ValueError, "cameras:", "not 0"),
@@ -208,31 +202,10 @@ cases = [
     _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(_NAN)])(w), ValueError, "frame 0:", "vertex 4"),
     _points("a frame has another shape", lambda w: _scan(frames=[w.vertices, w.points[:9]])(w), ValueError, "frame 1:", "(9, 3)"),
     _depth("`width`: 0", _image(width=0), ValueError, "width:", "not 0"),
-    _cloud("words.xyz", "a word", "line 2:", "'five'"),
-    _cloud("short.xyz", "two coordinates", "line 2:", "2 words"),
-    _cloud("mixed.xyz", "normals in some lines", "line 2:", "6 numbers", "line 1 has 3"),
-    _cloud("grouped.xyz", "digits in groups", "line 1:", "'1_0'"),
-    _cloud("infinite.xyz", "an infinite coordinate", "line 3:", "(1, inf, 3)"),
-    _cloud("partly.xyz", "one coordinate is NaN", "line 1:", "(nan, 2, 3)"),
+    *(_cloud(f"cloud_{n}.xyz", given, *names) for n, (given, (_, names)) in enumerate(_CLOUDS.items())),
     _cloud("partly.ply", "one coordinate is NaN", "point 0:", "(nan, 2, 3)"),
-    _cloud("colours.xyz", "colours instead of normals", "line 2:", "(255, 128, 0)", "length 1"),
     _cloud("body.obj", "another format", "'.obj'", ".xyz"),
-    _cameras("skew", "a pose that is no rotation", "camera 0: camera_to_world:", "0.21"),
-    _cameras("mirrored", "a pose that mirrors", "camera 0: camera_to_world:", "mirrors"),
-    _cameras("last_row", "a pose whose last row is another", "camera_to_world:", "1 0 0 1"),
-    _cameras("huge", "a number that is too large", "camera_to_world: row 0:", "finite, not 1000"),
-    _cameras("nan", "NaN", "intrinsics: row 0:", "nan"),
-    _cameras("no_focus", "a focal length of 0", "intrinsics:", "0 0 "),
-    _cameras("projective", "intrinsics whose last row is another", "intrinsics:", "0.1 0 1"),
-    _cameras("unknown", "an unknown field", "'lens'", "intrinsics"),
-    _cameras("distorted", "a distortion of three numbers", "camera 0: distortion:", "[0.1, 0, 0]"),
-    _cameras("skewed", "a distortion and a skew", "intrinsics:", "skew"),
-    _cameras("no_scale", "a depth of null", "camera 0: depth_scale:", "None"),
-    _cameras("unsized", "a distortion without the size of the images", "width:", "distortion"),
-    _cameras("odd_name", "a name with a slash", "name:", "'left/1'"),
-    _cameras("unit", "an unknown unit", "unit:", "'furlong'"),
-    _cameras("twice", "two cameras of one name", "camera 1: name:", "'left'"),
-    _cameras("other_field", "an unknown field beside the cameras", "'scale'"),
+    *(_cameras(str(n), given, *names) for n, (given, (_, names)) in enumerate(_CAMERAS.items())),
     _cameras("cut", "it is cut", "line 2 column 14"),
     _cameras("deep", "a hundred thousand brackets", "recursion"),
     _cameras("bytes", "no text", "position 10", "utf-8"),

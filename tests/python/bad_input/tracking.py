@@ -8,6 +8,7 @@ import numpy as np
 import dynmesh
 
 from .case import Case, World
+from .functions import of
 
 _NAN = float("nan")
 
@@ -35,36 +36,22 @@ _TWO = _IMAGE | {"depth": [_DEPTH, _DEPTH]}
 _COUNTS = _IMAGE | {"depth": _DEPTH.astype(np.uint16)}
 
 
-def _make(argument: str) -> Callable[..., Case]:
-    """Makes cases of one argument of the constructor; what is given may depend on the world."""
+def _of(function: Any, frame: str, scan: str) -> Callable[..., Case]:
+    """Makes cases of a function of a mesh and a scan; what is given may depend on the world."""
 
-    def case(given: str, value: Any, error: type[Exception], *names: str) -> Case:
+    def case(given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
         def run(w: World) -> Any:
-            found = value(w) if callable(value) else value
-            arguments = {"faces": w.faces, "first_frame": w.vertices} | {argument: found}
-            return dynmesh.Tracker(**arguments)
+            usual = {"faces": w.faces, frame: w.vertices, scan: w.points}
+            made = {name: f(w) if callable(f) else f for name, f in arguments.items()}
+            return function(**(usual | made))
 
-        return Case("Tracker", f"`{argument}`: {given}", run, error, names)
+        return Case(function.__name__, given, run, error, names)
 
     return case
 
 
-def _find(given: str, run: Any, error: type[Exception], *names: str) -> Case:
-    def find(w: World) -> Any:
-        return dynmesh.find_alignment(w.faces, *run(w))
-
-    return Case("find_alignment", given, find, error, names)
-
-
-def _register(given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
-    """A case of dynmesh.register; what is given may depend on the world."""
-
-    def run(w: World) -> Any:
-        usual = {"faces": w.faces, "template": w.vertices, "points": w.points}
-        made = {name: f(w) if callable(f) else f for name, f in arguments.items()}
-        return dynmesh.register(**(usual | made))
-
-    return Case("register", given, run, error, names)
+_find = _of(dynmesh.find_alignment, "first_frame", "scan")
+_register = _of(dynmesh.register, "template", "points")
 
 
 def _marks(given: str, vertices: Any, positions: Any, *names: str) -> Case:
@@ -72,15 +59,11 @@ def _marks(given: str, vertices: Any, positions: Any, *names: str) -> Case:
     return _register(f"`landmarks`: {given}", ValueError, "landmarks:", *names, landmarks=marks)
 
 
-def _register_depth(w: World) -> Any:
-    return dynmesh.register_depth(w.faces, w.vertices, -_DEPTH, _INTRINSICS, _POSE)
-
-
 def _call(call: str, given: str, error: type[Exception], *names: str, **arguments: Any) -> Case:
     """A case of a method; the state of the tracker must not change."""
 
     def run(world: World) -> Any:
-        tracker = dynmesh.Tracker(world.faces, world.vertices)
+        tracker = _made(world)
         tracker.push(world.vertices, np.tile([0.0, 0, 1], (49, 1)))
         before = tracker.state()
         made = {name: f(tracker) if callable(f) else f for name, f in arguments.items()}
@@ -106,23 +89,19 @@ def _flipped(tracker: dynmesh.Tracker) -> bytes:
     return state[:-1] + bytes([state[-1] ^ 1])
 
 
-def _far(world: World) -> Any:
-    return dynmesh.Tracker(world.faces, world.vertices).push(1e3 * world.vertices + 1e5)
+_depth_of = of("register_depth")
+_tracker = of("Tracker")
 
 
-def _bars(world: World) -> Any:
-    return dynmesh.Tracker(world.faces, world.vertices).standard_error
+def _made(w: World, **changed: Any) -> dynmesh.Tracker:
+    return dynmesh.Tracker(**({"faces": w.faces, "first_frame": w.vertices} | changed))
 
-
-_training = _make("training")
-_uncertainty = _make("uncertainty")
-_first_frame = _make("first_frame")
 
 cases = [
-    _find("`scan`: no point", lambda w: (w.vertices, w.empty), ValueError, "scan:", "no points"),
-    _find("`scan`: infinity", lambda w: (w.vertices, w.with_value(np.inf)), ValueError, "row 4"),
-    _find("`scan`: (49, 2)", lambda w: (w.vertices, w.points[:, :2]), ValueError, "(49, 2)"),
-    _find("too few vertices", lambda w: (w.vertices[:48], w.points), ValueError, "vertex 48"),
+    _find("`scan`: no point", ValueError, "scan:", "no points", scan=lambda w: w.empty),
+    _find("`scan`: infinity", ValueError, "row 4", scan=lambda w: w.with_value(np.inf)),
+    _find("`scan`: (49, 2)", ValueError, "(49, 2)", scan=lambda w: w.points[:, :2]),
+    _find("too few vertices", ValueError, "vertex 48", first_frame=lambda w: w.vertices[:48]),
     _register("`points`: two", ValueError, "points: there are 2", "12", points=_SCAN[:2]),
     _register("`points`: all the same", ValueError, "points:", points=np.ones((49, 3))),
     _register("`points`: NaN", ValueError, "row 4", "nan", points=lambda w: w.with_value(_NAN)),
@@ -141,12 +120,25 @@ cases = [
     _marks("a vertex twice", [3, 7, 3], np.eye(3), "0 and 2", "vertex 3"),
     _marks("outside the scan", [3, 4], [[0, 0, 0], [900, 0, 0]], "landmark 1", "(900, 0, 0)"),
     _marks("a position twice", [3, 7], np.ones((2, 3)), "vertices 3 and 7", "(1, 1, 1)"),
-    Case("register_depth", "a negative depth", _register_depth, ValueError, ("of image 0", "-1")),
-    _training("a number", 3, TypeError, "training:", "int"),
-    _uncertainty("a word", "yes", TypeError, "uncertainty:", "'yes'"),
-    _first_frame("NaN", lambda w: w.with_value(_NAN), ValueError, "first_frame: vertex 4", "nan"),
-    Case("Tracker.push", "a template elsewhere", _far, ValueError, ("is far", "mean edges")),
-    Case("Tracker.standard_error", "of none", _bars, ValueError, ("requires uncertainty",)),
+    _depth_of(
+        "a negative depth",
+        lambda w: dynmesh.register_depth(w.faces, w.vertices, -_DEPTH, _INTRINSICS, _POSE),
+        ValueError,
+        "of image 0",
+        "-1",
+    ),
+    _tracker("`training`: a number", lambda w: _made(w, training=3), TypeError, "training:", "int"),
+    _tracker("a word", lambda w: _made(w, uncertainty="yes"), TypeError, "uncertainty:", "'yes'"),
+    _tracker(
+        "NaN", lambda w: _made(w, first_frame=w.with_value(_NAN)), ValueError, "vertex 4", "nan"
+    ),
+    _tracker(
+        "a template elsewhere",
+        lambda w: _made(w).push(1e3 * w.vertices + 1e5),
+        ValueError,
+        "is far",
+    ),
+    _tracker("no errors", lambda w: _made(w).standard_error, ValueError, "requires uncertainty"),
     _push("`points`: NaN in it", ValueError, "points: row 5", "nan", points=_with(_NAN, 5, 1)),
     _push("`points`: 1e201", ValueError, "points: row 5", "1e+201", points=_with(1e201, 5, 1)),
     _push("`points`: (9, 2)", ValueError, "points:", "(9, 2)", points=_SCAN[:, :2]),
