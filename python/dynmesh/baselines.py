@@ -98,7 +98,11 @@ def _mesh(faces: Faces, n_vertices: int) -> tuple[NDArray[np.int32], int]:
 
 
 def least_squares_mesh(
-    faces: Faces, points: Positions, known: Mask, *, previous: Positions | None = None
+    faces: Faces,
+    points: Positions,
+    known: Mask,
+    *,
+    previous: Positions | None = None,
 ) -> NDArray[np.float64]:
     """Completes a frame as :class:`LeastSquaresMesh` does, which also moves known vertices.
 

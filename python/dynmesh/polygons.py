@@ -65,7 +65,9 @@ def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
     return np.asarray(polygons.corners[fans])
 
 
-def split_polygons(polygons: Polygons) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
+def split_polygons(
+    polygons: Polygons,
+) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
     """Returns the triangles, and also the polygons unless all of them are triangles."""
     faces = triangulate(polygons)
     return faces, None if len(faces) == len(polygons.sizes) else polygons

@@ -45,7 +45,10 @@ class Training:
     """The frames of all training files, one after another, which are read one at a time."""
 
     def __init__(
-        self, training_files: tuple[Path, ...], reader: Reader, progress: bool = False
+        self,
+        training_files: tuple[Path, ...],
+        reader: Reader,
+        progress: bool = False,
     ) -> None:
         """Opens each training_file and compares its mesh with that of the sequence.
 

@@ -18,7 +18,14 @@ from ..polygons import Faces
 from ..scans.scan import DepthScan, PointScan
 from ..sequence import Mask, Positions
 from .losses import patch_known
-from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
+from .shared import (
+    Purpose,
+    check_cameras,
+    mean_edge_of,
+    numbered,
+    rng_of,
+    triangles_of,
+)
 from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
 
 _Integers = NDArray[np.integer[Any]]
@@ -111,7 +118,9 @@ def scan_points(
             viewpoints = np.array([camera.position for camera in scene.cameras])
             dtype = scene.points.dtype
             yield PointScan(
-                positions[kept].astype(dtype), normals[kept].astype(dtype), viewpoints.astype(dtype)
+                positions[kept].astype(dtype),
+                normals[kept].astype(dtype),
+                viewpoints.astype(dtype),
             )
 
     return scans()

@@ -178,7 +178,10 @@ def _pairs(
     filled = lengths > 0
     triangle, first, lengths = triangle[filled], first[filled], lengths[filled]
     for run in portions(lengths):
-        yield (np.repeat(triangle[run], lengths[run]), in_cells[ranges(first[run], lengths[run])])
+        yield (
+            np.repeat(triangle[run], lengths[run]),
+            in_cells[ranges(first[run], lengths[run])],
+        )
 
 
 def _cells_along_a_side(n_vertices: int) -> int:

@@ -255,7 +255,8 @@ QUANTITIES: dict[Colour, Quantity] = {
     ),
     "standard_error": Quantity(
         _lacks(
-            "standard_error", "completion and tracking write it with `provenance` and `uncertainty`"
+            "standard_error",
+            "completion and tracking write it with `provenance` and `uncertainty`",
         ),
         _standard_error,
         _standard_error_scale,

@@ -142,7 +142,11 @@ class Target:
             return self.writer.existing(self.path)
 
     def check(
-        self, *, overwrite: bool, reader: Reader | None = None, others: Iterable[Path] = ()
+        self,
+        *,
+        overwrite: bool,
+        reader: Reader | None = None,
+        others: Iterable[Path] = (),
     ) -> None:
         """Refuses to replace files that `reader` reads, `others`, or, unless asked to, any.
 

@@ -24,7 +24,11 @@ class MaskedReader(Reader):
     """A sequence whose known masks are given, or derived from positions of zero, or both."""
 
     def __init__(
-        self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
+        self,
+        reader: Reader,
+        known: Mask | str | PathLike[str] | None,
+        *,
+        zero_is_missing: bool,
     ) -> None:
         """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader

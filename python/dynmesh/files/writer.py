@@ -138,7 +138,10 @@ class Writer(ABC):
             raise exists_already(existing[0])
 
     def append(
-        self, points: Positions, known: Mask | None = None, **attributes: NDArray[Any] | None
+        self,
+        points: Positions,
+        known: Mask | None = None,
+        **attributes: NDArray[Any] | None,
     ) -> None:
         """Adds the next frame.
 

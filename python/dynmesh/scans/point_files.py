@@ -44,7 +44,10 @@ def read_points(file: Path) -> PointFile:
 
 
 def write_ply(
-    file: Path, scan: PointScan, metres_per_unit: float | None = None, up_axis: str | None = None
+    file: Path,
+    scan: PointScan,
+    metres_per_unit: float | None = None,
+    up_axis: str | None = None,
 ) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
     kind = "double" if scan.points.dtype == np.float64 else "float"
@@ -103,7 +106,10 @@ def _number(word: str, line: int) -> float:
         raise ValueError(f"line {line}: {word[:40]!r} is not a number") from None
 
 
-point_formats: dict[str, Callable[[Path], PointFile]] = {".ply": _read_ply, ".xyz": _read_xyz}
+point_formats: dict[str, Callable[[Path], PointFile]] = {
+    ".ply": _read_ply,
+    ".xyz": _read_xyz,
+}
 """What reads a file, by its suffix."""
 
 

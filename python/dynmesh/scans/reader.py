@@ -205,7 +205,10 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
 
 
 def open_scans(
-    path: PathLike, *, cameras: PathLike | Rig | None = None, gaps: Gaps = "refuse"
+    path: PathLike,
+    *,
+    cameras: PathLike | Rig | None = None,
+    gaps: Gaps = "refuse",
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 

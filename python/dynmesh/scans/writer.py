@@ -28,7 +28,12 @@ class ScanFolder:
     """
 
     def __init__(
-        self, path: Path, rig: Rig, *, overwrite: bool = False, numbers: Iterable[int] | None = None
+        self,
+        path: Path,
+        rig: Rig,
+        *,
+        overwrite: bool = False,
+        numbers: Iterable[int] | None = None,
     ) -> None:
         """Looks whether the folder can be written, and writes nothing yet.
 

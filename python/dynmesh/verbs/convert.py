@@ -106,7 +106,12 @@ def convert_file(
 
 
 def _convert_clouds(
-    clouds: list[Path], path: Path, output: Path, changes: Changes, overwrite: bool, progress: bool
+    clouds: list[Path],
+    path: Path,
+    output: Path,
+    changes: Changes,
+    overwrite: bool,
+    progress: bool,
 ) -> Written:
     """Writes point clouds with other axes or units."""
     for name in ("frames", "fps"):

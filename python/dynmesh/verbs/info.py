@@ -101,7 +101,10 @@ def info(
             diagnosis = diagnose_frames(reader.header, read)
     bad = strict and diagnosis.severity in ("error", "warning")
     return InfoReport(
-        quality="failed" if bad else "good", format=name, meshes=several, diagnosis=diagnosis
+        quality="failed" if bad else "good",
+        format=name,
+        meshes=several,
+        diagnosis=diagnosis,
     )
 
 

@@ -208,7 +208,10 @@ def _output(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | Non
 
 @contextmanager
 def _opened(
-    sequence: OneSequence, reference: OneSequence | None, given: OneSequence | None, source: Source
+    sequence: OneSequence,
+    reference: OneSequence | None,
+    given: OneSequence | None,
+    source: Source,
 ) -> Iterator[tuple[Reader, Reader | None, Reader | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
     shared: Source = {"faces": source.get("faces"), "prim": source.get("prim")}

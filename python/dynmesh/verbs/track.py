@@ -223,7 +223,10 @@ def track_file(
             has_standard_error=provenance and uncertainty,
             standard_error_of="surface",
         )
-        with target.create(header, overwrite=overwrite) as writer, files.naming(Path(scans)):
+        with (
+            target.create(header, overwrite=overwrite) as writer,
+            files.naming(Path(scans)),
+        ):
             at = placed_in(reader, mesh, room, units, marks, look)
             with learnt.naming():
                 tracker = Tracker(

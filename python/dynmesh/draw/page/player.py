@@ -64,7 +64,11 @@ def compose(
         "scan_dot": _SCAN_DOT_SIZE,
         "colour": colour,
         "colours": [_told(name, scale, frames) for name, scale in scales.items()],
-        "camera": {"axes": camera.axes.tolist(), "up": camera.up, "field_of_view": FIELD_OF_VIEW},
+        "camera": {
+            "axes": camera.axes.tolist(),
+            "up": camera.up,
+            "field_of_view": FIELD_OF_VIEW,
+        },
     }
     return document(_empty_plot(camera, unit), told, "player.html", *_SCRIPTS)
 
