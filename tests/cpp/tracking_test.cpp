@@ -102,6 +102,7 @@ PointScan& estimated(PointScan& scan) {
       scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
     }
   }
+  scan.index();
   scan.estimate_normals(workers);
   return scan;
 }

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <stdexcept>
-#include <string>
 
 #include "detail/constants.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -41,9 +40,8 @@ void check_size(const DetailOperator& k) {
     if (width(v) > width(widest)) widest = v;
   }
   if (entries <= most) return;
-  throw std::invalid_argument("faces: vertex " + std::to_string(widest) + " has " +
-                              std::to_string(width(widest) - 1) +
-                              " neighbours, too many for method detail");
+  refuse("faces", "vertex ", widest, " has ", width(widest) - 1,
+         " neighbours, too many for method detail");
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -22,17 +21,15 @@ void check_indices(Faces faces, std::size_t n_vertices) {
   constexpr auto limit = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   // Every face adds at most six entries to the cells: three edges, each in two cells.
   if (n_vertices >= limit || faces.count >= limit / 6) {
-    throw std::invalid_argument("faces: a mesh of " + std::to_string(n_vertices) +
-                                " vertices and " + std::to_string(faces.count) +
-                                " faces is larger than 32-bit indices can count");
+    refuse("faces", "a mesh of ", n_vertices, " vertices and ", faces.count,
+           " faces is larger than 32-bit indices can count");
   }
   check_pointer("faces", faces.data, faces.count);
   for (std::size_t f = 0; f < faces.count; ++f) {
     for (const Index v : faces[f]) {
       if (v < 0 || static_cast<std::size_t>(v) >= n_vertices) {
-        throw std::invalid_argument("faces: face " + std::to_string(f) + " refers to vertex " +
-                                    std::to_string(v) + ", but the mesh has " +
-                                    std::to_string(n_vertices) + " vertices, counted from 0");
+        refuse("faces", "face ", f, " refers to vertex ", v, ", but the mesh has ", n_vertices,
+               " vertices, counted from 0");
       }
     }
   }

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <limits>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -24,9 +23,8 @@ Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iteratio
       rows_(cells.size()) {
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
   if (cells.size() > most) {
-    throw std::invalid_argument("first_frame: has " + std::to_string(cells.size()) +
-                                " vertices, but method motion supports at most " +
-                                std::to_string(most));
+    refuse("first_frame", "has ", cells.size(), " vertices, but method motion supports at most ",
+           most);
   }
   for (std::size_t j = 0; j < cells.size(); ++j) {
     const auto cell = cells[j];

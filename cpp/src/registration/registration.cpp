@@ -1,16 +1,13 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <dynmesh/registration.hpp>
 #include <limits>
-#include <stdexcept>
-#include <string>
 
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -20,42 +17,28 @@
 namespace dynmesh {
 namespace {
 
-void refuse_ratio(double ratio) {
-  std::array<char, 200> text{};
-  (void)std::snprintf(text.data(), text.size(),
-                      "points: are %.4g times as large as the template; both must be in the same "
-                      "unit of length, unless scale is set",
-                      ratio);
-  throw std::invalid_argument(text.data());
-}
-
 /// Refuses landmarks that contradict each other, or are not of a template with this many vertices.
 template <class Real>
 void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
   if (landmarks.positions.count != landmarks.vertices.size()) {
-    throw std::invalid_argument("landmarks: there are " +
-                                std::to_string(landmarks.vertices.size()) + " vertices, but " +
-                                std::to_string(landmarks.positions.count) + " positions");
+    refuse("landmarks", "there are ", landmarks.vertices.size(), " vertices, but ",
+           landmarks.positions.count, " positions");
   }
   check_scan("landmarks", landmarks.positions);
   const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
   for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
     const Index vertex = landmarks.vertices[i];
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
-      throw std::invalid_argument("landmarks: landmark " + std::to_string(i) + " is of vertex " +
-                                  std::to_string(vertex) + ", but the template has " +
-                                  std::to_string(n_vertices) + " vertices, counted from 0");
+      refuse("landmarks", "landmark ", i, " is of vertex ", vertex, ", but the template has ",
+             n_vertices, " vertices, counted from 0");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      const std::string both = "landmarks: landmarks " + std::to_string(j) + " and " +
-                               std::to_string(i) + " contradict each other: ";
-      if (landmarks.vertices[j] == vertex) {
-        throw std::invalid_argument(both + "both are of vertex " + std::to_string(vertex));
-      }
+      const Index other = landmarks.vertices[j];
+      const auto both = joined("landmarks ", j, " and ", i, " contradict each other: ");
+      if (other == vertex) refuse("landmarks", both, "both are of vertex ", vertex);
       if (squared_norm(position(i) - position(j)) == 0) {
-        throw std::invalid_argument(both + "vertices " + std::to_string(landmarks.vertices[j]) +
-                                    " and " + std::to_string(vertex) + " are both at " +
-                                    to_text(position(i)));
+        refuse("landmarks", both, "vertices ", other, " and ", vertex, " are both at ",
+               to_text(position(i)));
       }
     }
   }
@@ -71,13 +54,9 @@ void check_places(std::span<const Vector3<double>> positions, const PointScan& s
     const double distance = box.exteriorDistance(to_eigen(x));
     // No template reaches farther than twice its size beyond what was measured of it.
     if (!(distance > 2 * size)) continue;
-    std::array<char, 200> text{};
-    (void)std::snprintf(
-        text.data(), text.size(),
-        "landmarks: the position of landmark %zu, (%.6g, %.6g, %.6g), is %.4g outside "
-        "the scan; it must be in the unit and the axes of the scan",
-        i, x.x, x.y, x.z, distance);
-    throw std::invalid_argument(text.data());
+    refuse("landmarks", "the position of landmark ", i, ", ", to_text(x, 6), ", is ",
+           to_text(distance, 4),
+           " outside the scan; it must be in the unit and the axes of the scan");
   }
 }
 
@@ -121,19 +100,20 @@ class Work {
 
   Registration<Real> run(const PointScan& scan) {
     if (scan.size() < TrackingConstants{}.fewest) {
-      throw std::invalid_argument("points: there are " + std::to_string(scan.size()) +
-                                  ", but a registration needs at least " +
-                                  std::to_string(TrackingConstants{}.fewest));
+      refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
+             TrackingConstants{}.fewest);
     }
     if (!scan.is_indexed()) scan.index();
     const double size = size_of(template_.frame);
     const double ratio = size > 0 ? size_of(scan.points) / size : 1;  // of the scan to the template
     if (!(ratio > 0) || !std::isfinite(ratio)) {
-      throw std::invalid_argument(
-          "points: all are at the same position, as far as can be computed");
+      refuse("points", "all are at the same position, as far as can be computed");
     }
     const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
-    if (is_other_unit && !settings_.scale) refuse_ratio(ratio);
+    if (is_other_unit && !settings_.scale) {
+      refuse("points", "are ", to_text(ratio, 4), " times as large as the template; both must be ",
+             "in the same unit of length, unless scale is set");
+    }
     check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
     PoseSearch search(template_, topology_, workers_, settings_,
                       std::numeric_limits<Real>::epsilon());

@@ -15,15 +15,6 @@
 
 namespace dynmesh {
 
-/// Returns "(x, y, z)" for messages.
-template <class Real>
-std::string to_text(const Vector3<Real>& v) {
-  std::array<char, 96> text{};
-  (void)std::snprintf(text.data(), text.size(), "(%.9g, %.9g, %.9g)", static_cast<double>(v.x),
-                      static_cast<double>(v.y), static_cast<double>(v.z));
-  return text.data();
-}
-
 /// Returns texts and whole numbers as one text.
 template <class... Parts>
 std::string joined(const Parts&... parts) {
@@ -35,6 +26,18 @@ std::string joined(const Parts&... parts) {
     }
   };
   return (text(parts) + ...);
+}
+
+/// Returns a number, or "(x, y, z)", for messages.
+inline std::string to_text(double value, int digits = 9) {
+  std::array<char, 32> text{};
+  (void)std::snprintf(text.data(), text.size(), "%.*g", digits, value);
+  return text.data();
+}
+template <class Real>
+std::string to_text(const Vector3<Real>& v, int digits = 9) {
+  const auto text = [&](Real x) { return to_text(static_cast<double>(x), digits); };
+  return joined("(", text(v.x), ", ", text(v.y), ", ", text(v.z), ")");
 }
 
 /// Throws std::invalid_argument, with the name of an argument and texts and whole numbers that say

@@ -3,13 +3,13 @@
 #include <cmath>
 #include <dynmesh/alignment.hpp>
 #include <span>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "registration/rigid_starts.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -84,7 +84,7 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   const auto frame = widened(first_frame_of(first_frame));
   const Topology topology = topology_of(faces, frame.size());
   check_scan("scan", scan);
-  if (scan.count == 0) throw std::invalid_argument("scan: has no points");
+  if (scan.count == 0) refuse("scan", "has no points");
   const auto triangles = triangles_of(faces);
 
   PointScan measured;

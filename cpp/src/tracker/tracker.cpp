@@ -1,17 +1,15 @@
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
 #include <limits>
-#include <stdexcept>
 #include <utility>
 
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
+#include "support/checks.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
 #include "tracking/point_scan.hpp"
@@ -47,15 +45,11 @@ void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found
   if (!(far_share > constants.most_far_at_first)) return;
   if (!(observed < constants.least_observed_at_first)) return;
   const auto distance = std::sqrt(squared_norm(median_of(scan.points) - median_of(surface.last())));
-  std::array<char, 320> text{};
-  (void)std::snprintf(
-      text.data(), text.size(),
-      "points: the template is far from the first scan: it is more than a mean edge "
-      "from %.3g %% of the points, and their middles are %.4g apart, %.4g mean "
-      "edges of the template; both must be in the same axes and unit of length, "
-      "and the template in the pose of the scan",
-      100 * far_share, distance, distance / surface.mean_edge());
-  throw std::invalid_argument(text.data());
+  refuse("points", "the template is far from the first scan: it is more than a mean edge from ",
+         to_text(100 * far_share, 3), " % of the points, and their middles are ",
+         to_text(distance, 4), " apart, ", to_text(distance / surface.mean_edge(), 4),
+         " mean edges of the template; both must be in the same axes and unit of length, and the ",
+         "template in the pose of the scan");
 }
 
 }  // namespace
@@ -267,7 +261,7 @@ std::span<const Index> Tracker<Real>::age() const {
 template <class Real>
 std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
-    throw std::invalid_argument("standard_error: requires uncertainty=True");
+    refuse("standard_error", "requires uncertainty=True");
   }
   return parts_->stream.standard_error;
 }

@@ -19,9 +19,11 @@ struct TrackingConstants {
   /// It lies still where a step moves no vertex farther.
   double rigid_rest = 0.3;
 
-  /// How often points are matched: so often at least and at most, and so many times more for each
-  /// mean edge within which this share of the points is at first.
+  /// How often points are matched: so often at least, with cloth, whose points do not tell how far
+  /// it slides, and at most, and so many times more for each mean edge within which this share of
+  /// the points is at first.
   int fewest_iterations = 1;
+  int cloth_iterations = 8;
   int most_iterations = 12;
   double iterations_per_edge = 3;
   double far_share = 0.98;

@@ -27,9 +27,9 @@ class PointScan {
   [[nodiscard]] bool is_indexed() const { return tree_ != nullptr; }
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
-  /// turned to the sensors. Without sensors, or if the plane lies between two
-  /// of them, the direction stays undecided: the normal then agrees with its opposite as well.
-  /// Points at the same position count once.
+  /// turned to the sensors. Without sensors, or if the plane lies between two of them, the
+  /// direction stays undecided: the normal then agrees with its opposite as well. Points at the
+  /// same position count once.
   void estimate_normals(Workers& workers);
 
   [[nodiscard]] std::size_t size() const { return points.size(); }

@@ -1,13 +1,8 @@
 #include "tracking/scan_arguments.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <stdexcept>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "support/checks.hpp"
@@ -22,15 +17,9 @@ constexpr double rounding = 1e-3;
 /// Larger images are a mistake.
 constexpr std::size_t most_pixels = 1U << 28U;
 
-[[noreturn]] void refuse_image(const char* argument, std::size_t number, const std::string& why) {
-  throw std::invalid_argument(std::string(argument) + ": of image " + std::to_string(number) + " " +
-                              why);
-}
-
-std::string in_words(double value) {
-  std::array<char, 32> text{};
-  (void)std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
+template <class... Parts>
+[[noreturn]] void refuse_image(const char* argument, std::size_t number, const Parts&... why) {
+  refuse(argument, "of image ", number, " ", why...);
 }
 
 /// Checks a matrix whose entries must be finite, and 0 or 1 where `expected` says so.
@@ -40,19 +29,16 @@ void check_entries(const char* argument, std::size_t number, std::span<const dou
     const bool is_good = expected[e] == 'x' ? std::abs(matrix[e]) <= largest_coordinate<double>
                                             : matrix[e] == expected[e] - '0';
     if (is_good) continue;
-    refuse_image(argument, number,
-                 "must be " + std::string(form) + " with finite numbers below 1e200, but row " +
-                     std::to_string(e / columns) + ", column " + std::to_string(e % columns) +
-                     " is " + in_words(matrix[e]));
+    refuse_image(argument, number, "must be ", form, " with finite numbers below 1e200, but row ",
+                 e / columns, ", column ", e % columns, " is ", to_text(matrix[e]));
   }
 }
 
 void check_intrinsics(std::size_t number, const std::array<double, 9>& k) {
   check_entries("intrinsics", number, k, 3, "xxx0xx001", "[[fx, s, cx], [0, fy, cy], [0, 0, 1]]");
   if (k[0] > 0 && k[4] > 0) return;
-  refuse_image("intrinsics", number,
-               "are singular: the focal lengths are " + in_words(k[0]) + " and " + in_words(k[4]) +
-                   " pixels, but must be positive");
+  refuse_image("intrinsics", number, "are singular: the focal lengths are ", to_text(k[0]), " and ",
+               to_text(k[4]), " pixels, but must be positive");
 }
 
 /// Columns 0 to 2 of a pose are the directions right, down and ahead; column 3 is the position.
@@ -65,12 +51,12 @@ void check_pose(std::size_t number, const std::array<double, 16>& pose) {
   for (std::size_t c = 0; c < 3; ++c) {
     const double length = squared_norm(axis(pose, c));
     if (std::abs(length - 1) <= rounding) continue;
-    refuse_image("pose", number,
-                 "is not rigid: an axis has the squared length " + in_words(length) + ", not 1");
+    refuse_image("pose", number, "is not rigid: an axis has the squared length ", to_text(length),
+                 ", not 1");
   }
   const double volume = dot(axis(pose, 0), cross(axis(pose, 1), axis(pose, 2)));
   if (std::abs(volume - 1) <= rounding) return;
-  refuse_image("pose", number, "is not rigid: its determinant is " + in_words(volume) + ", not 1");
+  refuse_image("pose", number, "is not rigid: its determinant is ", to_text(volume), ", not 1");
 }
 
 float depth_at(const DepthImage& image, std::size_t row, std::size_t column) {
@@ -80,9 +66,8 @@ float depth_at(const DepthImage& image, std::size_t row, std::size_t column) {
 
 void check_depth_image(std::size_t number, const DepthImage& image) {
   if (image.height == 0 || image.width == 0 || image.height > most_pixels / image.width) {
-    refuse_image("depth", number,
-                 "has " + std::to_string(image.height) + " rows and " +
-                     std::to_string(image.width) + " columns, which is no image");
+    refuse_image("depth", number, "has ", image.height, " rows and ", image.width,
+                 " columns, which is no image");
   }
   check_pointer("depth", image.data, image.height);
   if ((image.height > 1 && image.row_stride == 0) ||
@@ -95,10 +80,9 @@ void check_depth_image(std::size_t number, const DepthImage& image) {
     for (std::size_t c = 0; c < image.width; ++c) {
       const float depth = depth_at(image, r, c);
       if (!(depth < 0)) continue;
-      refuse_image("depth", number,
-                   "row " + std::to_string(r) + ", column " + std::to_string(c) + " is " +
-                       in_words(static_cast<double>(depth)) +
-                       ", but depths are positive, or 0 or NaN where nothing was measured");
+      refuse_image("depth", number, "row ", r, ", column ", c, " is ",
+                   to_text(static_cast<double>(depth)),
+                   ", but depths are positive, or 0 or NaN where nothing was measured");
     }
   }
 }

@@ -8,8 +8,6 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <span>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "stream/arguments.hpp"
@@ -24,8 +22,7 @@ namespace dynmesh {
 template <class Real>
 void check_scan(const char* argument, const Points<const Real>& rows) {
   if (rows.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
-    throw std::invalid_argument(std::string(argument) + ": has " + std::to_string(rows.count) +
-                                " rows, more than 32-bit indices can count");
+    refuse(argument, "has ", rows.count, " rows, more than 32-bit indices can count");
   }
   check_view(argument, rows);
   for (std::size_t i = 0; i < rows.count; ++i) {
@@ -60,8 +57,7 @@ void check_scan(const Scan<Real>& scan) {
   check_scan("points", scan.points);
   if (scan.normals.data != nullptr) {
     if (scan.normals.count != scan.points.count) {
-      throw std::invalid_argument("normals: has " + std::to_string(scan.normals.count) +
-                                  " rows, but points has " + std::to_string(scan.points.count));
+      refuse("normals", "has ", scan.normals.count, " rows, but points has ", scan.points.count);
     }
     check_scan("normals", scan.normals);
   }

@@ -58,20 +58,22 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
 
 void SurfaceRows::index(std::size_t n_vertices) {
   const auto n = static_cast<Eigen::Index>(rows.size());
-  matrix_.resize(n, static_cast<Eigen::Index>(4 * n_vertices));
-  matrix_.reserve(9 * n);
+  // A new one: a matrix of Eigen cannot be used any more after memory for it was exhausted.
+  Matrix matrix(n, static_cast<Eigen::Index>(4 * n_vertices));
+  matrix.reserve(9 * n);
   for (Eigen::Index r = 0; r < n; ++r) {
     const SurfaceRow& row = rows[r];
     const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
-    matrix_.startVec(r);
+    matrix.startVec(r);
     for (std::size_t s = 0; s < 3; ++s) {
       for (Eigen::Index c = 0; c < 3; ++c) {
         const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
-        matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
+        matrix.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
       }
     }
   }
-  matrix_.finalize();
+  matrix.finalize();
+  matrix_.swap(matrix);
 }
 
 void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {

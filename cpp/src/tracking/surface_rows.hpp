@@ -43,8 +43,10 @@ class SurfaceRows {
   void add_product(Field step, std::span<Vector3<double>> product) const;
 
  private:
+  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
   // (rows, 4 k): sqrt(w) b_s n, for the four numbers in which a field keeps each vertex.
-  Eigen::SparseMatrix<double, Eigen::RowMajor> matrix_;
+  Matrix matrix_;
 };
 
 }  // namespace dynmesh
