@@ -17,6 +17,7 @@ import dynmesh
 from dynmesh import files
 from dynmesh._command import slice_of
 from dynmesh.files.header import header_of
+from dynmesh.files.numbered import FrameNames
 from dynmesh.files.times import frame_numbers, indices_of
 
 
@@ -224,6 +225,14 @@ def test_precision_and_masks_are_those_of_the_first_frame(tmp_path: Path, mesh: 
         dynmesh.write(tmp_path / "f0.ply", first)
         dynmesh.write(tmp_path / "f1.ply", second)
         assert_refused(tmp_path / "f1.ply", told, lambda _: dynmesh.read(tmp_path / "f%d.ply"))
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name"),
+    [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],
+)
+def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: str) -> None:
+    assert FrameNames.of(tmp_path / pattern).name(7) == name
 
 
 @pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])

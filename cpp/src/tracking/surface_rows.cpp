@@ -10,10 +10,10 @@ namespace dynmesh {
 namespace {
 
 /// The numbers of a field as they lie in memory, four for each vertex.
-auto numbers_of(std::span<const Vector3<double>> field) {
+auto vector_of(std::span<const Vector3<double>> field) {
   return Eigen::Map<const Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
 }
-auto numbers_of(std::span<Vector3<double>> field) {
+auto vector_of(std::span<Vector3<double>> field) {
   return Eigen::Map<Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
 }
 
@@ -82,12 +82,12 @@ void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {
     const SurfaceRow& row = rows[r];
     offsets[r] = std::sqrt(row.weight) * dot(row.normal, row.point - row.on(x));
   }
-  numbers_of(forces) += matrix_.transpose() * offsets;
+  vector_of(forces) += matrix_.transpose() * offsets;
 }
 
 void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product) const {
-  const Eigen::VectorXd along = matrix_ * numbers_of(step);
-  numbers_of(product) += matrix_.transpose() * along;
+  const Eigen::VectorXd along = matrix_ * vector_of(step);
+  vector_of(product) += matrix_.transpose() * along;
 }
 
 }  // namespace dynmesh

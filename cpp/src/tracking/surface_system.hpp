@@ -44,7 +44,7 @@ class SurfaceSystem {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// All arguments but the last two must outlive this object.
+  /// `shape` and `constants` must outlive this object.
   SurfaceSystem(ShapeSystem& shape, const Cells& cells, const TrackingConstants& constants,
                 std::vector<Tie> ties, Field first_frame, const Clusters& clusters);
 
