@@ -323,7 +323,7 @@ def test_unseen_vertices_of_a_lost_surface_may_be_as_far_from_it_as_points_are(
     assert tracker.report.far > 0.05
     off = np.abs(((tracked - fallen) * vertex_normals(mesh.faces, fallen)).sum(axis=1))
     within = off <= 1.645 * tracker.standard_error
-    assert within[~tracker.observed].mean() > 0.65
+    assert within[~tracker.observed].mean() > 0.6
 
 
 def torus_scan(mesh: Mesh, vertices: Array, n: int = 6000) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 Integers = NDArray[np.int64]
 
 MEMBRANE = 0.01
-HOLD = 1e-7
+HOLD = 1e-4 * MEMBRANE
 
 
 def vertex_normals(faces: Integers, x: Array) -> Array:
@@ -95,23 +95,24 @@ class Tracked(reference.Detail):
         x = self.previous + 0.6 * (self.previous - self.before)
         part = self._spread()
         for _ in range(6):
-            rows = self._match(x, 8, part, scale=4)
+            rows = self._match(x, part, scale=4)
             moved = self._moved_rigidly(x, rows)
             way = np.linalg.norm(moved - x, axis=1).max() / self.h
             x = moved
             if way < 0.3:
                 break
         distances = np.abs(((rows.points - rows.of(x)) * rows.normals).sum(axis=1)) / self.h
-        n = int(np.clip(np.ceil(1 + 3 * np.quantile(distances, 0.98)), 1, 12))
+        n = int(np.clip(np.ceil(1 + 2 * np.quantile(distances, 0.98)), 1, 8))
+        before = x
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(
-                x, min(8, 3 * 1.2**left), part if left >= 2 else slice(None), left < 2
-            )
+            rows = self._match(x, part if left >= 2 else slice(None), left < 2)
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
-            x = self._bent(x, rows, weight if left == 1 else None)
+            bent = self._bent(x, rows, weight if left == 1 else None)
+            x = bent + 0.6 * (bent - before) if left > 1 else bent
+            before = bent
         self.iterations = n
         # The nearest places of the last iteration, as they lie now.
         corners, shares = nearest
@@ -144,7 +145,6 @@ class Tracked(reference.Detail):
     def _match(
         self,
         x: Array,
-        radius: float,
         part: Integers | slice,
         has_arrived: bool = False,
         scale: float | None = None,
@@ -167,7 +167,7 @@ class Tracked(reference.Detail):
         place = np.einsum("pc,pcx->px", shares[every, face], x[self.faces[face]])
         along = np.einsum("px,px->p", place - points, surface[every, face]) / self.h
         beside = is_else & (np.abs(along) < 0.7 * distance[every, face])
-        kept = agrees[every, face] & (distance[every, face] < radius) & ~beside
+        kept = agrees[every, face] & (distance[every, face] < 8) & ~beside
         every, face = every[kept], face[kept]
         mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
         if not self.sided:

@@ -80,6 +80,8 @@ class ShapeSystem {
               std::span<const Vector3<double>> first_frame, std::vector<double> membrane = {});
 
   [[nodiscard]] const DetailOperator& k() const { return operator_; }
+  /// (k,) mu.
+  [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
   /// N + mu C of all vertices.
   [[nodiscard]] SparseMatrix normal() const { return normal_matrix(operator_, membrane_); }
 

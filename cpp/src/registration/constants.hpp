@@ -83,8 +83,6 @@ struct RegistrationConstants {
   std::size_t rounds_to_template = 2;
   double last_weight = 6;
   int fewest_iterations = 6;
-  /// A point at this distance counts: it may be the tip of a limb, beside which all are near.
-  double least_scale = 0.6;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median
   /// and so many mean edges, and the share of these from which on a result is doubtful. Right

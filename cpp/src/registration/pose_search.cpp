@@ -15,25 +15,15 @@
 namespace dynmesh {
 namespace {
 
-/// The shape of the template itself is wanted: nothing was tracked before. A surface that is far
-/// from its place needs all points from the beginning.
-TrackingConstants for_still() {
-  TrackingConstants constants;
-  constants.prediction = 0;
-  constants.points_per_vertex = std::numeric_limits<double>::infinity();
-  return constants;
-}
-
 TrackingConstants for_fine(const RegistrationConstants& registration) {
-  TrackingConstants constants = for_still();
+  TrackingConstants constants;
   constants.last_weight = registration.last_weight;
   constants.fewest_iterations = registration.fewest_iterations;
-  constants.least_scale = registration.least_scale;
   return constants;
 }
 
 TrackingConstants for_coarse(const RegistrationConstants& registration) {
-  TrackingConstants constants = for_still();
+  TrackingConstants constants;
   constants.rigid_steps = 0;
   constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
   constants.largest_slippage = 0;

@@ -9,7 +9,8 @@
 namespace dynmesh {
 
 struct TrackingConstants {
-  /// The share of the last motion with which the next one begins.
+  /// The share of the last motion with which the next one begins: of a frame, and of an iteration
+  /// (the heavy ball, Polyak 1964).
   double prediction = 0.6;
 
   /// How often at most the whole surface is moved rigidly before it bends, and the distance at
@@ -19,21 +20,17 @@ struct TrackingConstants {
   /// It lies still where a step moves no vertex farther.
   double rigid_rest = 0.3;
 
-  /// How often points are matched: so often at least, with cloth, whose points do not tell how far
-  /// it slides, and at most, and so many times more for each mean edge within which this share of
-  /// the points is at first.
+  /// How often points are matched: so often at least, and so many times more for each mean edge
+  /// within which this share of the points is at first; and at most, as always with cloth, whose
+  /// points do not tell how far it slides.
   int fewest_iterations = 1;
-  int cloth_iterations = 8;
-  int most_iterations = 12;
-  double iterations_per_edge = 3;
+  int most_iterations = 8;
+  double iterations_per_edge = 2;
   double far_share = 0.98;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread.
   int final_iterations = 2;
   double points_per_vertex = 1;
-  /// How often rotations are fitted for the same matches of cloth,
-  /// after the first iteration, which keeps it from sliding along itself.
-  int cloth_fits = 3;
   /// The most steps of conjugate gradients for a fit, and the share of the error at which they end.
   int steps = 20;
   double settled = 3e-3;
@@ -51,19 +48,11 @@ struct TrackingConstants {
   double weight_growth = 2.2;
   double first_weight = 0.05;
   double cloth_weights = 45;
-  [[nodiscard]] double weight_before(int left) const {
-    return std::max(first_weight, last_weight * std::pow(weight_growth, -left));
-  }
   /// How near a place must be, and agree with its point, to be taken for the nearest one without a
   /// search of the whole surface.
   double walked = 0.3;
-  /// How far the last iteration looks for points, how much farther each one before, and the first.
-  double narrow_radius = 3;
-  double radius_growth = 1.2;
-  double wide_radius = 8;
-  [[nodiscard]] double radius_before(int left) const {
-    return std::min(wide_radius, narrow_radius * std::pow(radius_growth, left));
-  }
+  /// How far from the surface points are matched.
+  double radius = 8;
   /// A point counts a quarter at so many times the median of the distances of the points around it,
   /// within these bounds.
   double usual_distances = 4;
@@ -80,9 +69,10 @@ struct TrackingConstants {
   /// mu, the weight of the shape of triangles.
   double membrane = 0.01;
   double cloth_membrane = 8;
-  /// The weight with which vertices are held where they are. It decides only where nothing else
-  /// does.
-  double hold = 1e-7;
+  /// The weight with which vertices are held where they are, a share of mu. It decides where
+  /// nothing else does, and keeps cloth from sliding far along itself for the few points that first
+  /// tell of a fold.
+  double hold = 1e-4;
   /// Components are tied at the vertices whose distance to others is the smallest or greater by at
   /// most this, at so many at least and at most, with this weight where they touch.
   double tied_within = 1.5;
@@ -129,8 +119,7 @@ struct TrackingConstants {
   /// does not follow their spacing, and at most so far; what is farther was not seen.
   double boundary_weight = 4;
   double least_overshoot = 0.2;
-  /// Points farther than this beyond the boundary tell that the scan goes on there: it is less than
-  /// `narrow_radius`, within which they are found.
+  /// Points farther than this beyond the boundary tell that the scan goes on there.
   double farthest_end = 2.5;
   double farthest_overshoot = 3;
 

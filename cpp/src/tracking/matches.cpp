@@ -146,7 +146,7 @@ Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) 
 Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
                                 const Search& search) const {
   const auto& position = points_[point].position;
-  Place within = {.squared = std::pow(search.radius * mean_edge_, 2)};
+  Place within = {.squared = std::pow(constants_.radius * mean_edge_, 2)};
   if (from.any()) {
     const Place place = places_.walk(x, position, from.face);
     if (place.squared < std::pow(search.walked * mean_edge_, 2)) {
@@ -156,7 +156,7 @@ Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
     if (place.squared < within.squared) within = place;
   }
   const Place place = places_.nearest(x, position, within, [](const Place&) { return true; });
-  if (!(place.squared < std::pow(search.radius * mean_edge_, 2))) return {};
+  if (!(place.squared < std::pow(constants_.radius * mean_edge_, 2))) return {};
   return {place, agreeing_normal(place, point)};
 }
 
@@ -182,7 +182,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
         // Something else is nearer, as the other side of a thin limb is. Where a surface moves to a
         // point, the point lies along its normal; a foot lies beside what agrees with a floor.
         match.place = places_.nearest(
-            x, points_[i].position, {.squared = std::pow(search.radius * mean_edge_, 2)},
+            x, points_[i].position, {.squared = std::pow(constants_.radius * mean_edge_, 2)},
             [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
         match.normal = agreeing_normal(match.place, i);
         const double along = std::abs(dot(match.place.on(x) - points_[i].position, match.normal));
@@ -283,7 +283,7 @@ void Matches::follow(Field x) {
 
 double Matches::distance_of_far() const {
   const double squared_far = std::pow(constants_.far_distance * mean_edge_, 2);
-  const double squared_widest = std::pow(constants_.wide_radius * mean_edge_, 2);
+  const double squared_widest = std::pow(constants_.radius * mean_edge_, 2);
   double sum = 0;
   double n = 0;
   for (const Place& place : found_) {

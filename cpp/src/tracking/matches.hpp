@@ -21,7 +21,6 @@ namespace dynmesh {
 
 /// How points are matched and weighed; lengths are in mean edges.
 struct Search {
-  double radius = 0;
   /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
   /// around it is nearer.
   double walked = 0;

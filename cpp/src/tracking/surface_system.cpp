@@ -88,7 +88,7 @@ SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
 }
 
 void SurfaceSystem::hold(std::span<const Landmark> landmarks) {
-  std::ranges::fill(held_, constants_.hold);
+  for (std::size_t v = 0; v < held_.size(); ++v) held_[v] = constants_.hold * shape_.membrane()[v];
   for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
 }
 

@@ -22,6 +22,15 @@ double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame
   return std::sqrt(largest);
 }
 
+/// X + share (X - Y) replaces X, and X replaces Y.
+void carry_on(std::span<Vector3<double>> x, std::span<Vector3<double>> y, double share) {
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    const auto now = x[v];
+    x[v] = now + share * (now - y[v]);
+    y[v] = now;
+  }
+}
+
 }  // namespace
 
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
@@ -46,13 +55,17 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
 SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
                                               std::span<const Landmark> landmarks) {
   shape_.begin_frame();
-  predict();
+  auto before = before_;
+  std::ranges::copy(last_, x_.begin());
+  carry_on(x_, before, constants_.prediction);
   matches_.begin(measurement);
   factored_weight_ = 0;
   const int iterations = approach();
-  for (int i = 0; i < iterations; ++i) {
-    const int fits = i > 0 && any_cloth_ ? constants_.cloth_fits : 1;
-    if (!iterate(iterations - i - 1, fits, landmarks)) break;
+  before = x_;
+  for (int left = iterations; left-- > 0;) {
+    if (!iterate(left, landmarks)) break;
+    // The last iteration begins where the one before it ended.
+    if (left > 1) carry_on(x_, before, constants_.prediction);
   }
   shape_.keep_rows(matches_.rows(), x_);
   Found found = observe();
@@ -60,27 +73,18 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
   return found;
 }
 
-/// X = V + prediction (V - V'), from the last two frames.
-void SurfaceTracking::predict() {
-  for (std::size_t v = 0; v < x_.size(); ++v) {
-    x_[v] = last_[v] + constants_.prediction * (last_[v] - before_[v]);
-  }
-}
-
 /// Moves X as a whole to the points until it lies still, and returns how many iterations are left:
 /// the farther the points are, the more slowly their weight grows.
 int SurfaceTracking::approach() {
-  const Search search = {.radius = constants_.wide_radius,
-                         .walked = constants_.wide_radius,
-                         .is_sparse = !any_cloth_,
-                         .scale = constants_.rigid_scale};
+  const Search search = {
+      .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.rigid_scale};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
     const SurfaceRows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (is_all_cloth_ || rows.rows.size() < constants_.fewest) break;
     if (move_by(fit_to_planes(rows.rows, x_), x_) < constants_.rigid_rest * mean_edge_) break;
   }
-  if (any_cloth_) return constants_.cloth_iterations;
+  if (any_cloth_) return constants_.most_iterations;
   const double distance = matches_.distance_of(x_, constants_.far_share);
   const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
   return std::clamp(static_cast<int>(std::ceil(wanted)), constants_.fewest_iterations,
@@ -89,11 +93,11 @@ int SurfaceTracking::approach() {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> landmarks) {
-  const double weight = constants_.weight_before(left);
+bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
+  const double weight = std::max(
+      constants_.first_weight, constants_.last_weight * std::pow(constants_.weight_growth, -left));
   SurfaceRows& rows =
-      matches_.find(x_, {.radius = constants_.radius_before(left),
-                         .walked = constants_.walked,
+      matches_.find(x_, {.walked = constants_.walked,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
                          .has_arrived = left < constants_.final_iterations,
@@ -103,11 +107,7 @@ bool SurfaceTracking::iterate(int left, int fits, std::span<const Landmark> land
     shape_.factorize(rows, landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
-  for (int fit = 0; fit < fits; ++fit) {
-    const double mode_weights = left == 1 && fit == 0 ? constants_.mode_weight / weight : 0;
-    if (!shape_.take(rows, landmarks, mode_weights, x_)) return false;
-  }
-  return true;
+  return shape_.take(rows, landmarks, left == 1 ? constants_.mode_weight / weight : 0, x_);
 }
 
 /// Which vertices have a measured point in the end, and how far the points are.
@@ -137,7 +137,7 @@ void SurfaceTracking::place(Field frame, bool has_own_shape) {
 SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
   std::ranges::copy(last_, x_.begin());
   matches_.begin(measurement);
-  matches_.find(x_, {.radius = constants_.wide_radius, .scale = constants_.rigid_scale});
+  matches_.find(x_, {.scale = constants_.rigid_scale});
   return observe();
 }
 

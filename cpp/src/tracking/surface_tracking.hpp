@@ -75,9 +75,8 @@ class SurfaceTracking {
   void read_memory(Reader& reader, Field last);
 
  private:
-  void predict();
   int approach();
-  bool iterate(int left, int fits, std::span<const Landmark> landmarks);
+  bool iterate(int left, std::span<const Landmark> landmarks);
   Found observe();
 
   TrackingConstants constants_;
