@@ -567,7 +567,7 @@ def test_cloth_that_folds_is_followed_where_one_side_of_it_or_the_other_is_measu
         points, normals = torus_scan(mesh, truth)
         normals[(points[:, 0] >= 0) | (points[:, 2] >= 0.5)] *= -1  # of the part that is folded
         tracked = tracker.push(points, normals, viewpoints=np.stack([ABOVE, BELOW, BESIDE]))
-        assert np.abs(tracked - truth).max() < 0.8
+        assert np.abs(tracked - truth).max() < 0.3
 
 
 @pytest.mark.parametrize("leaves", [False, True])

@@ -2,8 +2,6 @@
 /// lengths of frame 0.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 
 namespace dynmesh {
