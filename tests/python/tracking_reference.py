@@ -61,6 +61,18 @@ class Rows(NamedTuple):
         """Returns the positions of the places."""
         return np.asarray(np.einsum("rc,rcx->rx", self.shares, x[self.corners]))
 
+    def nearest_corners(self) -> Integers:
+        """Returns the vertex of each."""
+        nearest = self.shares.argmax(axis=1)[:, None]
+        return np.asarray(np.take_along_axis(self.corners, nearest, axis=1)[:, 0])
+
+    def nearest_distances(self) -> dict[int, float]:
+        """Returns the distance of each vertex that has points from the nearest of them."""
+        nearest: dict[int, float] = {}
+        for v, distance in zip(self.nearest_corners(), self.distances, strict=True):
+            nearest[int(v)] = min(nearest.get(int(v), np.inf), distance)
+        return nearest
+
     def to_vertices(self, values: Array, k: int) -> Array:
         """Returns the sums, at the vertices, of a value of each row times its shares."""
         sums = np.zeros((k, *values.shape[1:]))
@@ -101,8 +113,8 @@ class Tracked(reference.Detail):
             x = moved
             if way < 0.3:
                 break
-        distances = np.abs(((rows.points - rows.of(x)) * rows.normals).sum(axis=1)) / self.h
-        n = int(np.clip(np.ceil(1 + 2 * np.quantile(distances, 0.98)), 1, 8))
+        nearest_distances = list(rows.nearest_distances().values())
+        n = int(np.clip(np.ceil(1 + 3 * np.quantile(nearest_distances, 0.98)), 1, 8))
         before = x
         for i in range(n):
             left = n - i - 1
@@ -166,7 +178,7 @@ class Tracked(reference.Detail):
         face = np.where(is_else, agreeing, nearest)
         place = np.einsum("pc,pcx->px", shares[every, face], x[self.faces[face]])
         along = np.einsum("px,px->p", place - points, surface[every, face]) / self.h
-        beside = is_else & (np.abs(along) < 0.7 * distance[every, face])
+        beside = is_else & (np.abs(along) < 0.8 * distance[every, face])
         kept = agrees[every, face] & (distance[every, face] < 8) & ~beside
         every, face = every[kept], face[kept]
         mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
@@ -175,32 +187,33 @@ class Tracked(reference.Detail):
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         distances = distance[every, face]
         corners, shares = self.faces[face], shares[every, face]
+        rows = Rows(corners, shares, mean, points[kept], np.ones(len(corners)), distances)
         if scale is None:
-            nearest_corners = np.take_along_axis(corners, shares.argmax(axis=1)[:, None], axis=1)
-            far = 1 + (distances / self._usual(nearest_corners[:, 0], distances)) ** 2
-            weights = 1 / far**2
+            weights = 1 / (1 + (distances / self._usual(rows)) ** 2) ** 2
         else:
             weights = 1 / (1 + (distances / scale) ** 2)
         points_of_row = 1 if isinstance(part, slice) else self.every
         weights *= points_of_row
         assert weights.sum() >= 12
         density = min(1, len(np.unique(corners)) / (points_of_row * len(corners)))
-        return Rows(corners, shares, mean, points[kept], density * weights, distances)
+        return rows._replace(weights=density * weights)
 
-    def _usual(self, vertices: Integers, distances: Array) -> Array:
-        """Four times the median distance of the points around each, found in a histogram."""
-        cluster = self.clusters[vertices]
+    def _usual(self, rows: Rows) -> Array:
+        """Six times the median, found in a histogram, of the distances of the vertices around."""
+        nearest = rows.nearest_distances()
+        cluster = self.clusters[list(nearest)]
+        distances = np.array(list(nearest.values()))
         around = self.beside | np.eye(len(self.beside), dtype=bool)
         usual = np.zeros(len(around))
         for c in np.unique(cluster):
-            width = 1.5 / 4 / 32
+            width = 1.5 / 6 / 32
             bins = np.minimum(distances[around[c, cluster]] / width, 32).astype(int)
             counts = np.bincount(bins, minlength=33)
             below = np.concatenate([[0], np.cumsum(counts)])
             bin_ = int(np.searchsorted(below[1:], counts.sum() / 2))
             share = (counts.sum() / 2 - below[bin_]) / counts[bin_]
-            usual[c] = 4 * width * (bin_ + share)
-        return np.clip(usual, 0.3, 1.5)[cluster]
+            usual[c] = 6 * width * (bin_ + share)
+        return np.clip(usual, 0.3, 1.5)[self.clusters[rows.nearest_corners()]]
 
     def _moved_rigidly(self, x: Array, rows: Rows) -> Array:
         w = rows.weights

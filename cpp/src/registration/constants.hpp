@@ -77,12 +77,14 @@ struct RegistrationConstants {
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; so often towards its own shape, and then towards that of the
   /// last time. Each time ends with this weight of a point, larger than that of tracking, since no
-  /// noise of earlier frames accumulates, and takes so many iterations at least.
+  /// noise of earlier frames accumulates, and takes so many iterations at least. Points may lie
+  /// less well along normals than in tracking, since limbs that were bent coarsely are farther off.
   std::size_t most_rounds = 12;
   double settled = 0.02;
   std::size_t rounds_to_template = 2;
   double last_weight = 6;
   int fewest_iterations = 6;
+  double along = 0.7;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median
   /// and so many mean edges, and the share of these from which on a result is doubtful. Right

@@ -18,6 +18,7 @@ TrackingConstants for_fine(const RegistrationConstants& registration) {
   TrackingConstants constants;
   constants.last_weight = registration.last_weight;
   constants.fewest_iterations = registration.fewest_iterations;
+  constants.along = registration.along;
   return constants;
 }
 

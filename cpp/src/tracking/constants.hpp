@@ -19,11 +19,11 @@ struct TrackingConstants {
   double rigid_rest = 0.3;
 
   /// How often points are matched: so often at least, and so many times more for each mean edge
-  /// within which this share of the points is at first; and at most, as always with cloth, whose
-  /// points do not tell how far it slides.
+  /// within which this share of the vertices has a point at first; and at most, as always with
+  /// cloth, whose points do not tell how far it slides.
   int fewest_iterations = 1;
   int most_iterations = 8;
-  double iterations_per_edge = 2;
+  double iterations_per_edge = 3;
   double far_share = 0.98;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
   /// so many points for each vertex, evenly spread.
@@ -51,15 +51,17 @@ struct TrackingConstants {
   double walked = 0.3;
   /// How far from the surface points are matched.
   double radius = 8;
-  /// A point counts a quarter at so many times the median of the distances of the points around it,
-  /// within these bounds.
-  double usual_distances = 4;
+  /// A point counts a quarter at so many times the median of the distances of the vertices around
+  /// it from their nearest points, within these bounds.
+  double usual_distances = 6;
   double least_scale = 0.3;
   double largest_scale = 1.5;
   /// The least cosine between the normal of a point and that of the surface at its place. A point
-  /// that is farther than `near` looks for a place that agrees if the nearest one does not.
+  /// that is farther than `near` looks for a place that agrees if the nearest one does not, and
+  /// lies along its normal, with this least cosine.
   double agreement = 0.7;
   double near = 0.8;
+  double along = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   /// Folds of cloth come and go, and frame 0 knows none of them.
   double pull = 0.3;

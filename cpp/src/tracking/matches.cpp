@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -186,7 +187,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
             [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
         match.normal = agreeing_normal(match.place, i);
         const double along = std::abs(dot(match.place.on(x) - points_[i].position, match.normal));
-        if (along < constants_.agreement * std::sqrt(match.place.squared)) match.normal = {};
+        if (along < constants_.along * std::sqrt(match.place.squared)) match.normal = {};
       }
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
@@ -235,6 +236,16 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   }
 }
 
+/// (k,) the distance of each vertex from the nearest of its points; infinite without any.
+std::vector<double> Matches::nearest_distances() const {
+  std::vector<double> distances(normals_.size(), std::numeric_limits<double>::infinity());
+  for (const SurfaceRow& row : rows_.rows) {
+    double& nearest = distances[row.nearest_corner()];
+    nearest = std::min(nearest, std::sqrt(row.squared) / mean_edge_);
+  }
+  return distances;
+}
+
 /// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
 /// all are far, and where it has, those that are far are of something else. The median of the
 /// distances around a cluster is found in a histogram, up to where it no longer matters.
@@ -243,10 +254,11 @@ std::vector<double> Matches::usual_distances() const {
   using Histogram = std::array<std::uint32_t, n_bins + 1>;  // the last bin is for what is farther
   const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
   std::vector<Histogram> histograms(clusters_.size());
-  for (const SurfaceRow& row : rows_.rows) {
-    const double distance = std::sqrt(row.squared) / mean_edge_;
-    const double bin = std::min(distance / width, static_cast<double>(n_bins));
-    ++histograms[clusters_.of_vertex[row.nearest_corner()]][static_cast<std::size_t>(bin)];
+  const auto distances = nearest_distances();
+  for (std::size_t v = 0; v < distances.size(); ++v) {
+    if (!std::isfinite(distances[v])) continue;
+    const double bin = std::min(distances[v] / width, static_cast<double>(n_bins));
+    ++histograms[clusters_.of_vertex[v]][static_cast<std::size_t>(bin)];
   }
   std::vector<double> usual(clusters_.size());
   for (std::size_t c = 0; c < usual.size(); ++c) {
@@ -266,11 +278,9 @@ std::vector<double> Matches::usual_distances() const {
   return usual;
 }
 
-double Matches::distance_of(Field x, double share) const {
-  std::vector<double> distances;
-  for (const SurfaceRow& row : rows_.rows) {
-    distances.push_back(std::abs(dot(row.normal, row.point - row.on(x))) / mean_edge_);
-  }
+double Matches::distance_of(double share) const {
+  auto distances = nearest_distances();
+  std::erase_if(distances, [](double distance) { return !std::isfinite(distance); });
   return distances.empty() ? 0 : quantile(std::move(distances), share);
 }
 

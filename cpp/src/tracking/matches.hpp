@@ -57,9 +57,9 @@ class Matches {
   /// Matches the points with X. The result is valid until the next call.
   SurfaceRows& find(Field x, const Search& search);
   [[nodiscard]] const SurfaceRows& rows() const { return rows_; }
-  /// The distance from X below which this share of the points that were matched is, along their
-  /// normals.
-  [[nodiscard]] double distance_of(Field x, double share) const;
+  /// The distance within which this share of the vertices with a point has one. Where something
+  /// else was measured beside the surface, its points are many, but few of them are the nearest.
+  [[nodiscard]] double distance_of(double share) const;
 
   /// Lets the nearest places of the points, whatever their normals, follow X without a search.
   void follow(Field x);
@@ -90,6 +90,7 @@ class Matches {
   [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
                               const Search& search) const;
   void weigh(Field x, const Search& search, double points_of_row);
+  [[nodiscard]] std::vector<double> nearest_distances() const;
   [[nodiscard]] std::vector<double> usual_distances() const;
 
   std::span<const Triangle> faces_;

@@ -85,7 +85,7 @@ int SurfaceTracking::approach() {
     if (move_by(fit_to_planes(rows.rows, x_), x_) < constants_.rigid_rest * mean_edge_) break;
   }
   if (any_cloth_) return constants_.most_iterations;
-  const double distance = matches_.distance_of(x_, constants_.far_share);
+  const double distance = matches_.distance_of(constants_.far_share);
   const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
   return std::clamp(static_cast<int>(std::ceil(wanted)), constants_.fewest_iterations,
                     constants_.most_iterations);
