@@ -101,7 +101,7 @@ def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:
 
 def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(folder: Path, tmp_path: Path) -> None:
     told = json.loads((folder / "depth" / "cameras.json").read_text())
-    told["cameras"][0]["camera_to_world"][2][3] += 5 * mean_edge_of(TRUTH.vertices[0], TRUTH.faces)
+    told["cameras"][0]["camera_to_world"][2][3] += 15 * mean_edge_of(TRUTH.vertices[0], TRUTH.faces)
     rig, output = tmp_path / "rig.json", tmp_path / "out.npz"
     rig.write_text(json.dumps(told))
     words = ("--template", folder / "body.obj", "--cameras", rig)
