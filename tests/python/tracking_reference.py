@@ -62,7 +62,7 @@ class Rows(NamedTuple):
         return np.asarray(np.einsum("rc,rcx->rx", self.shares, x[self.corners]))
 
     def nearest_corners(self) -> Integers:
-        """Returns the vertex of each."""
+        """Returns the corner with the largest share of each place."""
         nearest = self.shares.argmax(axis=1)[:, None]
         return np.asarray(np.take_along_axis(self.corners, nearest, axis=1)[:, 0])
 

@@ -77,8 +77,8 @@ struct RegistrationConstants {
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; so often towards its own shape, and then towards that of the
   /// last time. Each time ends with this weight of a point, larger than that of tracking, since no
-  /// noise of earlier frames accumulates, and takes so many iterations at least. Points may lie
-  /// less well along normals than in tracking, since limbs that were bent coarsely are farther off.
+  /// noise of earlier frames accumulates, and takes so many iterations at least. The last is
+  /// `along` of tracking, smaller, since limbs that were bent coarsely are farther off.
   std::size_t most_rounds = 12;
   double settled = 0.02;
   std::size_t rounds_to_template = 2;
