@@ -17,7 +17,6 @@ import dynmesh
 from dynmesh import files
 from dynmesh._command import slice_of
 from dynmesh.files.header import header_of
-from dynmesh.files.numbered import FrameNames
 from dynmesh.files.times import frame_numbers, indices_of
 
 
@@ -227,14 +226,6 @@ def test_precision_and_masks_are_those_of_the_first_frame(tmp_path: Path, mesh: 
         assert_refused(tmp_path / "f1.ply", told, lambda _: dynmesh.read(tmp_path / "f%d.ply"))
 
 
-@pytest.mark.parametrize(
-    ("pattern", "name"),
-    [("a.###.obj", "a.007.obj"), ("a.#.obj", "a.#.obj"), ("##_##.obj", "##_##.obj")],
-)
-def test_only_one_run_of_hashes_is_a_number(tmp_path: Path, pattern: str, name: str) -> None:
-    assert FrameNames.of(tmp_path / pattern).name(7) == name
-
-
 @pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])
 @pytest.mark.parametrize("verb", ["complete", "convert", "degrade"])
 def test_frames_in_a_folder_keep_the_names_of_the_input(
@@ -322,24 +313,19 @@ SHOT = sea(N, share=0.6, whole=[3], start=FIRST)
 """A shot that starts at 1001, of which only frame 1004 is whole."""
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    dynmesh.write(tmp_path / "truth.npz", TRUTH)
-    dynmesh.write(tmp_path / "partial.npz", SHOT)
-    return tmp_path
-
-
-def test_completion_and_evaluation(folder: Path) -> None:
-    path, made = folder / "partial.npz", folder / "made.npz"
+def test_completion_and_evaluation(tmp_path: Path) -> None:
+    path, made, truth = (tmp_path / f"{name}.npz" for name in ("partial", "made", "truth"))
+    dynmesh.write(truth, TRUTH)
+    dynmesh.write(path, SHOT)
     said = run("complete", path, made, "--start", "1004").stderr
     assert "vertices, frame 1004 not counted" in said
-    assert "frame 1004" in run("complete", path, folder / "b.npz").stderr
+    assert "frame 1004" in run("complete", path, tmp_path / "b.npz").stderr
     assert dynmesh.read(made).start == FIRST
-    refused = run("complete", path, folder / "c.npz", "--start", "3", code=1).stderr
+    refused = run("complete", path, tmp_path / "c.npz", "--start", "3", code=1).stderr
     assert "partial.npz: --start: there is no frame 3, only 1001 to 1008" in refused
-    table = folder / "errors.csv"
+    table = tmp_path / "errors.csv"
     options = ("--frames", "1002:1005", "--csv", table, "--json")
-    whole = json.loads(run("evaluate", made, folder / "truth.npz", *options).stdout)
+    whole = json.loads(run("evaluate", made, truth, *options).stdout)
     with table.open() as file:
         rows = list(csv.DictReader(file))
     assert [row["frame"] for row in rows] == ["1002", "1003", "1004"]
