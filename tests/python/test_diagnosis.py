@@ -98,11 +98,6 @@ def broken(code: str) -> tuple[Sequence, Expected]:
 WALKER = synth.walker(40)
 
 
-def info(*arguments: str | Path, code: int = 0) -> str:
-    """Returns the output of the command, run in this process."""
-    return run("info", *arguments, code=code).stdout
-
-
 def codes(diagnosis: dynmesh.Diagnosis) -> list[str]:
     return [finding.code for finding in diagnosis.findings]
 
@@ -127,24 +122,20 @@ def test_what_is_broken_is_found_where_it_is(code: str) -> None:
         moving(sheet(12), 1),
         moving(sheet(2), dtype=np.float32),
         synth.ocean(20),
+        WALKER,
     ],
-    ids=["sheet", "one frame", "square", "ocean"],
+    ids=["sheet", "one frame", "square", "ocean", "walker"],
 )
-def test_sound_sequences_have_no_findings(sequence: Sequence) -> None:
+def test_sound_sequences_have_no_findings_whatever_is_lost(sequence: Sequence) -> None:
     diagnosis = dynmesh.diagnose(sequence)
     assert codes(diagnosis) == []
     assert diagnosis.severity is None
-
-
-def test_lost_vertices_are_not_a_finding() -> None:
-    whole = WALKER
-    assert codes(dynmesh.diagnose(whole)) == []
-    n_frames, k, _ = whole.vertices.shape
-    for share in (0.3, 0.1):
+    n_frames, k, _ = sequence.vertices.shape
+    for share in (0.3, 0.1) if k > 1000 else ():  # of so few, some would never be seen
         known = np.stack(list(degrade.random_known(n_frames, k, share)))
-        assert codes(dynmesh.diagnose(replace(whole, known=known))) == []
-        holes = np.where(known[..., None], whole.vertices, np.float32(np.nan))
-        assert codes(dynmesh.diagnose(replace(whole, vertices=holes))) == []
+        assert codes(dynmesh.diagnose(replace(sequence, known=known))) == []
+        holes = np.where(known[..., None], sequence.vertices, np.float32(np.nan))
+        assert codes(dynmesh.diagnose(replace(sequence, vertices=holes))) == []
 
 
 def test_recordings_raise_no_false_alarm(data: Path) -> None:
@@ -271,8 +262,9 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     path, sound = (tmp_path / f"{name}.npz" for name in ("a", "sound"))
     dynmesh.write(path, sequence)
     dynmesh.write(sound, moving(sheet(12)))
-    assert re.search(r"^warning: 3 outliers more than 4 mean edges", info(path), re.MULTILINE)
-    assert "No problems were found." in info(sound, "--strict")
+    told = run("info", path).stdout
+    assert re.search(r"^warning: 3 outliers more than 4 mean edges", told, re.MULTILINE)
+    assert "No problems were found." in run("info", sound, "--strict").stdout
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
 
 
