@@ -156,11 +156,6 @@ def test_no_two_rows_have_one_output(tmp_path: Path, other: str) -> None:
         read_jobs(table)
 
 
-def test_a_cluster_has_its_own_workers(tmp_path: Path) -> None:
-    told = run("batch", tmp_path / "jobs.csv", "--workers", "2", "--scheduler", "tcp://h:1", code=2)
-    assert "--workers" in told.stderr
-
-
 def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path) -> None:
     (tmp_path / "jobs.csv").write_text("input,output\na.npz,b.npz\n")
     with dask.config.set({"distributed.comm.timeouts.connect": "0.1s"}):

@@ -161,6 +161,7 @@ shell = [
     refused("batch none.csv", "none.csv:", "No such file"),
     *(refused(f"batch {name}.csv", *said) for name, (_, *said) in _TABLES.items()),
     misused("batch tabs.csv --workers 0", "--workers", "0"),
+    misused("batch tabs.csv --workers 2 --scheduler tcp://h:1", "--workers:"),
     misused("frobnicate body.npz", "frobnicate"),
 ]
 
