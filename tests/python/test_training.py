@@ -12,14 +12,24 @@ from training_reference import Learned, Trained
 import dynmesh
 
 
-def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
-    """Frames of a sheet that bends in two ways, by random amounts."""
+def bent(vertices: Array, amounts: Any) -> Array:
+    """Frames of a sheet that bends and twists by these amounts."""
     x, y, z = vertices.T
     frames = []
-    for bend, twist in rng.normal(size=(n, 2)):
+    for bend, twist in amounts:
         height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
-        frames.append(np.stack([x, y, z + height], axis=1))
+        frames.append(np.stack([x, y + 0.1 * bend * x, z + height], axis=1))
     return np.stack(frames)
+
+
+def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
+    """By random amounts."""
+    return bent(vertices, rng.normal(size=(n, 2)))
+
+
+def swinging(vertices: Array, n: int) -> Array:
+    """Each with its own period, again and again."""
+    return bent(vertices, [(np.sin(0.7 * time), np.cos(0.45 * time) - 1) for time in range(n)])
 
 
 @pytest.mark.parametrize(
@@ -135,17 +145,6 @@ def test_a_useless_training_does_no_harm(
     masks = dynmesh.degrade.random_known(n, k, 0.3, seed=1)
     errors = errors_of(sequence, frames, list(masks)[1:], {}, {"training": training})
     assert errors[1] <= 1.02 * errors[0]
-
-
-def swinging(vertices: Array, n: int) -> Array:
-    """Frames of a sheet that bends and twists, each with its own period, again and again."""
-    x, y, z = vertices.T
-    frames = []
-    for time in range(n):
-        bend, twist = np.sin(0.7 * time), np.cos(0.45 * time) - 1
-        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
-        frames.append(np.stack([x, y + 0.1 * bend * x, z + height], axis=1))
-    return np.stack(frames)
 
 
 @pytest.mark.parametrize(
