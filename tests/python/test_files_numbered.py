@@ -38,6 +38,8 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     folder = tmp_path / "frames"
     dynmesh.write(tmp_path / f"hashes/f###{suffix}", sequence)
     assert names(tmp_path / "hashes") == [f"f{i:03}{suffix}" for i in range(12)]
+    dynmesh.write(tmp_path / f"two/##_##{suffix}", sequence[:1])  # two runs are no number
+    assert names(tmp_path / "two") == [f"##_##{suffix}"]
     dynmesh.write(folder / f"f%d{suffix}", sequence)
     assert names(folder) == sorted(f"f{i}{suffix}" for i in range(12))
     for path in (folder / f"f%d{suffix}", folder / f"*{suffix}", folder / f"f[0-9]*{suffix}"):
@@ -65,14 +67,11 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     with pytest.raises(ValueError, match=r"walk: .*scan\.ply,.* frame_%04d"):
         dynmesh.write(folder, sequence)
     (folder / "scan.ply").rename(folder / "scan.obj")
-    with pytest.raises(ValueError, match=r"\.ply and \.obj"):
-        dynmesh.open(folder)
+    assert_refused(folder, r"\.ply and \.obj", dynmesh.open)
     assert dynmesh.open(folder, format="ply").n_frames == 2
     (tmp_path / "none").mkdir()
-    with pytest.raises(ValueError, match=r"none: .*\.ply or \.obj"):
-        dynmesh.open(tmp_path / "none")
-    with pytest.raises(ValueError, match=r"none: .*\.obj"):
-        dynmesh.open(tmp_path / "none", format="obj")
+    assert_refused(tmp_path / "none", r"\.ply or \.obj", dynmesh.open)
+    assert_refused(tmp_path / "none", r"\.obj", dynmesh.open, format="obj")
 
 
 @pytest.mark.parametrize(
