@@ -19,7 +19,7 @@ import tempfile
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
-from typing import Any, Literal, NoReturn, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -178,19 +178,15 @@ def run_in_fork(job: Callable[[], None]) -> int:
     """Runs a job in a child process; returns its exit code, or the signal that killed it."""
     child = os.fork()
     if child == 0:
-        _run_and_exit(job)
+        code = 1
+        try:
+            job()
+        except SystemExit as ended:
+            code = 0 if ended.code in (None, 0, 3) else 1  # 3: the output is doubtful, but written
+        finally:
+            sys.stdout.flush()
+            os._exit(code)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-
-
-def _run_and_exit(job: Callable[[], None]) -> NoReturn:
-    code = 1
-    try:
-        job()
-    except SystemExit as ended:
-        code = 0 if ended.code in (None, 0, 3) else 1  # 3: the output is doubtful, but written
-    finally:
-        sys.stdout.flush()
-        os._exit(code)
 
 
 def end_at_change(n: int, how: How, counted: Path | None = None) -> None:

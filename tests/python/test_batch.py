@@ -29,14 +29,6 @@ def write_partial(path: Path, n_frames: int = 12, seed: int = 0, grid: int = 20)
     dynmesh.write(path, replace(partial, vertices=partial.vertices + np.float32(seed)))
 
 
-def write_scans(folder: Path) -> None:
-    """Writes scans of an ocean, and the mesh."""
-    sea = dynmesh.synth.ocean(5, grid=12, seed=3)
-    dynmesh.write(folder / "sea.obj", dynmesh.Sequence(sea.vertices[:1], sea.faces))
-    dynmesh.write(folder / "sea.npz", sea)
-    run("degrade", folder / "sea.npz", folder / "scans", "--scan", "--points", "400")
-
-
 def wait_until(what: Callable[[], object], seconds: float = 60) -> None:
     """Waits until a condition holds."""
     end = time.monotonic() + seconds
@@ -63,7 +55,10 @@ def test_ten_jobs_of_which_some_fail(
 ) -> None:
     for number in range(7):
         write_partial(tmp_path / f"in{number}.npz", seed=number)
-    write_scans(tmp_path)
+    whole = sea(5, 12)
+    dynmesh.write(tmp_path / "sea.obj", whole[:1])
+    dynmesh.write(tmp_path / "sea.npz", whole)
+    run("degrade", tmp_path / "sea.npz", tmp_path / "scans", "--scan", "--points", "400")
     damaged, missing, scans = (tmp_path / name for name in ("damaged.npz", "none.npz", "scans"))
     damaged.write_bytes((tmp_path / "in0.npz").read_bytes()[:-1000])
     table = tmp_path / "jobs.csv"

@@ -124,12 +124,6 @@ def build(folder: Path, programs: Path) -> Path:
     return folder / "build"
 
 
-def rows(document: str) -> list[list[str]]:
-    """Returns the cells of all rows of tables."""
-    lines = re.findall(r"^\| (.*) \|$", document, flags=re.MULTILINE)
-    return [[cell.strip() for cell in line.split("|")] for line in lines]
-
-
 def cells(table: Path) -> list[list[str]]:
     """Returns the rows of a table of measurements, the head first."""
     with table.open(newline="") as file:
@@ -194,7 +188,8 @@ def test_the_table_of_the_readme_is_that_of_the_results() -> None:
     }
     timed = ("detail (dynmesh)", "motion (dynmesh)", RIVALS[0], RIVALS[1])
     checked = 0
-    for case, *shown in rows(README):
+    for line in re.findall(r"^\| (.*) \|$", README, flags=re.MULTILINE):
+        case, *shown = (cell.strip() for cell in line.split("|"))
         subject, _, loss = case.rpartition(", ")
         if subject in names:
             row = errors[
@@ -245,18 +240,12 @@ def test_every_table_is_shown_and_whole() -> None:
         assert all(len(row) == len(head) for row in rows), path
 
 
-def constants() -> dict[str, set[float]]:
-    """Returns the values of the members of all structs of constants."""
-    found: dict[str, set[float]] = {}
+def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
+    defined: dict[str, set[float]] = {}
     for folder in ("detail", "tracking"):
         text = (REPOSITORY / "cpp" / "src" / folder / "constants.hpp").read_text()
         for name, value in re.findall(r"^  \w+ (\w+) = ([-+\d.e]+);", text, flags=re.MULTILINE):
-            found.setdefault(name, set()).add(float(value))
-    return found
-
-
-def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
-    defined = constants()
+            defined.setdefault(name, set()).add(float(value))
     assert len(defined) > 50
     quoted = [
         (name, float(value))

@@ -153,8 +153,9 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     """One that is turned by some degrees, or whose focal length is wrong."""
     rig = read_cameras(folder / "depth" / "cameras.json")
     if isinstance(off, int):
-        pose = rig.cameras[2].camera_to_world @ turned_aside(off)
-        wrong = with_camera(rig, 2, camera_to_world=pose)
+        aside = np.eye(4)
+        aside[:3, :3] = turned(np.eye(3), np.radians(off))[[0, 2, 1]][:, [0, 2, 1]]
+        wrong = with_camera(rig, 2, camera_to_world=rig.cameras[2].camera_to_world @ aside)
     else:
         longer = np.asarray(rig.cameras[2].intrinsics) * [[1.1, 1, 1], [1, 1.1, 1], [1, 1, 1]]
         wrong = with_camera(rig, 2, intrinsics=longer)
@@ -173,12 +174,6 @@ def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
     words = ("rig", folder / "depth", "--template", folder / "body.obj", "-o", read, "--overwrite")
     assert "is the input" in run(*words, code=1).stderr
     assert read.read_bytes() == before
-
-
-def turned_aside(degrees: float) -> Any:
-    pose = np.eye(4)
-    pose[:3, :3] = turned(np.eye(3), np.radians(degrees))[[0, 2, 1]][:, [0, 2, 1]]
-    return pose
 
 
 def test_tracking_names_the_command_where_the_first_frame_is_ruined(

@@ -29,11 +29,10 @@ from dynmesh.scans import PointScan, open_scans, write_ply
 
 MESH = sheet(12)
 X = MESH.vertices[:, 0]
-ALONG = np.arange(9)[:, None, None] * np.array([1, 0, 0])
 RIGHT = np.repeat([[False], [True]], [1, 8], axis=0) & (X > 5.5)
 """The right half of all frames after the first."""
 MOVING = Sequence(
-    MESH.vertices + ALONG,
+    MESH.vertices + np.arange(9)[:, None, None] * np.array([1, 0, 0]),
     MESH.faces,
     fps=10.0,
     generation=2 * RIGHT.astype(np.int32),

@@ -67,11 +67,6 @@ def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def _without_rights(run: Callable[[], Any]) -> Any:
-    with without_rights():
-        return run()
-
-
 def _sequence(given: str, error: type[Exception], *names: str, **changed: Any) -> Case:
     return Case("Sequence", given, lambda w: replace(w.sequence, **changed), error, names)
 
@@ -102,7 +97,7 @@ _write = of("write")
 _create = of("create")
 
 reading = [
-    _read("a file that one may not read", lambda _: _without_rights(lambda: dynmesh.read("locked.npz")), PermissionError, "locked.npz", "denied"),
+    _read("a file that one may not read", lambda _: without_rights()(dynmesh.read)("locked.npz"), PermissionError, "locked.npz", "denied"),
     _read("a folder with a file's name", lambda _: dynmesh.read("folder.npz"), ValueError, "folder.npz:", "folder"),
     _read("no suffix", lambda _: dynmesh.read("body"), ValueError, "body:", "no suffix", "name the format"),
     _read("another file's format", lambda _: dynmesh.read("body.npz", format="pc2"), ValueError, "body.npz:"),
