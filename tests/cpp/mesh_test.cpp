@@ -93,21 +93,15 @@ TEST_CASE("faces that a half-edge mesh cannot represent are reported, and their 
   }
 }
 
-/// Random faces, among which all kinds of invalid faces occur.
-std::vector<Index> soup(unsigned seed, int& k) {
-  std::mt19937 random(seed);
-  k = std::uniform_int_distribution(1, 12)(random);
-  std::uniform_int_distribution<Index> vertex(0, k - 1);
-  std::vector<Index> faces(3 * std::uniform_int_distribution<std::size_t>(1, 40)(random));
-  for (auto& v : faces) v = vertex(random);
-  return faces;
-}
-
 TEST_CASE("the refused faces are those that OpenMesh refuses, and nothing is printed") {
   int unorderable = 0;
   for (unsigned seed = 0; seed < 400; ++seed) {
-    int k = 0;
-    const std::vector<Index> faces = soup(seed, k);
+    // Random faces, among which all kinds of invalid faces occur.
+    std::mt19937 random(seed);
+    const int k = std::uniform_int_distribution(1, 12)(random);
+    std::uniform_int_distribution<Index> vertex(0, k - 1);
+    std::vector<Index> faces(3 * std::uniform_int_distribution<std::size_t>(1, 40)(random));
+    for (auto& v : faces) v = vertex(random);
     std::vector<std::size_t> refused;
     {
       const CapturedErrors captured;

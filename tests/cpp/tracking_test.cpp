@@ -351,11 +351,6 @@ Mesh<double> flat_sheet(int n) {
   return mesh;
 }
 
-std::vector<std::uint8_t> cloth_of(const Mesh<double>& mesh) {
-  const auto component = build_topology(mesh.faces(), mesh.size()).component;
-  return find_cloth(triangles_of(mesh), component, rows_of(mesh.vertices), {});
-}
-
 TEST_CASE("sheets that are free to slide are cloth, components one by one") {
   const auto sheet = flat_sheet(12);
   auto hill = flat_sheet(16);  // its shape holds it
@@ -368,7 +363,8 @@ TEST_CASE("sheets that are free to slide are cloth, components one by one") {
   const auto all = join(join(sheet, bumpy_torus(16)), hill);
   std::vector<std::uint8_t> expected(all.size(), 0);
   std::fill_n(expected.begin(), sheet.size(), std::uint8_t{1});
-  CHECK(cloth_of(all) == expected);
+  const auto component = build_topology(all.faces(), all.size()).component;
+  CHECK(find_cloth(triangles_of(all), component, rows_of(all.vertices), {}) == expected);
 }
 
 /// The energy of the membrane with mu = 1, as its equation says.
