@@ -112,10 +112,7 @@ def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardEr
     assert dynmesh.info(sequence).as_dict() == dynmesh.info(tmp_path / "partial.npz").as_dict()
 
 
-@pytest.fixture
-def shot() -> dynmesh.Sequence:
-    """Six frames, whose numbers begin with 10."""
-    return replace(dynmesh.synth.ocean(6, grid=10), start=10)
+SHOT = sea(6, start=10)
 
 
 @pytest.mark.parametrize(
@@ -127,27 +124,27 @@ def shot() -> dynmesh.Sequence:
         (1.02, None),
     ],
 )
-def test_another_unit_is_named(shot: dynmesh.Sequence, factor: float, units: str | None) -> None:
-    other = replace(shot, vertices=np.float32(factor) * shot.vertices)
-    told = dynmesh.evaluate(other, shot).remarks
+def test_another_unit_is_named(factor: float, units: str | None) -> None:
+    other = replace(SHOT, vertices=np.float32(factor) * SHOT.vertices)
+    told = dynmesh.evaluate(other, SHOT).remarks
     assert len(told) == (units is not None)
     assert all(f"as if it were in {units}" in remark for remark in told)
 
 
-def test_exchanged_arguments_are_told(shot: dynmesh.Sequence, tmp_path: Path) -> None:
+def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
-    completed = dynmesh.complete(replace(shot, known=known))
+    completed = dynmesh.complete(replace(SHOT, known=known))
     dynmesh.write(tmp_path / "completed.npz", completed)
-    dynmesh.write(tmp_path / "truth.npz", shot)
+    dynmesh.write(tmp_path / "truth.npz", SHOT)
     files = tmp_path / "completed.npz", tmp_path / "truth.npz"
     assert "exchanged" not in run("evaluate", *files).stdout
     assert "were they exchanged?" in run("evaluate", *files[::-1]).stdout
 
 
-def test_zeros_may_tell_what_was_missing(shot: dynmesh.Sequence) -> None:
+def test_zeros_may_tell_what_was_missing() -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
-    zeros = np.where(known[..., None], shot.vertices + 1, 0)
-    truth = replace(shot, vertices=shot.vertices + 1)
+    zeros = np.where(known[..., None], SHOT.vertices + 1, 0)
+    truth = replace(SHOT, vertices=SHOT.vertices + 1)
     off = replace(truth, vertices=truth.vertices + np.where(known[..., None], 0, 0.5))
     told = dynmesh.evaluate(off, truth, only="missing", partial=replace(truth, vertices=zeros))
     distance = told.mean * told.bounding_box_diagonal
@@ -213,14 +210,12 @@ def test_a_slice_cuts_everything_alike(
     assert (part.times is None) == (not timed and frames.step is None)
 
 
-def test_damaged_vertices_are_listed_in_lines_of_text(
-    shot: dynmesh.Sequence, tmp_path: Path
-) -> None:
-    spoilt = shot.vertices.copy()
+def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
+    spoilt = SHOT.vertices.copy()
     spoilt[:, [3, 4]] += 9
     spoilt[2, 70:72] += 9
-    dynmesh.write(tmp_path / "in.npz", replace(shot, vertices=spoilt))
-    whole = replace(shot[:1], start=0)
+    dynmesh.write(tmp_path / "in.npz", replace(SHOT, vertices=spoilt))
+    whole = replace(SHOT[:1], start=0)
     dynmesh.write(tmp_path / "whole.obj", whole)
     mask = tmp_path / "damaged.txt"
     mask.write_text("# found by eye\n* 3 4\n\n12 70 71\n")
@@ -232,7 +227,7 @@ def test_damaged_vertices_are_listed_in_lines_of_text(
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask", mask)
     run(*words, "--template", tmp_path / "whole.obj")
     made = dynmesh.read(tmp_path / "out.npz").vertices
-    assert np.abs(made - shot.vertices).max() < 0.2
+    assert np.abs(made - SHOT.vertices).max() < 0.2
 
 
 @pytest.mark.parametrize(
@@ -245,42 +240,36 @@ def test_damaged_vertices_are_listed_in_lines_of_text(
         ("9 1\n", "there is no frame 9"),
     ],
 )
-def test_a_wrong_line_is_named(
-    shot: dynmesh.Sequence, tmp_path: Path, text: str, told: str
-) -> None:
-    dynmesh.write(tmp_path / "in.npz", shot)
+def test_a_wrong_line_is_named(tmp_path: Path, text: str, told: str) -> None:
+    dynmesh.write(tmp_path / "in.npz", SHOT)
     (tmp_path / "mask.txt").write_text(text, "latin-1")
     mask = tmp_path / "mask.txt"
     assert_refused(mask, told, lambda _: dynmesh.open(tmp_path / "in.npz", known=mask))
 
 
 @pytest.mark.parametrize("inverted", [False, True])
-def test_an_inverted_mask_is_asked_about(
-    shot: dynmesh.Sequence, tmp_path: Path, inverted: bool
-) -> None:
+def test_an_inverted_mask_is_asked_about(tmp_path: Path, inverted: bool) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.89)))
-    dynmesh.write(tmp_path / "in.npz", shot)
+    dynmesh.write(tmp_path / "in.npz", SHOT)
     np.save(tmp_path / "mask.npy", ~known if inverted else known)
-    dynmesh.write(tmp_path / "whole.obj", shot[:1])
+    dynmesh.write(tmp_path / "whole.obj", SHOT[:1])
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask")
     said = run(*words, tmp_path / "mask.npy", "--template", tmp_path / "whole.obj").stderr
     assert ("11%" in said) == inverted
     if inverted:
-        holes = np.where(known[..., None], shot.vertices, np.nan)
-        np.savez(tmp_path / "in.npz", vertices=holes, faces=shot.faces)
+        holes = np.where(known[..., None], SHOT.vertices, np.nan)
+        np.savez(tmp_path / "in.npz", vertices=holes, faces=SHOT.faces)
         said = run(*words, tmp_path / "mask.npy", "--overwrite", code=1).stderr
         assert "just the vertices that are not finite are known" in said
 
 
-def test_zeros_are_missing_in_the_first_frame_as_well(
-    shot: dynmesh.Sequence, tmp_path: Path
-) -> None:
+def test_zeros_are_missing_in_the_first_frame_as_well(tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(7, 100, 0.6)))[1:]
-    zeros = np.where(known[..., None], shot.vertices + 5, np.float32(0))
-    dynmesh.write(tmp_path / "in.npz", replace(shot, vertices=zeros))
+    zeros = np.where(known[..., None], SHOT.vertices + 5, np.float32(0))
+    dynmesh.write(tmp_path / "in.npz", replace(SHOT, vertices=zeros))
     run("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--missing", "zero")
     made = dynmesh.read(tmp_path / "out.npz").vertices
-    assert np.abs(made - 5 - shot.vertices).max() < 0.5
+    assert np.abs(made - 5 - SHOT.vertices).max() < 0.5
 
 
 FIRST = 1001
