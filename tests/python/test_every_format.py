@@ -49,9 +49,7 @@ def quads(n: int) -> Polygons:
     return Polygons(sizes, corners)
 
 
-@pytest.fixture(scope="module")
-def partial() -> dynmesh.Sequence:
-    """Moving quads with missing vertices, which are NaN, and a frame without any other."""
+def _partial() -> dynmesh.Sequence:
     polygons = quads(12)
     about: Any = {"fps": 24.0, "up_axis": "y", "name": "/world/body", "metres_per_unit": 0.01}
     faces, _ = split_polygons(polygons)
@@ -59,6 +57,10 @@ def partial() -> dynmesh.Sequence:
     known = np.array(whole.known)
     known[5] = False
     return replace(whole, known=known, vertices=np.where(known[..., None], whole.vertices, np.nan))
+
+
+PARTIAL = _partial()
+"""Moving quads with missing vertices, which are NaN, and a frame without any other."""
 
 
 @pytest.fixture(params=FORMATS)
@@ -143,10 +145,10 @@ def test_any_sequence_survives(
 )
 @pytest.mark.parametrize("format", sorted(TIMED))
 def test_times_of_frames_survive_completion(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str, times: list[float]
+    tmp_path: Path, format: str, times: list[float]
 ) -> None:
     source, target = place(tmp_path, format), place(tmp_path, format, "completed")
-    dynmesh.write(source, replace(partial, start=times[0], times=np.array(times)))
+    dynmesh.write(source, replace(PARTIAL, start=times[0], times=np.array(times)))
     dynmesh.complete_file(source, target)
     for path in (source, target):
         again = dynmesh.read(path)
@@ -154,61 +156,55 @@ def test_times_of_frames_survive_completion(
         assert (again.start, again.fps) == (np.array(again.times)[0], 24)
 
 
-def test_any_frames_can_be_requested(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_any_frames_can_be_requested(tmp_path: Path, format: str) -> None:
     path = place(tmp_path, format)
-    dynmesh.write(path, partial)
+    dynmesh.write(path, PARTIAL)
     with dynmesh.open(path) as reader:
         assert (reader.n_frames, reader.n_vertices) == (7, 144)
         for numbers in (slice(2, 6, 2), slice(5, None), slice(3, 3), slice(None, 1)):
             frames = list(reader.frames(numbers.start or 0, numbers.stop, numbers.step or 1))
             points = np.array([frame.points for frame in frames]).reshape(-1, 144, 3)
-            np.testing.assert_array_equal(points, partial.vertices[numbers])
+            np.testing.assert_array_equal(points, PARTIAL.vertices[numbers])
             if format in MASKED:
                 known = np.array([frame.known for frame in frames], bool).reshape(-1, 144)
-                np.testing.assert_array_equal(known, partial.known[numbers])  # type: ignore[index]
+                np.testing.assert_array_equal(known, PARTIAL.known[numbers])  # type: ignore[index]
         first, second = iter(reader), iter(reader)
         next(first)
-        np.testing.assert_array_equal(next(second).points, partial.vertices[0])
-        np.testing.assert_array_equal(next(first).points, partial.vertices[1])
+        np.testing.assert_array_equal(next(second).points, PARTIAL.vertices[0])
+        np.testing.assert_array_equal(next(first).points, PARTIAL.vertices[1])
 
 
 @pytest.mark.parametrize("format", sorted(SINGLE_PRECISION))
-def test_what_float32_cannot_hold_is_refused(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_what_float32_cannot_hold_is_refused(tmp_path: Path, format: str) -> None:
     path = place(tmp_path, format)
-    vertices = np.nan_to_num(partial.vertices.astype(np.float64))
+    vertices = np.nan_to_num(PARTIAL.vertices.astype(np.float64))
     vertices[1, 5, 0] = np.inf  # not finite, so it is missing
-    dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces))
+    dynmesh.write(path, dynmesh.Sequence(vertices, PARTIAL.faces))
     assert np.isinf(dynmesh.read(path).vertices).sum() == 1
     before = path.read_bytes()
     vertices[2, 7, 1] = -1e39
     with pytest.raises(ValueError, match=r"frame 2: vertex 7 at \[.*-1e\+39.* range of") as caught:
-        dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces))
+        dynmesh.write(path, dynmesh.Sequence(vertices, PARTIAL.faces))
     assert str(caught.value).startswith(f"{path}: ")
     assert path.read_bytes() == before
     if format not in MASKED:
         known = vertices[..., 1] > -1e38
-        dynmesh.write(path, dynmesh.Sequence(vertices, partial.faces, known))
+        dynmesh.write(path, dynmesh.Sequence(vertices, PARTIAL.faces, known))
         assert np.isnan(dynmesh.read(path).vertices[2, 7]).all()
 
 
-def test_completion_is_the_same_through_each(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_completion_is_the_same_through_each(tmp_path: Path, format: str) -> None:
     source, target = place(tmp_path, format), place(tmp_path, format, "completed")
-    dynmesh.write(source, partial)
+    dynmesh.write(source, PARTIAL)
     dynmesh.complete_file(source, target, provenance=format in TRACED)
     completed = dynmesh.read(target)
     dtype = np.float64 if format == "obj" else np.float32
-    first = partial.vertices[0].astype(dtype)
-    completer = dynmesh.Completer(partial.faces, first, method="detail")
+    first = PARTIAL.vertices[0].astype(dtype)
+    completer = dynmesh.Completer(PARTIAL.faces, first, method="detail")
     for i in range(7):
         expected = first
         if i:
-            expected = completer.push(partial.vertices[i], partial.known[i])  # type: ignore[index]
+            expected = completer.push(PARTIAL.vertices[i], PARTIAL.known[i])  # type: ignore[index]
         np.testing.assert_array_equal(completed.vertices[i], expected)
         if format in TRACED:
             np.testing.assert_array_equal(completed.generation[i], completer.generation)  # type: ignore[index]
@@ -220,11 +216,9 @@ def test_completion_is_the_same_through_each(
 
 
 @pytest.mark.parametrize("format", sorted({*FORMATS} - TRACED))
-def test_provenance_is_refused_by_formats_without_it(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_provenance_is_refused_by_formats_without_it(tmp_path: Path, format: str) -> None:
     source = tmp_path / "in.npz"
-    dynmesh.write(source, partial)
+    dynmesh.write(source, PARTIAL)
     with pytest.raises(ValueError, match=r"generation|provenance") as caught:
         dynmesh.complete_file(source, place(tmp_path, format), provenance=True)
     assert ".npz" in str(caught.value)
@@ -299,12 +293,10 @@ RARELY_DRAWN: dict[str, tuple[str, str, Callable[[bytes], bytes]]] = {
 
 
 @pytest.mark.parametrize("damage", RARELY_DRAWN)
-def test_damage_that_is_rarely_drawn(
-    tmp_path: Path, partial: dynmesh.Sequence, damage: str
-) -> None:
+def test_damage_that_is_rarely_drawn(tmp_path: Path, damage: str) -> None:
     format, part, change = RARELY_DRAWN[damage]
     path = place(tmp_path, format)
-    dynmesh.write(path, partial)
+    dynmesh.write(path, PARTIAL)
     damaged = path.with_name(f"{path.stem}{part}{path.suffix}")
     damaged.write_bytes(change(damaged.read_bytes()))
     assert str(result_of(path)).startswith(f"{damaged}: ")
@@ -347,13 +339,12 @@ SPOILT: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.parametrize("how", SPOILT)
 def test_damaged_files_are_refused_in_one_line(
     tmp_path: Path,
-    partial: dynmesh.Sequence,
     format: str,
     how: str,
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     source = place(tmp_path, format)
-    dynmesh.write(source, partial)
+    dynmesh.write(source, PARTIAL)
     file = source.with_name(source.name % 2) if "%" in source.name else source
     file.write_bytes(SPOILT[how](file.read_bytes()))
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
@@ -425,52 +416,46 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path, format: str) -> None:
 
 
 @pytest.mark.parametrize("format", ["npz", "hdf5", "alembic"])
-def test_the_suffix_can_be_overridden(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_the_suffix_can_be_overridden(tmp_path: Path, format: str) -> None:
     """The other formats have several files, or libraries that insist on the suffix."""
     path = tmp_path / "scan.dat"
-    dynmesh.write(path, partial, format=format)
-    np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, partial.vertices)
+    dynmesh.write(path, PARTIAL, format=format)
+    np.testing.assert_array_equal(dynmesh.read(path, format=format).vertices, PARTIAL.vertices)
     with pytest.raises(ValueError, match=r"'\.dat'.* \.npz"):
         dynmesh.read(path)
 
 
-def test_masks_may_be_in_another_file(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
-    zeros = np.where(np.isnan(partial.vertices), 0, partial.vertices + 1)
+def test_masks_may_be_in_another_file(tmp_path: Path, format: str) -> None:
+    zeros = np.where(np.isnan(PARTIAL.vertices), 0, PARTIAL.vertices + 1)
     path = place(tmp_path, format)
-    dynmesh.write(path, dynmesh.Sequence(zeros, partial.faces))
-    assert partial.known is not None
-    np.save(tmp_path / "mask.npy", partial.known)
+    dynmesh.write(path, dynmesh.Sequence(zeros, PARTIAL.faces))
+    assert PARTIAL.known is not None
+    np.save(tmp_path / "mask.npy", PARTIAL.known)
     options: Any
     for options in (
         {"known": tmp_path / "mask.npy"},
-        {"known": partial.known},
+        {"known": PARTIAL.known},
         {"missing": "zero"},
     ):
         again = dynmesh.read(path, **options)
-        np.testing.assert_array_equal(again.known, partial.known)
+        np.testing.assert_array_equal(again.known, PARTIAL.known)
 
 
 @pytest.mark.parametrize("format", ["npy", "pc2"])
-def test_positions_alone_take_their_faces_from_elsewhere(
-    tmp_path: Path, partial: dynmesh.Sequence, format: str
-) -> None:
+def test_positions_alone_take_their_faces_from_elsewhere(tmp_path: Path, format: str) -> None:
     path = place(tmp_path, format)
-    dynmesh.write(path, partial)
+    dynmesh.write(path, PARTIAL)
     for beside in {*tmp_path.iterdir()} - {path}:
         beside.unlink()
     assert_refused(path, read=dynmesh.open)
-    dynmesh.write(tmp_path / "mesh.npz", partial[:1])
+    dynmesh.write(tmp_path / "mesh.npz", PARTIAL[:1])
     dynmesh.write(
         tmp_path / "other.npz", dynmesh.Sequence(np.zeros((1, 4, 3)), np.array([[0, 1, 2]]))
     )
-    for faces in (tmp_path / "mesh.npz", partial.faces):
+    for faces in (tmp_path / "mesh.npz", PARTIAL.faces):
         again = dynmesh.read(path, faces=faces)
-        np.testing.assert_array_equal(again.faces, partial.faces)
-        assert (again.polygons is None) == (faces is partial.faces)
+        np.testing.assert_array_equal(again.faces, PARTIAL.faces)
+        assert (again.polygons is None) == (faces is PARTIAL.faces)
     stated = (again.up_axis, dynmesh.read(path, faces=tmp_path / "mesh.npz").up_axis)
     assert stated == (None, "y")
     for wrong in (tmp_path / "other.npz", np.array([[0, 1, 2, 144]])):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import Mesh
+from meshes import sheet
 from sequences import assert_refused, assert_same, sea
 
 import dynmesh
@@ -151,32 +151,30 @@ def test_zeros_may_tell_what_was_missing() -> None:
     assert distance == pytest.approx(0.5 * np.sqrt(3), rel=1e-3)
 
 
-@pytest.fixture
-def numbered(mesh: Mesh) -> dynmesh.Sequence:
-    """Ten frames, each of whose arrays hold the number of the frame, starting at frame 1001."""
-    of_frame = np.tile(np.arange(10, dtype=np.int32)[:, None], (1, 49))
-    return dynmesh.Sequence(
-        np.repeat(of_frame[..., None], 3, axis=2).astype(np.float32),
-        mesh.faces,
-        of_frame % 2 == 0,
-        generation=of_frame,
-        age=of_frame,
-        fps=25.0,
-        start=1001,
-        up_axis="z",
-        name="/body",
-    )
+OF_FRAME = np.tile(np.arange(10, dtype=np.int32)[:, None], (1, 49))
+NUMBERED = dynmesh.Sequence(
+    np.repeat(OF_FRAME[..., None], 3, axis=2).astype(np.float32),
+    sheet(7).faces,
+    OF_FRAME % 2 == 0,
+    generation=OF_FRAME,
+    age=OF_FRAME,
+    fps=25.0,
+    start=1001,
+    up_axis="z",
+    name="/body",
+)
+"""Ten frames, each of whose arrays hold the number of the frame, starting at frame 1001."""
 
 
-def test_a_sequence_is_a_collection_of_frames(numbered: dynmesh.Sequence) -> None:
-    assert len(numbered) == 10
-    assert [frame[0, 0] for frame in numbered] == list(range(10))
+def test_a_sequence_is_a_collection_of_frames() -> None:
+    assert len(NUMBERED) == 10
+    assert [frame[0, 0] for frame in NUMBERED] == list(range(10))
     for frame in (7, np.int64(7), -3):
-        assert numbered[frame].shape == (49, 3)
-        assert (numbered[frame] == 7).all()
-    assert np.shares_memory(numbered[7], numbered.vertices)
-    completed = list(dynmesh.complete(numbered.faces, numbered))
-    np.testing.assert_array_equal(completed, numbered.vertices)
+        assert NUMBERED[frame].shape == (49, 3)
+        assert (NUMBERED[frame] == 7).all()
+    assert np.shares_memory(NUMBERED[7], NUMBERED.vertices)
+    completed = list(dynmesh.complete(NUMBERED.faces, NUMBERED))
+    np.testing.assert_array_equal(completed, NUMBERED.vertices)
 
 
 @pytest.mark.parametrize(
@@ -193,11 +191,9 @@ def test_a_sequence_is_a_collection_of_frames(numbered: dynmesh.Sequence) -> Non
     ],
 )
 @pytest.mark.parametrize("timed", [False, True])
-def test_a_slice_cuts_everything_alike(
-    numbered: dynmesh.Sequence, frames: slice, timed: bool
-) -> None:
+def test_a_slice_cuts_everything_alike(frames: slice, timed: bool) -> None:
     times = 1001 + np.arange(10.0) ** 2 if timed else None
-    whole = replace(numbered, times=times)
+    whole = replace(NUMBERED, times=times)
     part = whole[frames]
     kept = np.arange(10)[frames]
     for name in ("vertices", "known", "generation", "age"):
