@@ -56,30 +56,6 @@ nbclient: Any = pytest.importorskip("nbclient", reason="the development group ha
 pytest.importorskip("ipykernel", reason="the development group has it")
 pytest.importorskip("k3d", reason="players need k3d: pip install 'dynmesh[view]'")
 
-NOTEBOOK = REPOSITORY / "examples" / "notebook" / "compare_methods.ipynb"
-
-
-@pytest.fixture
-def notebook() -> Any:
-    """The notebook as it is in the repository."""
-    found = nbformat.read(NOTEBOOK, 4)
-    nbformat.validate(found)
-    return found
-
-
-@pytest.fixture
-def executed(notebook: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The notebook after all of its cells were run in an empty folder."""
-    for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR"):
-        monkeypatch.setenv(name, str(tmp_path / name))
-    folder = tmp_path / "work"
-    folder.mkdir()
-    resources = {"metadata": {"path": str(folder)}}
-    nbclient.NotebookClient(
-        notebook, timeout=60, kernel_name="python3", resources=resources
-    ).execute()
-    return notebook
-
 
 def outputs(notebook: Any, cell: str) -> list[Any]:
     """The outputs of a cell."""
@@ -94,7 +70,16 @@ def assert_upright(png: str) -> None:
     assert drawn.any(axis=1).sum() > 1.5 * drawn.any(axis=0).sum()
 
 
-def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
+def test_the_notebook_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of its cells, in an empty folder."""
+    executed = nbformat.read(REPOSITORY / "examples" / "notebook" / "compare_methods.ipynb", 4)
+    nbformat.validate(executed)
+    for name in ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR"):
+        monkeypatch.setenv(name, str(tmp_path / name))
+    folder = tmp_path / "work"
+    folder.mkdir()
+    about = {"kernel_name": "python3", "resources": {"metadata": {"path": str(folder)}}}
+    nbclient.NotebookClient(executed, timeout=60, **about).execute()
     every = [output for cell in executed.cells for output in cell.get("outputs", [])]
     assert [output.text for output in every if output.get("name") == "stderr"] == []
     for cell in ("truth", "hide", "player", "own"):
@@ -110,4 +95,4 @@ def test_the_notebook_runs(executed: Any, tmp_path: Path) -> None:
     assert len(errors) == len(set(errors)) == 3
     for picture in outputs(executed, "where"):
         assert_upright(picture.data["image/png"])
-    assert {file.name for file in (tmp_path / "work").iterdir()} == {"partial.npz", "completed.npz"}
+    assert {file.name for file in folder.iterdir()} == {"partial.npz", "completed.npz"}
