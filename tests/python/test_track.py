@@ -63,7 +63,7 @@ def test_a_training_and_standard_errors_of_a_file(folder: Path, tmp_path: Path) 
     training, output = tmp_path / "training.npz", tmp_path / "out.npz"
     dynmesh.write(training, TRUTH)
     words = ("track", folder / "points", output, "--template", folder / "body.obj")
-    told = run(*words, "--training", training, "--uncertainty", "--provenance")
+    told = run(*words, "--training", training, "--uncertainty")
     assert "the prior weight of the training frames was" in told.stderr
     tracked: Any = dynmesh.read(output)
     first = TRUTH.faces, dynmesh.read(folder / "body.obj").vertices[0]

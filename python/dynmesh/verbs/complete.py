@@ -156,15 +156,14 @@ def complete_file(
             method detail learns how it varies; one file or several.
         learn: whether to learn from the completed frames; twice as slow.
         bidirectional: whether to complete each frame from both sides, which lowers errors by a
-            quarter and takes three to four times as long; implies `uncertainty` and, without
-            `training`, `learn`.
+            quarter and takes three to four times as long; estimates standard errors and,
+            without `training`, implies `learn`.
         threads: the number of threads that may work on a frame.
-        uncertainty: whether to estimate the standard error of each vertex; written with
-            `provenance`.
+        uncertainty: whether to write the standard error of each vertex; implies `provenance`.
         provenance: whether to write how many edges each vertex is from an observed one
             (generation), and for how many frames it was not observed (age).
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
-            of the positions; implies `uncertainty`.
+            of the positions.
         overwrite: whether to replace an existing output.
         progress: whether to show a bar on standard error.
 
@@ -192,6 +191,7 @@ def complete_file(
     target = target_over(path, named_like(path, output))
     named = [Path(path), *training_files, *([] if template is None else [Path(template)])]
     target.check(overwrite=overwrite, others=filter(Path.is_file, named))
+    provenance = provenance or uncertainty
     target.check_holds(["generation"] if provenance else [])
     with open_with_template(path, template, source or {}) as (reader, first):
         learnt = Training(training_files, reader, progress)

@@ -175,8 +175,8 @@ def track_file(
         training: complete frames of the same mesh, from which it is learned how it varies; one file
             or several.
         threads: the number of threads that may work on a frame.
-        uncertainty: whether to estimate the standard error of the distance of each vertex from the
-            true surface; written with `provenance`.
+        uncertainty: whether to write the standard error of the distance of each vertex from the
+            true surface; implies `provenance`.
         provenance: whether to write how many edges each vertex is from one that was seen
             (generation), and for how many frames it was not seen (age).
         overwrite: whether to replace an existing output.
@@ -199,6 +199,7 @@ def track_file(
     room, training_files = Room(crop_of(crop), remove_planes), paths_of(training)
     target = files.target_of(output)
     target.check(overwrite=overwrite)
+    provenance = provenance or uncertainty
     target.check_holds(["generation"] if provenance else [])
     files.check_suffix(template)
     with files.open(template) as mesh:
@@ -220,7 +221,7 @@ def track_file(
             times=None if reader.step == 1 else times,
             has_known=False,
             has_provenance=provenance,
-            has_standard_error=provenance and uncertainty,
+            has_standard_error=uncertainty,
             standard_error_of="surface",
         )
         with (
@@ -253,7 +254,6 @@ def track_file(
                 names = header.attributes
                 writer.append(points, **{name: getattr(tracker, name) for name in names})
     reports = [one.report for one in fits.tracked]
-    unwritten = ["standard errors are not in the file; `provenance` writes them"]
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,
@@ -261,7 +261,6 @@ def track_file(
             *([at.sizes] if at.sizes else []),
             *writer.remarks,
             *fits.remarks,
-            *(unwritten if uncertainty and not provenance else []),
         ),
         output=Path(output),
         frames=header.n_frames,
