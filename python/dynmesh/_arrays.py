@@ -30,7 +30,8 @@ def floats(name: str, given: Any) -> Positions:
     """
     array = _plain(name, as_array(name, given, np.float64))
     if array.dtype.kind != "f" or array.itemsize not in (4, 8):
-        raise KindError(f"must be float32 or float64, not {array.dtype}", argument=name)
+        order = "; faces come before it" if name == "first_frame" else ""
+        raise KindError(f"must be float32 or float64, not {array.dtype}{order}", argument=name)
     return array
 
 
