@@ -95,6 +95,8 @@ def check_path(name: str, value: object, expected: str = "a path") -> None:
     """Raises an error unless the value is a path; `expected` names everything that is accepted."""
     if not isinstance(value, str | os.PathLike):
         raise KindError(f"must be {expected}, not {type(value).__name__}", argument=name)
+    if not os.fspath(value):  # which pathlib takes for the current folder
+        raise InputError("is empty", argument=name, value=value)
 
 
 def check_complete(name: str | None, points: NDArray[np.floating[Any]]) -> None:

@@ -38,8 +38,13 @@ _NAMES = {
 
 
 def option_of(function: Callable[..., Any], parameter: str) -> str:
-    """The option that stands for a parameter of a function."""
-    return _names(function, parameter)[0]
+    """The option or the argument of a command line that stands for a parameter of a function."""
+    one = inspect.signature(function).parameters.get(parameter)
+    return _names(function, parameter)[0] if one is None or _is_option(one) else parameter.upper()
+
+
+def _is_option(one: inspect.Parameter) -> bool:
+    return one.kind == one.KEYWORD_ONLY or one.default is not one.empty
 
 
 def _names(function: Callable[..., Any], parameter: str) -> tuple[str, ...]:
@@ -59,7 +64,7 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
     """Returns the function with a signature that says how a command line gives its arguments."""
     parameters = []
     for one in inspect.signature(function).parameters.values():
-        is_option = one.kind == one.KEYWORD_ONLY or one.default is not one.empty
+        is_option = _is_option(one)
         kind = one.KEYWORD_ONLY if is_option else one.POSITIONAL_ONLY
         names = _names(function, one.name) if is_option else None
         annotation = _annotation(one.name, names, one.annotation, one.default)
@@ -106,21 +111,24 @@ def arguments_of(
 
 def refusal(error: Any) -> InputError:
     """Returns what cyclopts refuses as an error of dynmesh."""
-    from cyclopts import CoercionError, UnusedCliTokensError
+    from cyclopts import App, CoercionError, MissingArgumentError, UnusedCliTokensError
 
-    argument = error.argument.keys[-1] if error.argument and error.argument.keys else None
-    if argument is None and error.argument:
-        argument = error.argument.field_info.name
+    found = error.argument
+    argument = None if found is None else [found.field_info.name, *found.keys][-1]
     if isinstance(error, CoercionError) and error.token is not None:
         value = error.token.value
         cause = error.__cause__
         told = str(cause) if cause else f"must be {_told(error.target_type)}, not {value!r}"
         return InputError(told, argument=argument, value=value)
+    if isinstance(error, MissingArgumentError) and error.keyword is None:
+        every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
+        what = next(one.parameter.help for one in every if one.field_info.name == argument)
+        return InputError(f"is missing: {what}", argument=argument)
     told = str(error)
     if isinstance(error, UnusedCliTokensError):
         first, *others = error.unused_tokens or [""]
         more = f" and {len(others)} more" if others else ""
-        told = f"too many arguments: {first}{more}; put patterns in quotes"
+        told = f"too many arguments: {first}{more}; put patterns in quotes and repeat options"
     return InputError(told)
 
 
@@ -144,6 +152,8 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
     if _members(hint) == [int]:
         more["converter"] = _whole
+    if {Path, list[Path]} & {*_members(_of_shell(hint))}:
+        more["converter"] = _path
     if str in _members(hint):
         more["allow_leading_hyphen"] = True  # of numbers
     if default is not True:
@@ -159,6 +169,15 @@ def _whole(_: Any, tokens: Any) -> int:
     if not text.removeprefix("-").isdecimal():
         raise ValueError(f"must be a whole number, not {text!r}")
     return int(text)
+
+
+def _path(hint: Any, tokens: Any) -> Any:
+    """Reads a path, or several, of which pathlib takes an empty one for the current folder."""
+    from cyclopts import convert
+
+    if not all(token.value for token in tokens):
+        raise ValueError("is empty")
+    return convert(hint, tokens)
 
 
 _ORDER = ("what", "how", "output")

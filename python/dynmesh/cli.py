@@ -56,7 +56,7 @@ app = App(
     "known mask says so or, in a file without masks, if its position is not finite.\n\n"
     "Every command also takes --quiet (-q), which prints errors alone, and --json, which prints "
     "its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
-    "line is wrong, and 3 if a result was written but is doubtful.",
+    "line or an option is wrong, and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
     help_format="plaintext",
     version=f"dynmesh {__version__}",
@@ -138,9 +138,7 @@ def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
     if isinstance(error, DynmeshError) and error.argument is not None and tokens[0] in VERBS:
         verb = function_of(tokens[0])
         if takes(verb, error.argument):
-            is_alone = error.file is None and error.frame is None
-            told = error.told(option_of(verb, error.argument))
-            return _spelt(told, tokens), 2 if is_alone else code
+            return _spelt(error.told(option_of(verb, error.argument)), tokens), 2
     return _spelt(in_one_line(error), tokens), code
 
 

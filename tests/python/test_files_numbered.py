@@ -320,7 +320,7 @@ def test_completion_and_evaluation(tmp_path: Path) -> None:
     assert "vertices, frame 1004 not counted" in said
     assert "frame 1004" in run("complete", path, tmp_path / "b.npz").stderr
     assert dynmesh.read(made).start == FIRST
-    refused = run("complete", path, tmp_path / "c.npz", "--start", "3", code=1).stderr
+    refused = run("complete", path, tmp_path / "c.npz", "--start", "3", code=2).stderr
     assert "partial.npz: --start: there is no frame 3, only 1001 to 1008" in refused
     table = tmp_path / "errors.csv"
     options = ("--frames", "1002:1005", "--csv", table, "--json")

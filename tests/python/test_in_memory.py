@@ -255,7 +255,7 @@ def test_an_inverted_mask_is_asked_about(tmp_path: Path, inverted: bool) -> None
     if inverted:
         holes = np.where(known[..., None], SHOT.vertices, np.nan)
         np.savez(tmp_path / "in.npz", vertices=holes, faces=SHOT.faces)
-        said = run(*words, tmp_path / "mask.npy", "--overwrite", code=1).stderr
+        said = run(*words, tmp_path / "mask.npy", "--overwrite", code=2).stderr
         assert "just the vertices that are not finite are known" in said
 
 

@@ -20,8 +20,11 @@ from ..sequence import Mask, Positions
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import CountScale, MeasureScale, Scale, StepScale, Values, round_up
 
-Colour = Literal["error", "generation", "age", "standard_error", "known", "distance", "plain"]
+Alone = Literal["error", "generation", "age", "standard_error", "known", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
+
+Colour = Literal[Alone, "distance"]
+"""The same, or what it shows beside scans."""
 
 _SMALLEST_LIMIT = 1e-6  # of the bounding-box diagonal: about what float32 positions resolve
 _FARTHEST = 2.0  # mean edges; from one on, a point counts as far from the surface

@@ -45,7 +45,7 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
     """Returns the format of that name or else of the sequence at `path`."""
     path = Path(path)
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
-        raise FileNotFoundError(errno.ENOENT, "no such file or folder", str(path))
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with naming(path):
         return _choose(path, name, "name the format")
 

@@ -2,6 +2,7 @@
 
 import errno
 import glob
+import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -143,7 +144,7 @@ def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
         return _filled(by_number, 1, gaps, names.name)
     if not names.numbered and (found := _in_natural_order(matching(path))):
         return _evenly_spaced(found, gaps)
-    raise FileNotFoundError(errno.ENOENT, "no such file", str(path))
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
 
 
 def matching(path: Path) -> list[Path]:

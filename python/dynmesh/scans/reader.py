@@ -1,5 +1,7 @@
 """Reading scans, frame by frame: a folder or a pattern of files."""
 
+import errno
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
@@ -255,16 +257,18 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
     suffixes = (*point_formats, SUFFIX)
     if not path.is_dir():
         if not path.suffix and not path.exists():
-            raise ValueError("does not exist")
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
         if path.suffix.lower() not in suffixes:
             raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
         return path.suffix.lower()
     found = [suffix for suffix in suffixes if files_in(path, suffix)]
     if not found and rig is not None and _images_in(path, rig):
         return SUFFIX
-    if len(found) != 1:
-        kinds = " and ".join(found) or f"no {' or '.join(suffixes)}"
-        raise ValueError(f"is a folder with {kinds} files; name one kind by a pattern")
+    if len(found) > 1:
+        told = f"is a folder with {' and '.join(found)} files; name one kind by a pattern"
+        raise ValueError(told)
+    if not found:
+        raise ValueError(f"is a folder without scans, which are {', '.join(suffixes)}")
     return found[0]
 
 

@@ -202,6 +202,8 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
     words = [given.pop(name) for name in names]
+    from cyclopts import UnknownOptionError
+
     columns = {f"--{column.replace('_', '-')}": column for column in given}
     for option, column in columns.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
@@ -209,7 +211,9 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
         arguments = bound(verb, words)
     except InputError as error:
         option = option_of(verb, error.argument) if error.argument else ""
-        raise _wrong(path, line, columns.get(option), error.reason) from error
+        is_header = isinstance(error.__context__, UnknownOptionError)
+        place = columns.get(option, error.argument)
+        raise _wrong(path, 1 if is_header else line, place, error.reason) from error
     arguments.arguments["overwrite"] = overwrite
     here = path.parent / row[kind], path.parent / row["output"]
     return Job(kind, *here, *arguments_of(arguments, path.parent))

@@ -13,7 +13,7 @@ from .._errors import InputError
 from ..draw.page import Page, page, require_page
 from ..draw.page.pick import pick_page
 from ..draw.picture import drawn, evenly_spaced
-from ..draw.quantities import Colour
+from ..draw.quantities import Alone, Colour
 from ..files import OneSequence, PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.new_output import check_output, new_output
@@ -125,7 +125,7 @@ def picture(
     count: What[int] = 6,
     reference: What[OneSequence | None] = None,
     source: Source | None = None,
-    colour: How[Colour | None] = None,
+    colour: How[Alone | None] = None,
     title: How[str | None] = None,
     up: How[Axis | None] = None,
     azimuth: How[float] = 60.0,
@@ -140,7 +140,8 @@ def picture(
     Args:
         sequence: the sequence.
         out: the PNG file to write; without it, Python returns the picture alone.
-        frames: the numbers of the frames, one or several; else, `count` of them, evenly spaced.
+        frames: the number of a frame, or of several, for which a command repeats the option; else,
+            `count` frames, evenly spaced.
         count: the number of frames, at most.
         reference: the true sequence; colours then show the error.
         source: how to read the sequence; faces and the mesh are those of the reference, too.
@@ -166,8 +167,7 @@ def picture(
             indices = evenly_spaced(own.n_frames, count)
         else:
             numbers = frames if isinstance(frames, Iterable) else [frames]
-            with files.naming(own.path):
-                indices = [index_of(own.header, number, "frames") for number in numbers]
+            indices = [index_of(own.header, number, "frames") for number in numbers]
         made: Image.Image = drawn(
             own,
             indices=indices,
