@@ -20,7 +20,6 @@ Dynamic Mesh Completion" (WSCG 2017); "detail", the default, starts from it.
 import ast
 from importlib import import_module
 from pathlib import Path
-from types import FunctionType
 from typing import Any
 
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
@@ -44,9 +43,6 @@ def __getattr__(name: str) -> Any:
     home, own = _HOMES[name]
     module = import_module(f".{home or own}", __name__)
     found = module if home is None else getattr(module, own)
-    if isinstance(found, FunctionType) and not hasattr(found, "__wrapped__"):
-        found = import_module("._keywords", __name__).with_known_keywords(found)
-        setattr(module, own, found)  # where pickle looks for it
     globals()[name] = found
     return found
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from . import _arrays, _core
 from ._arrays import Integers, Mask, Positions
-from ._keywords import with_known_keywords
 from ._stream import Stream
 from .polygons import Faces
 from .settings import Settings
@@ -120,7 +119,6 @@ class Completer(Stream):
             `report.prior_weight` is then 0. Requires "detail".
     """
 
-    @with_known_keywords
     def __init__(
         self,
         faces: Faces,

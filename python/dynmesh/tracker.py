@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._errors import InputError, KindError
-from ._keywords import with_known_keywords
 from ._stream import Stream
 from .completer import FrameReport
 from .polygons import Faces
@@ -167,7 +166,6 @@ class Tracker(Stream):
             the subject have no effect: `report.prior_weight` is then 0.
     """
 
-    @with_known_keywords
     def __init__(
         self,
         faces: Faces,

@@ -18,6 +18,8 @@ from ..settings import Settings
 from .start import check_start, start_in
 from .ways import SequenceSettings, complete_frames, with_implied
 
+_OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
+
 
 @overload
 def complete(
@@ -78,7 +80,7 @@ def complete(
         raise KindError(f"{told}; complete_file completes files", argument="frames")
     ways, of_completer = _ways_among(settings)
     if "start" in settings or ways != {"bidirectional": False, "drop_above": None}:
-        names = ", ".join(settings.keys() - Settings.__annotations__.keys())
+        names = ", ".join(settings.keys() & _OF_SEQUENCES)
         raise InputError(
             f"{names}: for a Sequence, whose frames can be read more than once, not for a stream "
             "of frames",
@@ -89,7 +91,7 @@ def complete(
 
 def _ways_among(given: SequenceSettings) -> tuple[dict[str, Any], Settings]:
     """Returns the keywords of the ways through a sequence, and those of the completer."""
-    settings: Any = {n: value for n, value in given.items() if n in Settings.__annotations__}
+    settings: Any = {n: one for n, one in given.items() if n not in _OF_SEQUENCES}
     drop_above = given.get("drop_above")
     return {"bidirectional": given.get("bidirectional", False), "drop_above": drop_above}, settings
 
