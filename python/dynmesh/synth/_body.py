@@ -87,7 +87,6 @@ _BOXES = (
     ((0, 5), (-5, 7), (103, 117)),  # head
 )
 _RELAXATIONS = 20
-_POINTS_AT_ONCE = 2000
 _WEIGHT_DIFFUSIONS = 45  # a standard deviation of about four edges, the bend of a joint
 
 
@@ -148,7 +147,7 @@ class Body:
             blend = dual_quaternions.T @ weights
             blend /= np.linalg.norm(blend[:4], axis=0)
             w, v, dual_w, dual_v = blend[0], blend[1:4], blend[4], blend[5:]
-            turned = _cross(v, _cross(v, points) + w * points + dual_v)
+            turned = np.cross(v, np.cross(v, points, axis=0) + w * points + dual_v, axis=0)
             frame[:] = (points + 2.0 * (turned + w * dual_v - dual_w * v)).T
         return frames
 
@@ -235,11 +234,6 @@ class _Flesh:
 
     def project(self, points: Floats) -> Floats:
         """Return `points` (k, 3) moved by one Newton step towards the surface."""
-        # Intermediate arrays of few points at a time fit in the processor's cache.
-        few = np.array_split(points, len(points) // _POINTS_AT_ONCE + 1)
-        return np.concatenate([self._projected(some) for some in few])
-
-    def _projected(self, points: Floats) -> Floats:
         distances, lengths, along = self._distances(points)
         nearest = distances.min(axis=1, keepdims=True)
         shares = np.exp((nearest - distances) / _BLEND)
@@ -295,10 +289,3 @@ def _quaternions(rotations: Floats) -> Floats:
     longest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
     rows = outer[np.arange(len(outer)), longest]
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """Return the cross products of the columns of (3, k) arrays, quicker than `np.cross`."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
