@@ -21,7 +21,6 @@ from ..sequence import Sequence
 from .choice import (
     PathLike,
     Target,
-    check_suffix,
     format_of,
     formats,
     named_like,
@@ -47,7 +46,6 @@ __all__ = [
     "Source",
     "Target",
     "Writer",
-    "check_suffix",
     "create",
     "format_of",
     "formats",

@@ -47,18 +47,7 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with naming(path):
-        return _choose(path, name, "name the format")
-
-
-def check_suffix(path: PathLike) -> None:
-    """Refuses a path that does not tell its format, where no option can.
-
-    Raises:
-        ValueError: it does not.
-    """
-    path = Path(path)
-    with naming(path):
-        _choose(path, None, "give the path of a mesh file, such as body.ply")
+        return _choose(path, name, "give a file such as body.ply, or name the format")
 
 
 def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:

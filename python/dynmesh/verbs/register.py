@@ -121,7 +121,6 @@ def register_file(
     check_integer("threads", threads, 1)
     if page is not None:
         require_page(scans=True)
-    files.check_suffix(template)
     target = files.target_of(output)
     marked = [] if landmarks is None else [Path(landmarks)]
     inputs = [Path(template), Path(scan), *marked]

@@ -201,7 +201,6 @@ def track_file(
     target.check(overwrite=overwrite)
     provenance = provenance or uncertainty
     target.check_holds(["generation"] if provenance else [])
-    files.check_suffix(template)
     with files.open(template) as mesh:
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
