@@ -197,7 +197,3 @@ def main() -> None:
         head = ("points to surface, mm", "edges within 10 %", "corners, mm")
         tables.append(Table("tracking-cloth", [head, cloth(arguments.cloth)]))
     show(arguments, *tables)
-
-
-if __name__ == "__main__":
-    main()

@@ -108,7 +108,7 @@ def test_a_mesh_is_chosen_and_info_lists_them(tmp_path: Path) -> None:
     shown = [line.split() for line in run("info", path).stdout.splitlines()]
     assert ["/Still", "does", "not", "move"] in shown
     assert ["/Other", "moves"] in shown
-    assert "--prim" in run("info", path, "--strict", code=1).stderr
+    assert "--prim" in run("info", path, "--strict", code=2).stderr
     assert_refused(layer(path, 'def Xform "Body" {}'))
 
 

@@ -393,7 +393,7 @@ def test_depth_images_of_one_moment_are_one_scan(tmp_path: Path) -> None:
     (depth / "depth_00008_1.png").unlink()
     assert "no image of camera '1' for frame 8" in run(*words, "--overwrite").stderr
     (depth / "cameras.json").rename(tmp_path / "rig.json")
-    refused = run(*words, "--overwrite", code=1).stderr
+    refused = run(*words, "--overwrite", code=2).stderr
     assert "depth images need cameras" in refused
     run(*words, "--overwrite", "--cameras", tmp_path / "rig.json")
 

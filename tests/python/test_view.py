@@ -22,7 +22,7 @@ from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.thin import thin
 from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
-from dynmesh.draw.quantities import QUANTITIES, Colour
+from dynmesh.draw.quantities import QUANTITIES, Alone, Colour
 from dynmesh.draw.scales import CountScale, MeasureScale
 from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import PointScan, open_scans, write_ply
@@ -437,7 +437,7 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
         assert heatmap.colour == colours[0]
         assert (*frame.values, "plain") == heatmap.colours == colours
     assert heatmap.scale("plain", []) is None
-    assert get_args(Colour) == (*QUANTITIES, "plain")
+    assert {*get_args(Colour)} == {*QUANTITIES, "plain"} == {*get_args(Alone), "distance"}
 
 
 def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> None:

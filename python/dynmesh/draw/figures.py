@@ -116,15 +116,10 @@ def render(
 
     Raises:
         ImportError: pyvista is not installed.
-        ValueError, TypeError: a face refers to no vertex, a position or place is not finite, or an
-            array has the wrong shape.
+        ValueError: a face refers to no vertex, or a position or place is not finite.
     """
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InputError(f"must have shape (k, 3), not {points.shape}", argument="points")
     cells(faces, len(points))  # as VTK would end the process for a face out of range
     check_complete("points", points)
-    if places.shape != (len(points),):
-        raise InputError(f"must have shape ({len(points)},), not {places.shape}", argument="places")
     if not np.isfinite(places).all():
         raise InputError("must be finite", argument="places")
     pyvista = load_pyvista()

@@ -259,7 +259,7 @@ QUANTITIES: dict[Colour, Quantity] = {
     "standard_error": Quantity(
         _lacks(
             "standard_error",
-            "completion and tracking write it with `provenance` and `uncertainty`",
+            "completion and tracking write it with `uncertainty`",
         ),
         _standard_error,
         _standard_error_scale,

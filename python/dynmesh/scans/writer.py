@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from ..files.new_output import check_folder, exchange, exists_already, making
 from .cameras import Rig, write_cameras
-from .depth_files import SUFFIX, require_png, write_depth
+from .depth_files import SUFFIX, write_depth
 from .point_files import write_ply
 from .reader import CAMERAS
 from .scan import DepthScan, PointScan
@@ -97,15 +97,6 @@ class PointFolder(ScanFolder):
 
 class DepthFolder(ScanFolder):
     """Depth images, as ``depth_00000_left.png``."""
-
-    def __init__(self, path: Path, rig: Rig, **options: Any) -> None:
-        """Begins the folder; see :class:`ScanFolder`.
-
-        Raises:
-            ImportError: Pillow is not installed.
-        """
-        require_png()
-        super().__init__(path, rig, **options)
 
     def append(self, scan: DepthScan) -> None:
         """Writes the next frame, which has an image of every camera of the rig."""

@@ -48,7 +48,7 @@ streams = [
     _complete("infinity in frame 2, marked known", lambda w: _stream(w, [w.vertices, w.points, w.with_value(np.inf)], [_whole] * 3), ValueError, "frame 2: points: row 4", "inf"),
     _complete("a sequence and frames", lambda w: dynmesh.complete(w.sequence, w.points), ValueError, "frames:"),
     _complete("`start` for frames", lambda w: dynmesh.complete(w.faces, w.points, start=2), ValueError, "frames: start"),  # type: ignore[call-overload]
-    _complete("`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "speed:", "threads"),
+    _complete("`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "'speed'"),
 ]  # fmt: skip
 
 _cells = of("cells")
@@ -140,8 +140,6 @@ pictures_and_whole_frames = [
     _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(_NAN)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
     _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
     _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: must be finite, but vertex 4"),
-    _render("`points`: two columns", lambda w: _drawn(w, points=w.points[:, :2]), ValueError, "points: must have shape"),
-    _render("`places`: too few", lambda w: _drawn(w, places=np.ones(3)), ValueError, "places: must have shape"),
     _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, _NAN)), ValueError, "places: must be finite"),
     _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
 ]  # fmt: skip
