@@ -150,7 +150,7 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
     if slice in _members(hint):
         more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
         more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
-    if _members(hint) == [int]:
+    if int in _members(hint):
         more["converter"] = _whole
     if {Path, list[Path]} & {*_members(_of_shell(hint))}:
         more["converter"] = _path
@@ -163,12 +163,14 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
     return Annotated[_of_shell(hint), Parameter(**more)]
 
 
-def _whole(_: Any, tokens: Any) -> int:
-    """Reads a whole number, of which cyclopts rounds others."""
+def _whole(hint: Any, tokens: Any) -> Any:
+    """Reads a whole number, of which cyclopts rounds others, or a word."""
+    from cyclopts import convert
+
     text = tokens[0].value
-    if not text.removeprefix("-").isdecimal():
+    if not (text.removeprefix("-").isdecimal() or text.isalpha()):
         raise ValueError(f"must be a whole number, not {text!r}")
-    return int(text)
+    return convert(hint, tokens)
 
 
 def _path(hint: Any, tokens: Any) -> Any:
