@@ -12,7 +12,6 @@ _AGAINST_WIND = 0.1  # relative amplitude of waves that run against the wind
 _RIPPLE = 0.1  # metres; waves not much longer than that are damped out
 _HEIGHT = 0.11  # metres, root mean square
 _CHOP = 0.7  # horizontal displacement; crests fold over from about 1.2 on
-_POINTS_AT_ONCE = 160_000  # vertices evaluated together, which bounds the memory
 
 
 def waves(
@@ -35,13 +34,10 @@ def waves(
     rest = np.zeros((3, grid, grid))
     rest[:2] = spacing * np.indices((grid, grid))
     vertices = np.empty((frames, grid * grid, 3), dtype=np.float32)
-    chunk = max(1, _POINTS_AT_ONCE // grid**2)
-    for start in range(0, frames, chunk):
-        part = vertices[start : start + chunk]
-        seconds = np.arange(start, start + len(part)) / fps
-        phases = np.exp(-1j * seconds[:, None, None, None] * frequencies)
+    for number in range(frames):
+        phases = np.exp(-1j * (number / fps) * frequencies)
         points = rest + np.fft.ifft2(spectra * phases, norm="forward").real
-        part[:] = points.reshape(len(part), 3, -1).swapaxes(1, 2)
+        vertices[number] = points.reshape(3, -1).T
     return vertices, _faces(grid)
 
 
