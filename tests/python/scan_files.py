@@ -13,13 +13,12 @@ from dynmesh import Sequence, degrade
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.degrade.visibility import intrinsics_of, pose_of
 from dynmesh.scans import (
-    DepthFolder,
     DepthScan,
-    PointFolder,
     PointScan,
     Rig,
     ScanCamera,
     ScanReader,
+    scan_folder,
 )
 
 
@@ -94,10 +93,9 @@ def scanned_in_a_room(
     if size:
         width, height = size
         scans = degrade.depth_images(frames, faces, around, width=width, height=height, noise=noise)
-    folder_of: Any = DepthFolder if size else PointFolder
-    with folder_of(folder, Rig(tuple(described), None)) as written:
+    with scan_folder(folder, Rig(tuple(described), None)) as append:
         for scan in scans:
-            written.append(scan)
+            append(scan)
 
 
 def saved(image: Image.Image) -> bytes:
@@ -109,10 +107,10 @@ def saved(image: Image.Image) -> bytes:
 
 def three_frames(folder: Path) -> Path:
     """Images of c0 and c1 that are 1, 2 and 3 away."""
-    with DepthFolder(folder, a_rig(2)) as written:
+    with scan_folder(folder, a_rig(2)) as append:
         for depth in (1, 2, 3):
             image = np.full((6, 8), depth, np.float32)
-            written.append(DepthScan([image, image], [], []))
+            append(DepthScan([image, image], [], []))
     return folder
 
 

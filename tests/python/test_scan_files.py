@@ -22,15 +22,14 @@ from sequences import assert_refused
 import dynmesh
 from dynmesh._errors import DynmeshError
 from dynmesh.scans import (
-    DepthFolder,
     DepthScan,
-    PointFolder,
     PointScan,
     Rig,
     ScanCamera,
     open_scans,
     read_cameras,
     read_points,
+    scan_folder,
     write_cameras,
 )
 from dynmesh.scans.depth_files import read_depth
@@ -161,9 +160,9 @@ def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
     images[1, 1, 0, 0] = 70.0  # more than 65535 counts
     matrices = [np.asarray(camera.intrinsics) for camera in rig.cameras]
     poses = [camera.camera_to_world for camera in rig.cameras]
-    with DepthFolder(tmp_path / "scans", rig) as folder:
+    with scan_folder(tmp_path / "scans", rig) as append:
         for pair in images:
-            folder.append(DepthScan(list(pair), matrices, poses))
+            append(DepthScan(list(pair), matrices, poses))
     images[1, 1, 0, 0] = 0
     emptied = tmp_path / "scans" / "depth_00000_c0.png"  # by a sensor that says so by the largest
     counts = np.array(Image.open(emptied))
@@ -332,9 +331,9 @@ def test_points_of_others_are_read(tmp_path: Path, suffix: str, with_normals: bo
 def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
     scans = [some_points(dtype, n) for n in (5, 0, 9)]
     rig = a_rig(3, unit=0.001)
-    with PointFolder(tmp_path / "scans", rig) as folder:
+    with scan_folder(tmp_path / "scans", rig) as append:
         for scan in scans:
-            folder.append(scan)
+            append(scan)
     reader = open_scans(tmp_path / "scans")
     assert (reader.n_frames, reader.metres_per_unit) == (3, 0.001)
     for pattern in ("frame_%05d.ply", "frame_#####.ply"):

@@ -4,12 +4,10 @@ from .cameras import Rig, ScanCamera, read_cameras, write_cameras
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans, unit_of_scans
 from .scan import DepthScan, PointScan, Scan
-from .writer import DepthFolder, PointFolder
+from .writer import scan_folder
 
 __all__ = [
-    "DepthFolder",
     "DepthScan",
-    "PointFolder",
     "PointScan",
     "Rig",
     "Scan",
@@ -18,6 +16,7 @@ __all__ = [
     "open_scans",
     "read_cameras",
     "read_points",
+    "scan_folder",
     "unit_of_scans",
     "write_cameras",
     "write_ply",

@@ -19,7 +19,7 @@ from ..degrade.shared import mean_edge_of
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.times import numbers_of_files
-from ..scans import DepthFolder, PointFolder
+from ..scans import scan_folder
 from ..scans.depth_files import require_png
 
 Share: TypeAlias = float | str
@@ -121,15 +121,14 @@ def degrade_file(
                 outliers=asked.get("outliers", 0.0),
                 seed=seed,
             )
-            folder_of: Any = PointFolder if size is None else DepthFolder
             n, numbers = reader.n_frames, numbers_of_files(reader.header)
             with (
                 numbering(reader.path, reader.header.number),
-                folder_of(Path(output), rig, overwrite=overwrite, numbers=numbers) as folder,
+                scan_folder(Path(output), rig, overwrite=overwrite, numbers=numbers) as append,
             ):
                 measured = 0
                 for found in tracked(scans, n, "scanning", progress):
-                    folder.append(found)
+                    append(found)
                     measured += len(found.cloud)
         what = "points" if size is None else "measured pixels"
         told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
