@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .._report import counted
+from .._report import as_json, counted
 from .._report import listed as joined
 from ..files import Header
 from ..sequence import Mask
@@ -179,6 +179,10 @@ def _joined(what: str, shown: list[str], count: int, others: int) -> str:
 
 SCHEMA_VERSION = 1
 
+_STATED = (
+    "name", "fps", "start", "times", "up_axis", "metres_per_unit", "has_known", "has_provenance"
+)  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -244,15 +248,8 @@ class Diagnosis:
                 "frames": header.n_frames,
                 "vertices": header.n_vertices,
                 "dtype": str(header.dtype),
-                "name": header.name,
-                "fps": header.fps,
-                "start": header.start,
-                "times": None if header.times is None else header.times.tolist(),
-                "up_axis": header.up_axis,
                 "likely_up": self.likely_up,
-                "metres_per_unit": header.metres_per_unit,
-                "has_known": header.has_known,
-                "has_provenance": header.has_provenance,
+                **{name: as_json(getattr(header, name)) for name in _STATED},
             },
             "mesh": {
                 **_topology_as_dict(self.topology),
@@ -282,16 +279,6 @@ def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
 
 
 def _finding_as_dict(finding: Finding, header: Header) -> dict[str, Any]:
-    where = {
-        kind: getattr(finding.where, kind).tolist() for kind in ("vertices", "faces", "frames")
-    }
-    where["frames"] = [header.number(frame) for frame in where["frames"]]
-    return {
-        "code": finding.code,
-        "severity": finding.severity,
-        "count": finding.count,
-        "worst": finding.worst,
-        "message": finding.message,
-        "advice": finding.advice,
-        "where": where,
-    }
+    told: dict[str, Any] = as_json(finding)
+    told["where"]["frames"] = [header.number(int(frame)) for frame in finding.where.frames]
+    return told
