@@ -103,6 +103,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
   }
 
+  if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
   if (noise_) weigh_anchors();
   if (error_bars_.exist()) {
     error_bars_.update({x_, kx_, shape_, directions.rounding}, anchors_, generations, system_,
@@ -112,7 +113,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   // Step 5: move the satellites by a share of the first-order step.
   const Stopwatch stopwatch(report_.solve_seconds);
   report_.first_order_share =
-      first_order_.improve({previous, x_, kx_, shape_}, anchors_, generations, system_);
+      first_order_.improve({previous, x_, shape_}, anchors_, generations, system_);
   for (std::size_t v = 0; v < points.size(); ++v) {
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
@@ -155,6 +156,7 @@ void Detail::fit_rotations(Field positions) {
 ResidualField Detail::find_directions() {
   const Stopwatch stopwatch(report_.solve_seconds);
   rotations_.turn(shapes_, turned_);
+  system_.apply(x_, 1, kx_);
   const auto steps = system_.solve_terms(turned_, x_, kx_, anchors_);
   system_.apply(steps, k_steps_);
   return {anchors_, x_, kx_, turned_, steps, k_steps_, rounding_.mean_square(x_)};
@@ -183,27 +185,24 @@ FittedModes Detail::add_modes(ResidualField& directions, const Generations& gene
 
 void Detail::take_directions(const ResidualField& directions, const Blend& blend) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  const auto step = [&](Vector3<double>& from, const ShapeTerms& by) {
-    from = from + by.last + blend.b * by.to_rest + blend.c * by.change;
-  };
   workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    step(x_[v], directions.steps[v]);
-    step(kx_[v], directions.k_steps[v]);
+    const ShapeTerms& step = directions.steps[v];
+    x_[v] = x_[v] + step.last + blend.b * step.to_rest + blend.c * step.change;
   });
 }
 
 void Detail::take_step(Field step) {
   workers_.for_each_in_chunks(step.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
-  system_.apply(x_, 1, kx_);
 }
 
 /// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u).
 void Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
   const Stopwatch stopwatch(report_.solve_seconds);
-  rotations_.turn(shapes, turned_);
   workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
-    shape_[v] = turned_[v].last + b[v] * turned_[v].to_rest + c * turned_[v].change;
+    shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + c * shapes[v].change;
   });
+  rotations_.turn(shape_, shape_);
+  system_.apply(x_, 1, kx_);
   take_step(system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x_,
                              anchors_));
 }

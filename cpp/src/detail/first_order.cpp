@@ -163,8 +163,9 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
                       ShapeSystem& system) {
   leave_out(anchors, generations);
   system.factorize(kept_);
+  system.apply(frame.x, 1, of_detail_);
   const Field step = system.solve<1>(
-      [&](std::size_t v, std::size_t) { return frame.shape[v] - frame.kx[v]; }, frame.x, kept_);
+      [&](std::size_t v, std::size_t) { return frame.shape[v] - of_detail_[v]; }, frame.x, kept_);
   const auto sum = [](const Vector3<double>& a, const Vector3<double>& b) { return a + b; };
   std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
   const auto of_first_order = find_step(of_detail_, frame.last, system.scratch());

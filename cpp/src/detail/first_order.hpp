@@ -49,7 +49,6 @@ class FirstOrder {
   struct Frame {
     Field last;                    ///< the completed frame before
     std::span<Vector3<double>> x;  ///< the completed positions
-    Field kx;                      ///< K X
     Field shape;                   ///< the shape that K X was to have
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
