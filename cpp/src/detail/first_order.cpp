@@ -275,8 +275,8 @@ std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
 /// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
 void FirstOrder::fit_rotations(Field positions, Field last) {
   const OperatorData l = data_of(laplacian_);
-  const RotationData data = {l.offsets,        l.columns,           edges_.data(),
-                             positions.data(), covariances_.data(), quaternions_.data()};
+  const RotationData data = {l.offsets, l.columns,        edges_.data(),
+                             nullptr,   positions.data(), covariances_.data()};
   const RotationKernels& kernels = best_kernels().rotations;
   const auto fit = [&](Index first, Index end) {
     for (Index i = first; i < end; ++i) {
@@ -286,7 +286,7 @@ void FirstOrder::fit_rotations(Field positions, Field last) {
       quaternions_[i] = {1, 0, 0, 0};
     }
     kernels.measure(data, first, end);
-    kernels.fit(data.covariances, data.quaternions, first, end);
+    kernels.fit(covariances_.data(), quaternions_.data(), first, end);
     for (Index i = first; i < end; ++i) covariances_[i] = matrix_of(quaternions_[i]);
   };
   workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()), fit);

@@ -85,50 +85,67 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
   return clusters;
 }
 
+// Each position has one rest edge in a cluster: the sum of the weighted edges, each divided by its
+// squared length, of the cells of its members that end at this position, minus those that start
+// there. These add up to zero, so that all may start at the centre.
 Rotations::Rotations(const Cells& cells, Workers& workers,
                      std::span<const Vector3<double>> first_frame, double mean_edge)
-    : cells_(cells),
-      workers_(workers),
-      rest_edges_(cells.neighbours.size()),
-      covariances_(cells.size()),
-      quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
+    : workers_(workers),
       clusters_(cluster_vertices(cells, first_frame)),
+      weights_(static_cast<Index>(cells.size()), static_cast<Index>(clusters_.size())),
+      quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
       sums_(clusters_.size()),
       averaged_(clusters_.size()),
       turns_(clusters_.size()) {
-  std::size_t half_edge = 0;
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    for (const Index j : cells_[i]) {
-      const auto edge = (1 / mean_edge) * first_frame[j] - (1 / mean_edge) * first_frame[i];
-      rest_edges_[half_edge++] = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
+  const auto n_clusters = static_cast<Index>(clusters_.size());
+  std::vector<Index> last_visitor(cells.size());
+  ends_ = lists_by_key(clusters_.size(), [&](const auto& visit) {
+    std::ranges::fill(last_visitor, none);
+    for (Index c = 0; c < n_clusters; ++c) {
+      const auto add = [&](Index v) {
+        if (std::exchange(last_visitor[v], c) != c) visit(c, v);
+      };
+      for (const Index i : clusters_.members[c]) {
+        add(i);
+        std::ranges::for_each(cells[i], add);
+      }
+    }
+  });
+  rest_edges_.resize(ends_.neighbours.size());
+  std::vector<Index> place(cells.size());
+  std::vector<Eigen::Triplet<double, Index>> weights;
+  for (Index c = 0; c < n_clusters; ++c) {
+    for (Index e = ends_.offsets[c]; e < ends_.offsets[c + 1]; ++e) place[ends_.neighbours[e]] = e;
+    for (const Index i : clusters_.members[c]) {
+      weights.emplace_back(i, c, 1);
+      for (const Index j : cells[i]) {
+        weights.emplace_back(j, c, 1);
+        const auto edge = (1 / mean_edge) * first_frame[j] - (1 / mean_edge) * first_frame[i];
+        const auto rest = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
+        rest_edges_[place[j]] = rest_edges_[place[j]] + rest;
+        rest_edges_[place[i]] = rest_edges_[place[i]] - rest;
+      }
     }
   }
-}
-
-RotationData Rotations::data(std::span<const Vector3<double>> frame) {
-  return {cells_.offsets.data(), cells_.neighbours.data(), rest_edges_.data(),
-          frame.data(),          covariances_.data(),      quaternions_.data()};
+  weights_.setFromTriplets(weights.begin(), weights.end());
 }
 
 void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationKernels& kernels = best_kernels().rotations;
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels.measure(data(frame), first, last);
-  });
   const auto for_each_cluster = [&](const auto& work) {
     constexpr Index vertices = 7;  // of most clusters
     workers_.for_each_short_chunk(static_cast<Index>(clusters_.size()), work, vertices);
   };
-  const auto add_up = [&](const std::vector<Covariance>& from, const Cells& lists, bool with_own,
-                          std::vector<Covariance>& sums) {
-    for_each_cluster([&](Index first, Index last) {
-      kernels.add_lists(from.data(), lists.offsets.data(), lists.neighbours.data(), with_own,
-                        sums.data(), first, last);
-    });
-  };
-  add_up(covariances_, clusters_.members, false, sums_);
+  const RotationData edges = {ends_.offsets.data(), ends_.neighbours.data(),
+                              rest_edges_.data(),   clusters_.centres.data(),
+                              frame.data(),         sums_.data()};
+  for_each_cluster([&](Index first, Index last) { kernels.measure(edges, first, last); });
   for (int n = 0; n < 2; ++n) {
-    add_up(sums_, clusters_.neighbours, true, averaged_);
+    const Cells& beside = clusters_.neighbours;
+    for_each_cluster([&](Index first, Index last) {
+      kernels.add_lists(sums_.data(), beside.offsets.data(), beside.neighbours.data(),
+                        averaged_.data(), first, last);
+    });
     std::swap(sums_, averaged_);
   }
   for (std::size_t c = 0; c < clusters_.size(); ++c) {
@@ -136,9 +153,13 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   }
   for_each_cluster(
       [&](Index first, Index last) { kernels.fit(sums_.data(), turns_.data(), first, last); });
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    kernels.blend(data(frame), clusters_.of_vertex.data(), turns_.data(), first, last);
-  });
+  const OperatorData weights = {weights_.outerIndexPtr(), weights_.innerIndexPtr(),
+                                weights_.valuePtr(), nullptr};
+  workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()),
+                                [&](Index first, Index last) {
+                                  kernels.blend(weights, clusters_.of_vertex.data(), turns_.data(),
+                                                quaternions_.data(), first, last);
+                                });
 }
 
 void check_stored(std::span<const Quaternion> rotations) {
@@ -150,10 +171,11 @@ void check_stored(std::span<const Quaternion> rotations) {
 }
 
 void Rotations::turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const {
-  workers_.for_each_short_chunk(static_cast<Index>(cells_.size()), [&](Index first, Index last) {
-    best_kernels().rotations.turn(quaternions_.data(), back, field.data(), fields, turned.data(),
-                                  first, last);
-  });
+  workers_.for_each_short_chunk(
+      static_cast<Index>(quaternions_.size()), [&](Index first, Index last) {
+        best_kernels().rotations.turn(quaternions_.data(), back, field.data(), fields,
+                                      turned.data(), first, last);
+      });
 }
 
 }  // namespace dynmesh

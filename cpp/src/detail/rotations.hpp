@@ -41,7 +41,7 @@ class Rotations {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells` and `workers` must outlive this object. All rotations are the identity.
+  /// `workers` must outlive this object. All rotations are the identity.
   Rotations(const Cells& cells, Workers& workers, std::span<const Vector3<double>> first_frame,
             double mean_edge);
 
@@ -69,15 +69,14 @@ class Rotations {
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
 
  private:
-  [[nodiscard]] RotationData data(Field frame);
   void turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const;
 
-  const Cells& cells_;
   Workers& workers_;
-  std::vector<Vector3<double>> rest_edges_;  // of each half-edge, divided by its squared length
-  std::vector<Covariance> covariances_;
-  std::vector<Quaternion> quaternions_;
   Clusters clusters_;
+  Cells ends_;                               // the vertices of the cells of each cluster
+  std::vector<Vector3<double>> rest_edges_;  // to these ends from its centre
+  Eigen::SparseMatrix<double, Eigen::RowMajor, Index> weights_;  // of clusters in the cells
+  std::vector<Quaternion> quaternions_;
   std::vector<Covariance> sums_, averaged_;  // of the clusters
   std::vector<Quaternion> turns_;            // of the clusters
 };

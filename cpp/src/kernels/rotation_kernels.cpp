@@ -33,9 +33,9 @@ struct Rows {
 
 [[gnu::always_inline]] inline Rows measured(const RotationData& data, Index i) {
   Rows sum{};
-  const Doubles here = quad(data.frame + i);
-  for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
-    const Doubles edge = quad(data.frame + data.neighbours[e]) - here;
+  const Doubles here = quad(data.frame + (data.starts != nullptr ? data.starts[i] : i));
+  for (Index e = data.offsets[i]; e < data.offsets[i + 1]; ++e) {
+    const Doubles edge = quad(data.frame + data.ends[e]) - here;
     const Doubles rest = quad(data.rest_edges + e);
     sum.add({edge[0] * rest, edge[1] * rest, edge[2] * rest});
   }
@@ -46,10 +46,10 @@ void measure(const RotationData& data, Index first, Index last) {
   for (Index i = first; i < last; ++i) rows_of(data.covariances[i]) = measured(data, i);
 }
 
-void add_lists(const Covariance* from, const Index* offsets, const Index* members, bool with_own,
-               Covariance* sums, Index first, Index last) {
+void add_lists(const Covariance* from, const Index* offsets, const Index* members, Covariance* sums,
+               Index first, Index last) {
   for (Index c = first; c < last; ++c) {
-    Rows sum = with_own ? rows_of(from[c]) : Rows{};
+    Rows sum = rows_of(from[c]);
     for (Index m = offsets[c]; m < offsets[c + 1]; ++m) sum.add(rows_of(from[members[m]]));
     rows_of(sums[c]) = sum;
   }
@@ -202,18 +202,18 @@ void fit(const Covariance* covariances, Quaternion* fitted, Index first, Index l
 
 [[gnu::always_inline]] inline double sum_of(Doubles v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
-void blend(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
-           Index first, Index last) {
-  const auto turn_of = [&](Index vertex) { return load(&of_clusters[cluster_of[vertex]].w); };
+void blend(const OperatorData& weights, const Index* cluster_of, const Quaternion* of_clusters,
+           Quaternion* rotations, Index first, Index last) {
+  const auto turn_of = [&](Index cluster) { return load(&of_clusters[cluster].w); };
   for (Index i = first; i < last; ++i) {
-    const Doubles own = turn_of(i);
-    Doubles sum = own;
-    for (Index e = data.cell_offsets[i]; e < data.cell_offsets[i + 1]; ++e) {
-      const Doubles other = turn_of(data.neighbours[e]);
+    const Doubles own = turn_of(cluster_of[i]);
+    Doubles sum{};
+    for (Index e = weights.offsets[i]; e < weights.offsets[i + 1]; ++e) {
+      const Doubles other = turn_of(weights.columns[e]);
       // q and -q are the same rotation.
-      sum += sum_of(own * other) < 0 ? -other : other;
+      sum += (sum_of(own * other) < 0 ? -weights.values[e] : weights.values[e]) * other;
     }
-    store(&data.quaternions[i].w, sum / __builtin_sqrt(sum_of(sum * sum)));
+    store(&rotations[i].w, sum / __builtin_sqrt(sum_of(sum * sum)));
   }
 }
 

@@ -21,18 +21,19 @@ struct Quaternion {
 /// otherwise the one nearest to `last`. Returns `last` if S is not finite.
 Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const Quaternion& found);
 
-/// Row c is the sum, over the cell, of coordinate c of the current edge times the rest edge.
+/// Row c is the sum, over a list, of coordinate c of the current edge times the rest edge.
 struct Covariance {
   Vector3<double> rows[3];
 };
 
+/// Lists of weighted rest edges, of n vertices or clusters.
 struct RotationData {
-  const Index* cell_offsets;
-  const Index* neighbours;
-  const Vector3<double>* rest_edges;  // (half-edges,) weighted
+  const Index* offsets;
+  const Index* ends;                  // the vertices at the ends of the edges
+  const Vector3<double>* rest_edges;  // weighted
+  const Index* starts;                // (n,) the vertices at which they start; null: 0 to n - 1
   const Vector3<double>* frame;       // (k,)
-  Covariance* covariances;            // (k,)
-  Quaternion* quaternions;            // (k,)
+  Covariance* covariances;            // (n,)
 };
 
 /// K = M^-1/2 C, see detail_operator.hpp, or C if `scale` is null.
@@ -44,19 +45,19 @@ struct OperatorData {
 };
 
 struct RotationKernels {
-  /// Computes the covariances of the vertices `first` to `last` - 1.
+  /// Computes the covariances of the lists `first` to `last` - 1.
   void (*measure)(const RotationData& data, Index first, Index last);
   /// Adds up the covariances of the lists `first` to `last` - 1, and that with the number of the
-  /// list if `with_own`.
+  /// list.
   void (*add_lists)(const Covariance* from, const Index* offsets, const Index* members,
-                    bool with_own, Covariance* sums, Index first, Index last);
+                    Covariance* sums, Index first, Index last);
   /// Fits the rotations `first` to `last` - 1 to their covariances. `fitted` holds the last fit and
   /// receives the new one.
   void (*fit)(const Covariance* covariances, Quaternion* fitted, Index first, Index last);
-  /// Sets the rotations of these vertices to the mean of those of the clusters of their cell, the
-  /// vertex included. `cluster_of` has k numbers.
-  void (*blend)(const RotationData& data, const Index* cluster_of, const Quaternion* of_clusters,
-                Index first, Index last);
+  /// Sets the rotations of the vertices `first` to `last` - 1 to the mean of those of the clusters,
+  /// weighted by rows of `weights`. `cluster_of` has k numbers.
+  void (*blend)(const OperatorData& weights, const Index* cluster_of, const Quaternion* of_clusters,
+                Quaternion* rotations, Index first, Index last);
   /// Sets row n of `products` to row rows[n] of K x, or to row n if `rows` is null, for n = `first`
   /// to `last` - 1.
   void (*multiply)(const OperatorData& k, const Vector3<double>* x, int fields, const Index* rows,
