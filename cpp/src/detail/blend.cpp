@@ -49,27 +49,39 @@ double bounded_blend(double b) {
 }
 
 LocalBlend::LocalBlend(const Cells& cells, Workers& workers)
-    : workers_(workers),
-      smoother_(smoother_of(cells, 0)),
+    : cells_(cells),
+      workers_(workers),
       fits_(cells.size()),
       averaged_(cells.size()),
       blend_(cells.size()) {}
 
 std::span<const double> LocalBlend::find(const ResidualField& residuals, const Blend& global) {
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    Vector3<double>& fit = fits_[i] = {};
+    Fit& fit = fits_[i] = {};
     if (!global.is_b_known) return;
     residuals.visit(i, [&](const Residuals& r) {
-      fit.x -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
-      fit.y += r.weight * dot(r.r1, r.r1);
+      fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
+      fit.q += r.weight * dot(r.r1, r.r1);
     });
   });
   double sum = 0;
-  for (const auto& fit : fits_) sum += fit.y;
+  for (const auto& fit : fits_) sum += fit.q;
   const double eta = detail_constants.pull * sum / static_cast<double>(fits_.size());
-  smooth(smoother_, 1, detail_constants.averagings, fits_, averaged_, workers_);
+  for (int n = 0; n < detail_constants.averagings; ++n) {
+    workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
+      const auto cell = cells_[i];
+      Fit around;
+      for (const Index j : cell) {
+        around.h += fits_[j].h;
+        around.q += fits_[j].q;
+      }
+      const double weight = 1 / std::max(1.0, static_cast<double>(cell.size()));
+      averaged_[i] = {weight * around.h, weight * around.q};
+    });
+    std::swap(fits_, averaged_);
+  }
   workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    const double blend = (fits_[i].x + eta * global.b) / (fits_[i].y + eta);
+    const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
     blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   });
   return blend_;

@@ -70,7 +70,7 @@ double bounded_blend(double b);
 /// blend.
 class LocalBlend {
  public:
-  /// `workers` must outlive this object. Allocates memory only in the constructor.
+  /// `cells` and `workers` must outlive this object. Allocates memory only in the constructor.
   LocalBlend(const Cells& cells, Workers& workers);
 
   /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or does
@@ -78,10 +78,15 @@ class LocalBlend {
   std::span<const double> find(const ResidualField& residuals, const Blend& global);
 
  private:
+  /// The least-squares fit of b given c: -r1 . (r0 + c r2), and |r1|^2.
+  struct Fit {
+    double h = 0;
+    double q = 0;
+  };
+
+  const Cells& cells_;
   Workers& workers_;
-  DetailOperator smoother_;
-  // (k,) of the least-squares fit of b given c: -r1 . (r0 + c r2) in x, and |r1|^2 in y
-  std::vector<Vector3<double>> fits_, averaged_;
+  std::vector<Fit> fits_, averaged_;  // (k,)
   std::vector<double> blend_;
 };
 
