@@ -83,13 +83,13 @@ void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x,
   });
 }
 
-DetailOperator smoother_of(const Cells& cells, double own) {
+DetailOperator smoother_of(const Cells& cells) {
   Entries entries;
   for (Index v = 0; v < std::ssize(cells.offsets) - 1; ++v) {
     const auto cell = cells[v];
-    entries.emplace_back(v, v, cell.empty() ? 1 : own);
+    entries.emplace_back(v, v, cell.empty() ? 1 : 0.5);
     for (const Index n : cell) {
-      entries.emplace_back(v, n, (1 - own) / static_cast<double>(cell.size()));
+      entries.emplace_back(v, n, 0.5 / static_cast<double>(cell.size()));
     }
   }
   return {rows_of(entries, cells.size()), std::vector<double>(cells.size(), 1.0)};

@@ -85,9 +85,8 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
 void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
                     std::span<Vector3<double>> products, Workers& workers);
 
-/// Averages over one-rings: `own` times the value of a vertex plus the rest times the mean of its
-/// cell.
-DetailOperator smoother_of(const Cells& cells, double own);
+/// Averages over one-rings: half the value of a vertex plus half the mean of its cell.
+DetailOperator smoother_of(const Cells& cells);
 /// Averages fields that many times, as `apply_operator` takes them. `scratch` has the same size.
 void smooth(const DetailOperator& smoother, int fields, int times,
             std::vector<Vector3<double>>& values, std::vector<Vector3<double>>& scratch,

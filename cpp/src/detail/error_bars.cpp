@@ -14,7 +14,7 @@ ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool
     : cells_(cells), workers_(workers) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
-  smoother_ = smoother_of(cells, 0.5);
+  smoother_ = smoother_of(cells);
   for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
   energies_.resize(k);
