@@ -97,35 +97,28 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
       sums_(clusters_.size()),
       averaged_(clusters_.size()),
       turns_(clusters_.size()) {
-  const auto n_clusters = static_cast<Index>(clusters_.size());
-  std::vector<Index> last_visitor(cells.size());
-  ends_ = lists_by_key(clusters_.size(), [&](const auto& visit) {
-    std::ranges::fill(last_visitor, none);
-    for (Index c = 0; c < n_clusters; ++c) {
-      const auto add = [&](Index v) {
-        if (std::exchange(last_visitor[v], c) != c) visit(c, v);
-      };
-      for (const Index i : clusters_.members[c]) {
-        add(i);
-        std::ranges::for_each(cells[i], add);
-      }
-    }
-  });
-  rest_edges_.resize(ends_.neighbours.size());
-  std::vector<Index> place(cells.size());
+  std::vector<Index> place(cells.size(), none);
   std::vector<Eigen::Triplet<double, Index>> weights;
-  for (Index c = 0; c < n_clusters; ++c) {
-    for (Index e = ends_.offsets[c]; e < ends_.offsets[c + 1]; ++e) place[ends_.neighbours[e]] = e;
+  for (Index c = 0; c < static_cast<Index>(clusters_.size()); ++c) {
+    const auto rest_of = [&](Index v) -> Vector3<double>& {
+      if (place[v] < ends_.offsets.back()) {
+        place[v] = static_cast<Index>(rest_edges_.size());
+        ends_.neighbours.push_back(v);
+        rest_edges_.emplace_back();
+      }
+      return rest_edges_[place[v]];
+    };
     for (const Index i : clusters_.members[c]) {
       weights.emplace_back(i, c, 1);
       for (const Index j : cells[i]) {
         weights.emplace_back(j, c, 1);
         const auto edge = (1 / mean_edge) * first_frame[j] - (1 / mean_edge) * first_frame[i];
         const auto rest = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
-        rest_edges_[place[j]] = rest_edges_[place[j]] + rest;
-        rest_edges_[place[i]] = rest_edges_[place[i]] - rest;
+        rest_of(j) = rest_of(j) + rest;
+        rest_of(i) = rest_of(i) - rest;
       }
     }
+    ends_.offsets.push_back(static_cast<Index>(rest_edges_.size()));
   }
   weights_.setFromTriplets(weights.begin(), weights.end());
 }
