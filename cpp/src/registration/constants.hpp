@@ -80,7 +80,7 @@ struct RegistrationConstants {
   /// noise of earlier frames accumulates, and takes so many iterations at least. The last is
   /// `along` of tracking, smaller, since limbs that were bent coarsely are farther off.
   std::size_t most_rounds = 12;
-  double settled = 0.02;
+  double settled = 0.05;
   std::size_t rounds_to_template = 2;
   double last_weight = 6;
   int fewest_iterations = 6;
