@@ -76,36 +76,41 @@ std::optional<double> log_length(const VertexPair& pair, const Window<Real>& win
   return log_length(window.position(frame, a), window.position(frame, b));
 }
 
+inline PairLength length_of(std::vector<double> logarithms) {
+  constexpr double deviations_to_spread = 1.48;  // of a normal distribution
+  if (logarithms.empty()) return {};
+  PairLength length;
+  length.frames = logarithms.size();
+  length.median = median(logarithms);
+  for (double& value : logarithms) value = std::abs(value - length.median);
+  length.spread = deviations_to_spread * median(logarithms);
+  return length;
+}
+
 /// Frames in which both are at one place do not count.
 template <class Real>
 std::vector<PairLength> pair_lengths(std::span<const VertexPair> pairs,
                                      const Window<Real>& window) {
-  constexpr double deviations_to_spread = 1.48;  // of a normal distribution
-  std::vector<PairLength> lengths(pairs.size());
+  std::vector<PairLength> lengths;
   std::vector<double> values;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
+  for (const VertexPair& pair : pairs) {
     values.clear();
     for (std::size_t t = 0; t < window.size(); ++t) {
-      const auto logarithm = log_length(pairs[i], window, t);
+      const auto logarithm = log_length(pair, window, t);
       if (logarithm && std::isfinite(*logarithm)) values.push_back(*logarithm);
     }
-    if (values.empty()) continue;
-    PairLength& length = lengths[i];
-    length.frames = values.size();
-    length.median = median(values);
-    for (double& value : values) value = std::abs(value - length.median);
-    length.spread = deviations_to_spread * median(values);
+    lengths.push_back(length_of(values));
   }
   return lengths;
 }
 
-/// h, the median over the pairs of exp(median), or 1 if no frame knows any pair.
-inline double typical_length(std::span<const PairLength> lengths) {
+/// The median over the pairs of their logarithms, and the spread of these.
+inline PairLength typical_length(std::span<const PairLength> lengths) {
   std::vector<double> medians;
   for (const PairLength& length : lengths) {
     if (length.frames > 0) medians.push_back(length.median);
   }
-  return medians.empty() ? 1 : std::exp(median(medians));
+  return length_of(std::move(medians));
 }
 
 /// Marks known positions that contradict other frames as not known: those of which at least half of
@@ -151,7 +156,8 @@ void drop_outliers(const Cells& cells, Window<Real>& window) {
 }
 
 /// How far the edges of a frame that have an end which is not known are from their usual lengths,
-/// on average, as logarithms. Edges that fewer than three frames know do not count.
+/// on average, as logarithms. Those that fewer than three frames know are expected to be as the
+/// others are.
 struct Deviation {
   double of_frame = 0;
   double usual = 0;  ///< of frames that know both ends
@@ -162,14 +168,15 @@ inline Deviation deviation_of(std::span<const VertexPair> edges,
                               std::span<const std::uint8_t> known) {
   constexpr double shortest = -700;             // the logarithm of about the smallest number
   constexpr double spread_to_deviation = 0.84;  // the mean absolute one of a normal distribution
+  const PairLength typical = typical_length(lengths);
   Deviation sum;
   double n = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto [a, b] = edges[i];
-    if (!lengths[i].tells() || (known[a] != 0 && known[b] != 0)) continue;
-    sum.of_frame +=
-        std::abs(std::max(log_length(frame[a], frame[b]), shortest) - lengths[i].median);
-    sum.usual += spread_to_deviation * lengths[i].spread;
+    const PairLength& expected = lengths[i].tells() ? lengths[i] : typical;
+    if (!expected.tells() || (known[a] != 0 && known[b] != 0)) continue;
+    sum.of_frame += std::abs(std::max(log_length(frame[a], frame[b]), shortest) - expected.median);
+    sum.usual += spread_to_deviation * expected.spread;
     ++n;
   }
   return n > 0 ? Deviation{sum.of_frame / n, sum.usual / n} : Deviation{};

@@ -203,6 +203,8 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   const auto lengths = pair_lengths<Real>(edges, window);
   const Attempt made =
       completed_base<Real>(faces, settings, edges, lengths, window, start, progress);
+  const PairLength typical = typical_length(lengths);
+  const double length = typical.frames > 0 ? std::exp(typical.median) : 1;
   WholeFrame<Real> whole;
   for (const auto& position : made.combination.positions) {
     for (const double coordinate : {position.x, position.y, position.z}) {
@@ -212,8 +214,8 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   whole.known = window.known[window.base];
   // A smooth fill is made of the known vertices alone.
   for (const double error : standard_errors(made.combination, cells, whole.known,
-                                            made.is_smooth_fill ? whole.known : seen,
-                                            typical_length(lengths), settings.noise.has_value())) {
+                                            made.is_smooth_fill ? whole.known : seen, length,
+                                            settings.noise.has_value())) {
     whole.standard_error.push_back(static_cast<Real>(error));
   }
   whole.seen = std::move(survey.seen);
