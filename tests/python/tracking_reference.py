@@ -259,7 +259,7 @@ class Tracked(reference.Detail):
     def _bent(self, x: Array, rows: Rows, weight: float | None) -> Array:
         self._fit(x)
         rest = self._rest_shape(x, rows, weight)
-        target = self._turn(0.7 * self.memory + 0.3 * rest)
+        target = self._turn(0.6 * self.memory + 0.4 * rest)
 
         # Every coordinate of every vertex: the minimum, which the tracker approximates.
         jacobian = np.zeros((len(rows.points), self.k, 3))

@@ -45,7 +45,7 @@ struct TrackingConstants {
   double last_weight = 2;
   double weight_growth = 2.2;
   double first_weight = 0.05;
-  double cloth_weights = 45;
+  double cloth_weights = 60;
   /// How near a place must be, and agree with its point, to be taken for the nearest one without a
   /// search of the whole surface.
   double walked = 0.3;
@@ -64,7 +64,7 @@ struct TrackingConstants {
   double along = 0.8;
   /// The share of the shape of frame 0 in the shape that is wanted, beside that of the last frame.
   /// Folds of cloth come and go, and frame 0 knows none of them.
-  double pull = 0.3;
+  double pull = 0.4;
   double cloth_pull = 0.1;
   /// mu, the weight of the shape of triangles.
   double membrane = 0.01;
