@@ -479,6 +479,14 @@ def test_it_is_what_the_method_says(base: int, n_unseen: int) -> None:
     np.testing.assert_allclose(whole.standard_error, errors, rtol=1e-3, atol=1e-6)
 
 
+def test_a_frame_that_is_torn_where_no_frame_knows_it_is_not_returned_as_sound() -> None:
+    known = RECORDING.known.copy()
+    known[:, :20] = False
+    whole = dynmesh.whole_frame(RECORDING.faces, RECORDING.frames, known, frame=0)
+    assert whole.doubtful
+    assert np.abs(whole.positions).max() < 2 * np.abs(RECORDING.frames).max()
+
+
 def test_the_frame_that_knows_one_vertex_more_is_completed() -> None:
     known = np.ones_like(RECORDING.known)
     known[:, :2] = False

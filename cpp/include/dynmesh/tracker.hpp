@@ -20,7 +20,8 @@ namespace dynmesh {
 
 struct TrackerSettings {
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
-  /// other threads sleep between frames. Results are identical for any number of threads.
+  /// other threads sleep between frames. They are used for meshes of 7 169 vertices or more.
+  /// Results are identical for any number of threads.
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;

@@ -183,7 +183,8 @@ template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads);
+  auto mesh =
+      std::make_shared<StreamMesh>(faces, first_frame, settings.threads, default_task_sharing());
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -200,7 +201,8 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                        "give one of the two");
   }
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads, &training);
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
+                                           default_task_sharing(), &training);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 

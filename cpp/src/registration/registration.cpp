@@ -82,7 +82,7 @@ class Work {
  public:
   Work(Faces faces, Points<const Real> positions, const Landmarks<Real>& landmarks,
        const RegistrationSettings& settings, const Training<Real>* training)
-      : settings_(settings), workers_(checked(settings).threads) {
+      : settings_(settings), workers_(checked(settings).threads, task_sharing_of_tracking()) {
     template_.frame = widened(first_frame_of(positions, "template"));
     template_.faces = triangles_of(faces);
     topology_ = topology_of(faces, positions.count);

@@ -34,11 +34,11 @@ TrainingFrames frames_of(const Training<Real>* training, Points<const Real> firs
 
 template <class Real>
 StreamMesh::StreamMesh(Faces mesh_faces, Points<const Real> first_frame, Index threads,
-                       const Training<Real>* training_frames)
+                       const TaskSharing& sharing, const Training<Real>* training_frames)
     : training(frames_of(training_frames, first_frame)),
       topology(topology_of(mesh_faces, first_frame.count)),
       faces(triangles_of(mesh_faces)),
-      workers(threads) {
+      workers(threads, sharing) {
   if (training_frames == nullptr) return;
   for (const auto& positions : training_frames->frames()) {
     training_hash = training_hash * 31 + (hash_of(std::as_bytes(std::span(positions))) | 1);
@@ -142,8 +142,10 @@ void Stream<Real>::count(FrameReport& report) const {
 
 template TrainingFrames frames_of(const Training<float>*, Points<const float>);
 template TrainingFrames frames_of(const Training<double>*, Points<const double>);
-template StreamMesh::StreamMesh(Faces, Points<const float>, Index, const Training<float>*);
-template StreamMesh::StreamMesh(Faces, Points<const double>, Index, const Training<double>*);
+template StreamMesh::StreamMesh(Faces, Points<const float>, Index, const TaskSharing&,
+                                const Training<float>*);
+template StreamMesh::StreamMesh(Faces, Points<const double>, Index, const TaskSharing&,
+                                const Training<double>*);
 template class Stream<float>;
 template class Stream<double>;
 

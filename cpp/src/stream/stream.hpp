@@ -30,7 +30,7 @@ struct StreamMesh {
   /// Refuses a training sequence that does not fit the mesh.
   template <class Real>
   StreamMesh(Faces mesh_faces, Points<const Real> first_frame, Index threads,
-             const Training<Real>* training_frames = nullptr);
+             const TaskSharing& sharing, const Training<Real>* training_frames = nullptr);
 
   TrainingFrames training;  ///< empty without training
   Topology topology;

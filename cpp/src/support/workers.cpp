@@ -1,5 +1,6 @@
 #include "support/workers.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <string>
@@ -59,6 +60,12 @@ void await_change(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
 
 TaskSharing& default_task_sharing() {
   static TaskSharing task_sharing;
+  return task_sharing;
+}
+
+TaskSharing task_sharing_of_tracking() {
+  TaskSharing task_sharing = default_task_sharing();
+  task_sharing.fewest_pieces = std::max(task_sharing.fewest_pieces / 3, Index{1});
   return task_sharing;
 }
 

@@ -40,6 +40,10 @@ struct TaskSharing {
 /// of small meshes is shared as well.
 TaskSharing& default_task_sharing();
 
+/// That of trackers and registrations, whose frames take ten times as long as those of a completer,
+/// in longer parts: it shares from a third of the pieces on.
+TaskSharing task_sharing_of_tracking();
+
 /// The number of pieces in this process that were executed by threads other than the caller's.
 /// Tests use it to verify that work was shared.
 std::uint64_t pieces_done_by_others();

@@ -171,7 +171,8 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
                        const TrackerSettings& settings) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads);
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
+                                           task_sharing_of_tracking());
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -180,7 +181,8 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const Tracke
                        const Training<Real>& training) {
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads, &training);
+  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
+                                           task_sharing_of_tracking(), &training);
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
