@@ -17,6 +17,10 @@ from ..tracker import Alignment, Tracker, find_alignment
 from .room import Room
 from .units import Units, ratio_of, size_of
 
+_SAME_POSE = 0.01
+"""The share of its size within which a template that was moved rigidly is in the pose of a scan. In
+its own pose it has half of it; from one farther away, a tracker needs many frames to get there."""
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -121,10 +125,14 @@ def _placed(
     told = "; ".join([*causes, away])
     if found.other_unit:
         raise InputError(told)
-    if landmarks is None and found.matches:
-        moved = template.astype(np.float64) @ found.rotation.T + found.shift
-        return Placed(moved.astype(template.dtype), found.before, alignment=found, sizes=sizes)
+    moved = template.astype(np.float64) @ found.rotation.T + found.shift
+    aligned = Placed(moved.astype(template.dtype), found.before, alignment=found, sizes=sizes)
+    is_near = landmarks is None and found.matches
+    if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(template):
+        return aligned
     registered = registered_with(faces, template, scan, landmarks=landmarks)
+    if is_near and registered.quality != "good":
+        return aligned
     if registered.quality == "ruined":
         raise InputError(
             f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
