@@ -177,11 +177,13 @@ class Fit:
 
     Attributes:
         far: the share of the points that are far from it.
-        by_camera: the same of each camera.
+        in_place: the same without a rigid motion.
+        by_camera: the same as `far` of each camera.
         distances: the median distance of the points of each camera, in mean edges.
     """
 
     far: float
+    in_place: float
     by_camera: tuple[float, ...]
     distances: tuple[float, ...]
 
@@ -199,14 +201,16 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
     if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
         medians = _medians([surface.distances(one) for one in clouds], surface)
-        return Fit(1.0, (1.0,) * len(clouds), medians)
+        return Fit(1.0, 1.0, (1.0,) * len(clouds), medians)
     found = find_alignment(surface.faces, surface.points, cloud)
     most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
     ways = [cloud, (cloud - found.shift) @ found.rotation][: 1 + moves]
-    away = min((surface.distances(one) for one in ways), key=lambda one: np.mean(one > most))
+    distances = [surface.distances(one) for one in ways]
+    shares = [float(np.mean(one > most)) for one in distances]
+    away = distances[int(np.argmin(shares))]
     each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
     far = tuple(float(np.mean(one > most)) if len(one) else 0.0 for one in each)
-    return Fit(float(np.mean(away > most)), far, _medians(each, surface))
+    return Fit(min(shares), shares[0], far, _medians(each, surface))
 
 
 def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
@@ -327,8 +331,12 @@ def judge_rig(
                 # Any wrong pose of a single camera becomes right by a rigid motion.
                 fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
                 tried.append((fit, wrong, meant))
-    best, wrong, meant = min(tried, key=lambda one: one[0].far)
-    if best.far > min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS):
+    enough = min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS)
+    # Opposite cameras of a ring that are exchanged differ from the two others by a turn alone.
+    best, wrong, meant = min(
+        tried, key=lambda one: (one[0].far > enough, one[0].in_place > enough, one[0].far)
+    )
+    if best.far > enough:
         return judged
     return replace(judged, rig=meant, wrong=wrong, meant=best)
 
