@@ -60,6 +60,7 @@ def _partial() -> dynmesh.Sequence:
 
 
 PARTIAL = _partial()
+KNOWN: Any = PARTIAL.known
 """Moving quads with missing vertices, which are NaN, and a frame without any other."""
 
 
@@ -167,7 +168,7 @@ def test_any_frames_can_be_requested(tmp_path: Path, format: str) -> None:
             np.testing.assert_array_equal(points, PARTIAL.vertices[numbers])
             if format in MASKED:
                 known = np.array([frame.known for frame in frames], bool).reshape(-1, 144)
-                np.testing.assert_array_equal(known, PARTIAL.known[numbers])  # type: ignore[index]
+                np.testing.assert_array_equal(known, KNOWN[numbers])
         first, second = iter(reader), iter(reader)
         next(first)
         np.testing.assert_array_equal(next(second).points, PARTIAL.vertices[0])
@@ -204,7 +205,7 @@ def test_completion_is_the_same_through_each(tmp_path: Path, format: str) -> Non
     for i in range(7):
         expected = first
         if i:
-            expected = completer.push(PARTIAL.vertices[i], PARTIAL.known[i])  # type: ignore[index]
+            expected = completer.push(PARTIAL.vertices[i], KNOWN[i])
         np.testing.assert_array_equal(completed.vertices[i], expected)
         if format in TRACED:
             np.testing.assert_array_equal(completed.generation[i], completer.generation)  # type: ignore[index]

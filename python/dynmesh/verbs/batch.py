@@ -189,6 +189,8 @@ def _wrong(path: Path, line: int, column: str | None, reason: str) -> InputError
 
 
 def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
+    from cyclopts import UnknownOptionError
+
     if None in row or None in row.values():
         raise _wrong(path, line, None, "has more or fewer values than there are columns")
     given = {column: text for column, text in row.items() if text}
@@ -202,8 +204,6 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
     words = [given.pop(name) for name in names]
-    from cyclopts import UnknownOptionError
-
     columns = {f"--{column.replace('_', '-')}": column for column in given}
     for option, column in columns.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
