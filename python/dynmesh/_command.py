@@ -122,8 +122,8 @@ def refusal(error: Any) -> InputError:
         return InputError(told, argument=argument, value=value)
     if isinstance(error, MissingArgumentError) and error.keyword is None:
         every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
-        what = next(one.parameter.help for one in every if one.field_info.name == argument)
-        return InputError(f"is missing: {what}", argument=argument)
+        what = str(next(one.parameter.help for one in every if one.field_info.name == argument))
+        return InputError(f"is missing: {what.partition(';')[0]}", argument=argument)
     told = str(error)
     if isinstance(error, UnusedCliTokensError):
         first, *others = error.unused_tokens or [""]
