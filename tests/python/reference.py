@@ -390,14 +390,14 @@ class Detail:
 
         i, j = self.edges
         fit = np.stack([-(r1 * (r0 + change * r2)).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
-        eta = 0.3 * fit[:, 1].mean()
-        for _ in range(10):
-            valence = np.maximum(np.bincount(i, minlength=self.k), 1)
-            fit = sum_to(i, fit[j], self.k) / valence[:, None]
-        blend = np.full(self.k, self.blend)
+        sums = sum_to(self.clusters, fit, len(self.beside))
+        h, q = (sums + self.beside @ sums).T
+        eta = 0.15 * q.mean()
+        of_cluster = np.full(len(h), self.blend)
         if eta > 0:
-            blend = (fit[:, 0] + eta * self.blend) / (fit[:, 1] + eta)
-        blend = np.clip(blend, -0.5, 1.5)[:, None]
+            of_cluster = np.clip((h + eta * self.blend) / (q + eta), -0.5, 1.5)
+        own = of_cluster[self.clusters][:, None]
+        blend = (own + sum_to(i, own[j], self.k)) / (1 + np.bincount(i, minlength=self.k))[:, None]
         for _ in range(2):
             self._fit(x)
             target = self._turn(detail[0] + blend * detail[1] + change * detail[2])

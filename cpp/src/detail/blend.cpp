@@ -48,41 +48,51 @@ double bounded_blend(double b) {
   return std::clamp(b, -detail_constants.largest_excess, 1 + detail_constants.largest_excess);
 }
 
-LocalBlend::LocalBlend(const Cells& cells, Workers& workers)
-    : cells_(cells),
+LocalBlend::LocalBlend(const Clusters& clusters, Workers& workers)
+    : clusters_(clusters),
       workers_(workers),
-      fits_(cells.size()),
-      averaged_(cells.size()),
-      blend_(cells.size()) {}
+      fits_(clusters.size()),
+      around_(clusters.size()),
+      of_clusters_(clusters.size()),
+      blend_(clusters.of_vertex.size()) {}
 
 std::span<const double> LocalBlend::find(const ResidualField& residuals, const Blend& global) {
-  workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    Fit& fit = fits_[i] = {};
-    if (!global.is_b_known) return;
-    residuals.visit(i, [&](const Residuals& r) {
-      fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
-      fit.q += r.weight * dot(r.r1, r.r1);
-    });
-  });
-  double sum = 0;
-  for (const auto& fit : fits_) sum += fit.q;
-  const double eta = detail_constants.pull * sum / static_cast<double>(fits_.size());
-  for (int n = 0; n < detail_constants.averagings; ++n) {
-    workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-      const auto cell = cells_[i];
-      Fit around;
-      for (const Index j : cell) {
-        around.h += fits_[j].h;
-        around.q += fits_[j].q;
+  const auto n_clusters = static_cast<Index>(clusters_.size());
+  const auto add_residuals = [&](Index first, Index last) {
+    for (Index c = first; c < last; ++c) {
+      Fit& fit = fits_[c] = {};
+      if (!global.is_b_known) continue;
+      for (const Index v : clusters_.members[c]) {
+        residuals.visit(at(v), [&](const Residuals& r) {
+          fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
+          fit.q += r.weight * dot(r.r1, r.r1);
+        });
       }
-      const double weight = 1 / std::max(1.0, static_cast<double>(cell.size()));
-      averaged_[i] = {weight * around.h, weight * around.q};
-    });
-    std::swap(fits_, averaged_);
+    }
+  };
+  workers_.for_each_short_chunk(n_clusters, add_residuals, Clusters::typical_size);
+  double sum = 0;
+  for (Index c = 0; c < n_clusters; ++c) {
+    around_[c] = fits_[c];
+    for (const Index other : clusters_.neighbours[c]) {
+      around_[c].h += fits_[other].h;
+      around_[c].q += fits_[other].q;
+    }
+    sum += around_[c].q;
   }
-  workers_.for_each_in_chunks(fits_.size(), [&](std::size_t i) {
-    const double blend = (fits_[i].h + eta * global.b) / (fits_[i].q + eta);
-    blend_[i] = bounded_blend(std::isfinite(blend) ? blend : global.b);
+  const double eta = detail_constants.pull * sum / static_cast<double>(n_clusters);
+  for (Index c = 0; c < n_clusters; ++c) {
+    const double blend = (around_[c].h + eta * global.b) / (around_[c].q + eta);
+    of_clusters_[c] = bounded_blend(std::isfinite(blend) ? blend : global.b);
+  }
+  workers_.for_each_in_chunks(blend_.size(), [&](std::size_t v) {
+    double sum_of_weights = 0;
+    blend_[v] = 0;
+    for (Clusters::Weights::InnerIterator e(clusters_.weights, static_cast<Index>(v)); e; ++e) {
+      blend_[v] += e.value() * of_clusters_[e.col()];
+      sum_of_weights += e.value();
+    }
+    blend_[v] /= sum_of_weights;
   });
   return blend_;
 }

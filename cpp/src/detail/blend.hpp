@@ -3,12 +3,12 @@
 #pragma once
 
 #include <cstddef>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
 #include "detail/detail_operator.hpp"
+#include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
@@ -66,12 +66,12 @@ Blend global_blend(const ResidualField& residuals, double mean_edge);
 /// Returns b in the range of local blends.
 double bounded_blend(double b);
 
-/// Computes the blend of each vertex from the residuals around it, regularised towards the global
-/// blend.
+/// Computes the blend of each cluster from the residuals in it and in those beside it, regularised
+/// towards the global blend, and interpolates it to the vertices as the rotations are.
 class LocalBlend {
  public:
-  /// `cells` and `workers` must outlive this object. Allocates memory only in the constructor.
-  LocalBlend(const Cells& cells, Workers& workers);
+  /// `clusters` and `workers` must outlive this object. Allocates memory only in the constructor.
+  LocalBlend(const Clusters& clusters, Workers& workers);
 
   /// Returns b_i, (k,), within its bounds. It is the global b if r1 is 0 around the vertex or does
   /// not tell the global one.
@@ -84,9 +84,10 @@ class LocalBlend {
     double q = 0;
   };
 
-  const Cells& cells_;
+  const Clusters& clusters_;
   Workers& workers_;
-  std::vector<Fit> fits_, averaged_;  // (k,)
+  std::vector<Fit> fits_, around_;  // of the clusters, and of these with those beside them
+  std::vector<double> of_clusters_;
   std::vector<double> blend_;
 };
 

@@ -119,11 +119,9 @@ inline constexpr struct DetailConstants {
   /// residual.
   double caution_of_change = 1.05;
 
-  /// How often residuals are averaged with those of the neighbours, which determines the scale of
-  /// the local blend.
-  int averagings = 10;
-  /// The weight of the regularisation of b_i towards b, in units of the mean of |r1_i|^2.
-  double pull = 0.3;
+  /// The weight of the regularisation of the blend of a cluster towards b, in units of the mean of
+  /// the sum of |r1_i|^2 of clusters and those beside them.
+  double pull = 0.15;
   /// How far b_i may be below 0 and above 1.
   double largest_excess = 0.5;
 

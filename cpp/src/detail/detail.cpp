@@ -38,7 +38,7 @@ Detail::Detail(Frame first_frame, std::span<const Triangle> faces, const Topolog
       system_(faces, topology.cells, workers, first_frame),
       rounding_(system_.k(), mean_edge_, epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
-      local_blend_(topology.cells, workers),
+      local_blend_(rotations_.clusters(), workers),
       is_trained_(!training.empty()),
       fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
            training_constants.largest_kept,

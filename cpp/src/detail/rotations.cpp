@@ -82,6 +82,13 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
       }
     }
   });
+  std::vector<Eigen::Triplet<double, Index>> weights;
+  for (Index v = 0; v < k; ++v) {
+    weights.emplace_back(v, clusters.of_vertex[v], 1);
+    for (const Index j : cells[v]) weights.emplace_back(v, clusters.of_vertex[j], 1);
+  }
+  clusters.weights.resize(k, static_cast<Index>(clusters.size()));
+  clusters.weights.setFromTriplets(weights.begin(), weights.end());
   return clusters;
 }
 
@@ -92,13 +99,11 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
                      std::span<const Vector3<double>> first_frame, double mean_edge)
     : workers_(workers),
       clusters_(cluster_vertices(cells, first_frame)),
-      weights_(static_cast<Index>(cells.size()), static_cast<Index>(clusters_.size())),
       quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
       sums_(clusters_.size()),
       averaged_(clusters_.size()),
       turns_(clusters_.size()) {
   std::vector<Index> place(cells.size(), none);
-  std::vector<Eigen::Triplet<double, Index>> weights;
   for (Index c = 0; c < static_cast<Index>(clusters_.size()); ++c) {
     const auto rest_of = [&](Index v) -> Vector3<double>& {
       if (place[v] < ends_.offsets.back()) {
@@ -109,9 +114,7 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
       return rest_edges_[place[v]];
     };
     for (const Index i : clusters_.members[c]) {
-      weights.emplace_back(i, c, 1);
       for (const Index j : cells[i]) {
-        weights.emplace_back(j, c, 1);
         const auto edge = (1 / mean_edge) * first_frame[j] - (1 / mean_edge) * first_frame[i];
         const auto rest = (1 / std::max(squared_norm(edge), squared_length_floor)) * edge;
         rest_of(j) = rest_of(j) + rest;
@@ -120,14 +123,13 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
     }
     ends_.offsets.push_back(static_cast<Index>(rest_edges_.size()));
   }
-  weights_.setFromTriplets(weights.begin(), weights.end());
 }
 
 void Rotations::fit(std::span<const Vector3<double>> frame) {
   const RotationKernels& kernels = best_kernels().rotations;
   const auto for_each_cluster = [&](const auto& work) {
-    constexpr Index vertices = 7;  // of most clusters
-    workers_.for_each_short_chunk(static_cast<Index>(clusters_.size()), work, vertices);
+    workers_.for_each_short_chunk(static_cast<Index>(clusters_.size()), work,
+                                  Clusters::typical_size);
   };
   const RotationData edges = {ends_.offsets.data(), ends_.neighbours.data(),
                               rest_edges_.data(),   clusters_.centres.data(),
@@ -146,8 +148,9 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   }
   for_each_cluster(
       [&](Index first, Index last) { kernels.fit(sums_.data(), turns_.data(), first, last); });
-  const OperatorData weights = {weights_.outerIndexPtr(), weights_.innerIndexPtr(),
-                                weights_.valuePtr(), nullptr};
+  const OperatorData weights = {clusters_.weights.outerIndexPtr(),
+                                clusters_.weights.innerIndexPtr(), clusters_.weights.valuePtr(),
+                                nullptr};
   workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()),
                                 [&](Index first, Index last) {
                                   kernels.blend(weights, clusters_.of_vertex.data(), turns_.data(),

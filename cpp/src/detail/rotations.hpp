@@ -14,10 +14,14 @@ namespace dynmesh {
 
 /// Each vertex is in one cluster. Most clusters are a cell whose vertices are in no other cluster.
 struct Clusters {
+  using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+  static constexpr Index typical_size = 7;
+
   std::vector<Index> of_vertex;  ///< (k,)
   std::vector<Index> centres;    ///< (clusters,) a vertex of each
   Cells members;     ///< the vertices of each cluster; `members[c]` instead of the cell of a vertex
   Cells neighbours;  ///< the clusters that an edge connects with each cluster
+  Weights weights;   ///< (k, clusters) how many vertices of a cell and its vertex are in each one
 
   [[nodiscard]] std::size_t size() const { return centres.size(); }
 };
@@ -75,7 +79,6 @@ class Rotations {
   Clusters clusters_;
   Cells ends_;                               // the vertices of the cells of each cluster
   std::vector<Vector3<double>> rest_edges_;  // to these ends from its centre
-  Eigen::SparseMatrix<double, Eigen::RowMajor, Index> weights_;  // of clusters in the cells
   std::vector<Quaternion> quaternions_;
   std::vector<Covariance> sums_, averaged_;  // of the clusters
   std::vector<Quaternion> turns_;            // of the clusters
