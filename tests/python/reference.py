@@ -367,6 +367,8 @@ class Detail:
         anchors = np.where(known[:, None], points, 0.0)
 
         x = self._closest(self.operator @ self.previous, anchors, known, seen)
+        motion = x - self.previous
+        enough = 0.005 * np.linalg.norm(motion - motion.mean(axis=0))
         self._fit(x)
         rows = seen[:, None]
         fixed = np.where(rows, 0.0, self.previous)
@@ -398,10 +400,12 @@ class Detail:
             of_cluster = np.clip((h + eta * self.blend) / (q + eta), -0.5, 1.5)
         own = of_cluster[self.clusters][:, None]
         blend = (own + sum_to(i, own[j], self.k)) / (1 + np.bincount(i, minlength=self.k))[:, None]
-        for _ in range(2):
+        for self.rounds in (2, 3):
             self._fit(x)
             target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
-            x = self._closest(target, anchors, known, seen)
+            before, x = x, self._closest(target, anchors, known, seen)
+            if np.linalg.norm(x - before) < enough:
+                break
         self.shape = target
         if self.noise is not None:
             energy = (((self.operator @ x - target) * rows) ** 2).sum()

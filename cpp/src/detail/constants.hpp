@@ -106,8 +106,11 @@ inline constexpr struct FirstOrderConstants {
 
 /// Another value may be better on a single sequence.
 inline constexpr struct DetailConstants {
-  /// The number of rounds of fitting Q and solving. The first round determines the blend.
+  /// The largest number of rounds of fitting Q and solving. The first round determines the blend.
   int rounds = 3;
+  /// A round is the last one if it moves the frame by less than this share of the motion from the
+  /// last frame, without what is common to all vertices.
+  double tolerance = 0.005;
 
   /// <r1, r1> is multiplied by this. If the anchors hardly constrain b, the shape of the last frame
   /// is the better estimate, by a thousandth. For a degenerate shape, a thousandth would be too

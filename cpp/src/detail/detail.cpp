@@ -11,6 +11,21 @@
 namespace dynmesh {
 namespace {
 
+/// The root of the sum of the squares of how far vertices moved, relative to all others.
+double deformation(std::span<const Vector3<double>> from, std::span<const Vector3<double>> to) {
+  Vector3<double> sum = {};
+  double squares = 0;
+  for (std::size_t v = 0; v < to.size(); ++v) {
+    const auto moved = to[v] - from[v];
+    sum = sum + moved;
+    squares += squared_norm(moved);
+  }
+  return std::sqrt(std::max(0.0, squares - squared_norm(sum) / static_cast<double>(to.size())));
+}
+
+}  // namespace
+namespace {
+
 /// Adds the duration of its scope to `seconds`.
 class Stopwatch {
  public:
@@ -97,10 +112,12 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   const std::span<const double> b = local_blend_.find(directions, blend);
   take_directions(directions, blend);
 
-  // Step 4: fit rotations and solve again.
-  for (int round = 1; round < detail_constants.rounds; ++round) {
+  // Step 4: fit rotations and solve again, until the frame hardly moves any more.
+  const double enough = detail_constants.tolerance * deformation(previous, x_);
+  Index rounds = 1;
+  for (double moved = enough; moved >= enough && rounds < detail_constants.rounds; ++rounds) {
     fit_rotations(x_);
-    take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
+    moved = take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
   }
 
   if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
@@ -118,7 +135,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
   report_.blend = blend.b;
-  return detail_constants.rounds;
+  return rounds;
 }
 
 /// Sets the anchors of the frame and factors N for them.
@@ -195,16 +212,21 @@ void Detail::take_step(Field step) {
   workers_.for_each_in_chunks(step.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
 }
 
-/// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u).
-void Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
+/// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u). Returns
+/// the root of the sum of the squares of how far.
+double Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
   const Stopwatch stopwatch(report_.solve_seconds);
   workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
     shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + c * shapes[v].change;
   });
   rotations_.turn(shape_, shape_);
   system_.apply(x_, 1, kx_);
-  take_step(system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x_,
-                             anchors_));
+  const Field step = system_.solve<1>(
+      [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x_, anchors_);
+  take_step(step);
+  double squares = 0;
+  for (const auto& moved : step) squares += squared_norm(moved);
+  return std::sqrt(squares);
 }
 
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +

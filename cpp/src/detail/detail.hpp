@@ -83,7 +83,7 @@ class Detail final : public Estimator<double> {
   FittedModes add_modes(ResidualField& directions, const Generations& generations);
   void take_directions(const ResidualField& directions, const Blend& blend);
   void take_step(Field step);
-  void take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
+  double take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
   void weigh_anchors();
   void learn();
   Field detail_turned_back(Frame completed);
