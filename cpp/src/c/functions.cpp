@@ -52,11 +52,9 @@ struct dynmesh_tracker {
 namespace dynmesh {
 namespace {
 
-static_assert(std::is_same_v<Index, std::int32_t>);
-
 std::size_t count_of(const char* argument, std::int64_t count) {
   if (count < 0 || count > std::numeric_limits<Index>::max()) {
-    refuse(argument, "cannot have ", count, " rows");
+    refuse(argument, "must have 0 to 2147483647 rows, not ", count);
   }
   return static_cast<std::size_t>(count);
 }
@@ -158,9 +156,8 @@ thread_local std::array<char, 1024> last_message{};
 dynmesh_status fail(dynmesh_status status, const char* message) noexcept {
   std::size_t size = std::strlen(message);
   if (size >= last_message.size()) {
-    const auto is_inside_character = [&](std::size_t i) { return (message[i] & 0xC0) == 0x80; };
     size = last_message.size() - 1;
-    for (int back = 0; back < 3 && is_inside_character(size); ++back) --size;
+    for (int back = 0; back < 3 && (message[size] & 0xC0) == 0x80; ++back) --size;
   }
   std::memmove(last_message.data(), message, size);
   last_message[size] = '\0';
@@ -196,23 +193,20 @@ dynmesh_status guarded(const Call& call) noexcept {
   }
 }
 
-/// Calls `call` with the object in `handle`, of float or of double, which is refused while another
-/// thread is using the object.
-template <class Handle, class Call>
-dynmesh_status with(Handle* handle, const Call& call) noexcept {
-  return guarded([&] {
-    check_pointer(Handle::name, handle);
-    handle->turns.enter([&] { std::visit(call, handle->any); });
-  });
-}
-
-/// The same for properties that never change, which any thread may read.
+/// Calls `call` with the object in `handle`, of float or of double, to read properties that never
+/// change, which any thread may do.
 template <class Handle, class Call>
 dynmesh_status with_constant(Handle* handle, const Call& call) noexcept {
   return guarded([&] {
     check_pointer(Handle::name, handle);
     std::visit(call, handle->any);
   });
+}
+
+/// The same for all else, which is refused while another thread is using the object.
+template <class Handle, class Call>
+dynmesh_status with(Handle* handle, const Call& call) noexcept {
+  return with_constant(handle, [&](auto& object) { handle->turns.enter([&] { call(object); }); });
 }
 
 /// Calls `call` with positions, which are float or double as their type says, and a training
@@ -304,13 +298,9 @@ void store(const FrameReport& report, dynmesh_frame_report* where) {
 
 void store(const TrackingReport& report, dynmesh_tracking_report* where) {
   const auto frame = to_c<dynmesh_frame_report>(static_cast<const FrameReport&>(report));
-  *where = {frame.known,
-            frame.filled,
-            frame.disconnected,
-            frame.iterations,
-            report.recovered ? 1 : 0,
-            to_c<dynmesh_agreement>(report.agreement),
-            frame.seconds};
+  const auto agreement = to_c<dynmesh_agreement>(report.agreement);
+  *where = {frame.known,      frame.filled, frame.disconnected, frame.iterations,
+            report.recovered, agreement,    frame.seconds};
 }
 
 /// Writes the frame that `call` returns the report of, and that report unless it is not wanted.
@@ -398,10 +388,8 @@ Registration<Real> registered(const dynmesh_registration_request& request,
   };
   Landmarks<Real> landmarks;
   landmarks.positions = optional("landmarks", request.landmarks);
-  if (landmarks.positions.count > 0) {
-    check_pointer("landmark_vertices", request.landmark_vertices);
-    landmarks.vertices = {request.landmark_vertices, landmarks.positions.count};
-  }
+  check_pointer("landmark_vertices", request.landmark_vertices, landmarks.positions.count);
+  landmarks.vertices = {request.landmark_vertices, landmarks.positions.count};
   const RegistrationSettings settings = {request.align != 0, request.scale != 0, uncertainty,
                                          request.threads};
   const Faces faces = faces_of(request.faces, request.n_faces);
@@ -532,12 +520,9 @@ dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
   return guarded([&] {
     check_pointer("training", training);
     *training = nullptr;
-    if (n_vertices < 0 || n_vertices > std::numeric_limits<Index>::max()) {
-      refuse("n_vertices", "must be from 0 to 2147483647, not ", n_vertices);
-    }
-    with_type("type", type, [&]<class Real>(Real) {
-      *training = new dynmesh_training{Training<Real>(static_cast<std::size_t>(n_vertices))};
-    });
+    const std::size_t k = count_of("n_vertices", n_vertices);
+    with_type("type", type,
+              [&]<class Real>(Real) { *training = new dynmesh_training{Training<Real>(k)}; });
   });
 }
 
