@@ -294,7 +294,7 @@ double slope_of_rows_after(int steps) {
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
   SurfaceSystem system(shape, topology.cells, constants, ties, first,
-                       cluster_vertices(topology.cells, first));
+                       cluster_vertices(topology.cells, first), workers);
   SurfaceRows rows;
   const Field normals = random_field(2 * k, 1);
   const Field points = random_field(2 * k, 2);

@@ -156,7 +156,7 @@ double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rota
   };
   const ConjugateVectors<double> vectors = {gradient_, preconditioned_, direction_, product_};
   return conjugate_gradients<1>(vectors, training_constants.steps, 0, precondition, multiply,
-                                advance)[0];
+                                advance, workers_)[0];
 }
 
 /// The variance of the coefficients, v = N_v / D_v, from those that the frames determine. What is

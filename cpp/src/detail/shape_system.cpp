@@ -105,7 +105,7 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
     for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
   };
   const ConjugateVectors<Vector3<double>> vectors = {residual, solution, direction, solution};
-  conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance);
+  conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance, workers_);
   return scatter_steps(found, width);
 }
 

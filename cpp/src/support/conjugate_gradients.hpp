@@ -8,6 +8,7 @@
 #include <span>
 
 #include "support/geometry.hpp"
+#include "support/workers.hpp"
 
 namespace dynmesh {
 
@@ -30,13 +31,25 @@ struct ConjugateVectors {
 template <std::size_t width, class Value, class Precondition, class Multiply, class Advance>
 std::array<double, width> conjugate_gradients(const ConjugateVectors<Value>& vectors, int steps,
                                               double settled, const Precondition& precondition,
-                                              const Multiply& multiply, const Advance& advance) {
+                                              const Multiply& multiply, const Advance& advance,
+                                              Workers& workers) {
   using Numbers = std::array<double, width>;
-  const std::size_t n = vectors.residual.size();
-  const auto products = [n](std::span<const Value> a, std::span<const Value> b) {
+  constexpr std::size_t pieces = 32;  // always the same, so that sums do not depend on threads
+  const std::size_t rows = vectors.residual.size() / width;
+  const auto for_each = [&](const auto& work) {
+    workers.share(pieces, workers.are_worth_it(static_cast<Index>(rows)), [&](Index piece) {
+      const auto p = static_cast<std::size_t>(piece);
+      for (std::size_t i = rows * p / pieces * width; i < rows * (p + 1) / pieces * width; ++i) {
+        work(p, i, i % width);
+      }
+    });
+  };
+  const auto products = [&](std::span<const Value> a, std::span<const Value> b) {
+    std::array<Numbers, pieces> parts{};
+    for_each([&](std::size_t p, std::size_t i, std::size_t f) { parts[p][f] += dot(a[i], b[i]); });
     Numbers sums{};
-    for (std::size_t i = 0; i < n; i += width) {
-      for (std::size_t f = 0; f < width; ++f) sums[f] += dot(a[i + f], b[i + f]);
+    for (const Numbers& part : parts) {
+      for (std::size_t f = 0; f < width; ++f) sums[f] += part[f];
     }
     return sums;
   };
@@ -62,21 +75,16 @@ std::array<double, width> conjugate_gradients(const ConjugateVectors<Value>& vec
     if (is_settled) break;
     const Numbers kept = ratios(slopes, last);
     last = slopes;
-    for (std::size_t i = 0; i < n; i += width) {
-      for (std::size_t f = 0; f < width; ++f) {
-        vectors.direction[i + f] =
-            vectors.preconditioned[i + f] + kept[f] * vectors.direction[i + f];
-      }
-    }
+    for_each([&](std::size_t, std::size_t i, std::size_t f) {
+      vectors.direction[i] = vectors.preconditioned[i] + kept[f] * vectors.direction[i];
+    });
     multiply();
     const Numbers lengths = ratios(slopes, products(vectors.direction, vectors.product));
     if (std::ranges::none_of(lengths, [](double length) { return length > 0; })) break;
     advance(lengths);
-    for (std::size_t i = 0; i < n; i += width) {
-      for (std::size_t f = 0; f < width; ++f) {
-        vectors.residual[i + f] = vectors.residual[i + f] - lengths[f] * vectors.product[i + f];
-      }
-    }
+    for_each([&](std::size_t, std::size_t i, std::size_t f) {
+      vectors.residual[i] = vectors.residual[i] - lengths[f] * vectors.product[i];
+    });
   }
   return first;
 }

@@ -52,7 +52,7 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                 chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
       surface_system_(system_, topology.cells, constants,
                       find_ties(topology, first_frame, mean_edge, constants), first_frame,
-                      rotations_.clusters()),
+                      rotations_.clusters(), workers),
       pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
       remembered_(rotations_.quaternions().begin(), rotations_.quaternions().end()),
       anchors_(first_frame.size(), true),

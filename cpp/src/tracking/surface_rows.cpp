@@ -73,6 +73,8 @@ void SurfaceRows::index(std::size_t n_vertices) {
     }
   }
   matrix.finalize();
+  Matrix transposed = matrix.transpose();
+  transposed_.swap(transposed);
   matrix_.swap(matrix);
 }
 
@@ -82,12 +84,19 @@ void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {
     const SurfaceRow& row = rows[r];
     offsets[r] = std::sqrt(row.weight) * dot(row.normal, row.point - row.on(x));
   }
-  vector_of(forces) += matrix_.transpose() * offsets;
+  vector_of(forces) += transposed_ * offsets;
 }
 
-void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product) const {
-  const Eigen::VectorXd along = matrix_ * vector_of(step);
-  vector_of(product) += matrix_.transpose() * along;
+void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product,
+                              Workers& workers) const {
+  Eigen::VectorXd along(matrix_.rows());
+  workers.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+    along.segment(first, last - first) = matrix_.middleRows(first, last - first) * vector_of(step);
+  });
+  workers.for_each_short_chunk(static_cast<Index>(step.size()), [&](Index first, Index last) {
+    vector_of(product.subspan(at(first), at(last - first))) +=
+        transposed_.middleRows(4 * first, 4 * (last - first)) * along;
+  });
 }
 
 }  // namespace dynmesh

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "support/workers.hpp"
 #include "tracking/surface_places.hpp"
 
 namespace dynmesh {
@@ -40,13 +41,13 @@ class SurfaceRows {
   void add_forces(Field x, std::span<Vector3<double>> forces) const;
 
   /// Adds half of the product of the energy's Hessian with a step: (k,).
-  void add_product(Field step, std::span<Vector3<double>> product) const;
+  void add_product(Field step, std::span<Vector3<double>> product, Workers& workers) const;
 
  private:
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
   // (rows, 4 k): sqrt(w) b_s n, for the four numbers in which a field keeps each vertex.
-  Matrix matrix_;
+  Matrix matrix_, transposed_;
 };
 
 }  // namespace dynmesh

@@ -73,9 +73,10 @@ std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<dou
 
 SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
                              const TrackingConstants& constants, std::vector<Tie> ties,
-                             Field first_frame, const Clusters& clusters)
+                             Field first_frame, const Clusters& clusters, Workers& workers)
     : shape_(shape),
       constants_(constants),
+      workers_(workers),
       ties_(std::move(ties)),
       coarse_(cells, first_frame, clusters, tied(shape.normal(), ties_)),
       anchors_(cells.size(), true),
@@ -128,22 +129,22 @@ SurfaceSystem::Field SurfaceSystem::solve(SurfaceRows& rows, std::span<const Lan
   std::ranges::fill(steps_, Vector3<double>{});
   const auto precondition = [&] {
     shape_.precondition(force, product_);
-    coarse_.add(force, product_);
+    coarse_.add(force, product_, workers_);
   };
   const auto multiply_direction = [&] {
     multiply(direction_, product_);
-    rows.add_product(direction_, product_);
-    for (std::size_t v = 0; v < product_.size(); ++v) {
+    rows.add_product(direction_, product_, workers_);
+    workers_.for_each_in_chunks(product_.size(), [&](std::size_t v) {
       product_[v] = product_[v] + held_[v] * direction_[v];
-    }
+    });
   };
   const auto advance = [&](const std::array<double, 1>& length) {
-    for (std::size_t v = 0; v < steps_.size(); ++v)
-      steps_[v] = steps_[v] + length[0] * direction_[v];
+    workers_.for_each_in_chunks(
+        steps_.size(), [&](std::size_t v) { steps_[v] = steps_[v] + length[0] * direction_[v]; });
   };
   const ConjugateVectors<Vector3<double>> vectors = {force, product_, direction_, product_};
   conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
-                         multiply_direction, advance);
+                         multiply_direction, advance, workers_);
   return steps_;
 }
 

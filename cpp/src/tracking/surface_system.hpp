@@ -44,9 +44,10 @@ class SurfaceSystem {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `shape` and `constants` must outlive this object.
+  /// `shape`, `constants` and `workers` must outlive this object.
   SurfaceSystem(ShapeSystem& shape, const Cells& cells, const TrackingConstants& constants,
-                std::vector<Tie> ties, Field first_frame, const Clusters& clusters);
+                std::vector<Tie> ties, Field first_frame, const Clusters& clusters,
+                Workers& workers);
 
   [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
 
@@ -67,6 +68,7 @@ class SurfaceSystem {
 
   ShapeSystem& shape_;
   const TrackingConstants& constants_;
+  Workers& workers_;
   std::vector<Tie> ties_;
   CoarseSpace coarse_;
   Anchors anchors_;  // all vertices are solved for
