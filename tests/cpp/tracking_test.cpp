@@ -13,6 +13,7 @@
 #include "meshes.hpp"
 #include "registration/coverage.hpp"
 #include "scans.hpp"
+#include "shared_work.hpp"
 #include "support/geometry.hpp"
 #include "support/workers.hpp"
 #include "tracking/cloth.hpp"
@@ -538,6 +539,15 @@ TEST_CASE("a back is not seen") {
   for (const double side : {20.0, -20.0}) {
     CHECK(square.seen_from({{0, 0, side}}, {11}) == Numbers{side > 0 ? 121 : 0});
   }
+}
+
+TEST_CASE("threads share the frames of a tracker of eight thousand vertices") {
+  const SharedWork restores_the_default;
+  default_task_sharing() = {.patience = 1'000'000};
+  const auto mesh = torus(90);
+  Tracker<double> tracker(mesh.faces(), mesh.points(), {.threads = 2});
+  std::vector<double> out(3 * mesh.size());
+  CHECK(shared_pieces([&] { tracker.push({mesh.points()}, {out.data(), mesh.size()}); }) > 0);
 }
 
 }  // namespace
