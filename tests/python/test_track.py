@@ -295,6 +295,14 @@ def test_a_template_in_another_pose_is_registered_with_landmarks(
     assert "bad.json: landmark 0: must have a vertex and a position" in refused
 
 
+def test_a_template_in_another_step_is_registered(walking: Path, tmp_path: Path) -> None:
+    """A rigid motion brings it so near that a tracker would need many frames for the rest."""
+    dynmesh.write(tmp_path / "body.npz", dynmesh.synth.walker()[10:11])
+    track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "body.npz")
+    truth = dynmesh.read(walking / "truth.npz")
+    assert error(dynmesh.read(tmp_path / "out.npz"), truth).max() < 1.5
+
+
 def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Path) -> None:
     other = replace(dynmesh.read(walking / "body.npz"), up_axis=None)
     stretched = replace(other, vertices=other.vertices * np.array([1, 1, 0.2]))
