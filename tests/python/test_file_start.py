@@ -487,6 +487,20 @@ def test_a_frame_that_is_torn_where_no_frame_knows_it_is_not_returned_as_sound()
     assert np.abs(whole.positions).max() < 2 * np.abs(RECORDING.frames).max()
 
 
+def test_edges_that_no_frame_knows_may_be_as_different_as_others() -> None:
+    """The mesh has edges that are thirty times as long as others."""
+    mesh = sheet(12)
+    x, y, _ = mesh.vertices.T
+    bent = np.stack([np.expm1(0.4 * x), np.expm1(0.4 * y), np.sin(x)], axis=1)
+    frames = np.stack([turned(bent, 0.05 * n) for n in range(8)])
+    rng = np.random.default_rng(0)
+    known = rng.random(frames.shape[:2]) < 0.7
+    known[:, rng.permutation(len(bent))[:40]] = False
+    whole = dynmesh.whole_frame(mesh.faces, frames, known, frame=3)
+    assert not whole.doubtful
+    np.testing.assert_allclose(whole.positions[whole.seen], frames[3][whole.seen], atol=0.1)
+
+
 def test_the_frame_that_knows_one_vertex_more_is_completed() -> None:
     known = np.ones_like(RECORDING.known)
     known[:, :2] = False

@@ -147,7 +147,7 @@ void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) 
   }
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     const double end = outermost[v];
-    if (!(end > -constants_.farthest_overshoot && end < -constants_.least_overshoot)) continue;
+    if (!(end > -constants_.farthest_end && end < -constants_.least_overshoot)) continue;
     SurfaceRow row;
     row.corners = {v, v, v};
     row.normal = conormals[v];

@@ -26,9 +26,8 @@ struct TrackingConstants {
   double iterations_per_edge = 3;
   double far_share = 0.98;
   /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
-  /// so many points for each vertex, evenly spread.
+  /// as many points as vertices, evenly spread.
   int final_iterations = 2;
-  double points_per_vertex = 1;
   /// The most steps of conjugate gradients for a fit, and the share of the error at which they end.
   int steps = 20;
   double settled = 3e-3;
@@ -82,10 +81,6 @@ struct TrackingConstants {
   /// The weight of a point where the modes of a training sequence are fitted, in the second
   /// iteration: small, so that the noise of the points and what is between them say little.
   double mode_weight = 0.014;
-  /// The size up to which coefficients of the modes are kept that the points do not determine. The
-  /// shape of the last frame keeps hidden parts as they were; modes that keep them as well would
-  /// confirm positions that were found wrongly.
-  double largest_kept = 0;
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.
   std::size_t fewest = 12;
@@ -97,9 +92,8 @@ struct TrackingConstants {
   /// least so many times farther from it than usual.
   int stray_neighbours = 4;
   double stray_spacing = 2;
-  /// The normal of a point disagrees with the surface below this cosine; if its direction is
-  /// undecided, below the second.
-  double least_cosine = 0;
+  /// The normal of a point whose direction is undecided disagrees with the surface below this
+  /// cosine; others do if they are on its other side.
   double least_undecided_cosine = 0.3;
 
   /// A first scan is refused if a larger share of its points is far, and a smaller one of the
@@ -115,13 +109,12 @@ struct TrackingConstants {
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
   double largest_slippage = 0.04;
   /// The weight of a row that draws the boundary of cloth to where the points end, compared with
-  /// that of a point, and how far a vertex of it may lie beyond them: at least so far, so that it
-  /// does not follow their spacing, and at most so far; what is farther was not seen.
+  /// that of a point, and how far a vertex of it lies beyond them: at least so far, so that it does
+  /// not follow their spacing, and at most so far; what is farther was not seen. Points that lie
+  /// as far beyond the boundary tell that the scan goes on there.
   double boundary_weight = 4;
   double least_overshoot = 0.2;
-  /// Points farther than this beyond the boundary tell that the scan goes on there.
   double farthest_end = 2.5;
-  double farthest_overshoot = 3;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;

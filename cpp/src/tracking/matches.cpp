@@ -165,8 +165,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
-  const double wanted = constants_.points_per_vertex * static_cast<double>(x.size());
-  const double spacing = static_cast<double>(points_.size()) / wanted;
+  const double spacing = static_cast<double>(points_.size()) / static_cast<double>(x.size());
   const std::size_t every =
       search.is_sparse ? std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row) : 1;
   auto& rows = rows_.rows;
@@ -316,7 +315,7 @@ Agreements Matches::agreements() const {
     const double cosine = dot(scan.normals[i], normals_[corner]);
     return scan.is_undecided(i) || is_sheet_[corner] != 0
                ? std::abs(cosine) >= constants_.least_undecided_cosine
-               : cosine >= constants_.least_cosine;
+               : cosine >= 0;
   };
   const auto strays = find_strays(scan, is_near, constants_);
   Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};

@@ -43,7 +43,7 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       rotations_(topology.cells, workers, first_frame, mean_edge),
       rounding_(system_.k(), mean_edge, epsilon),
       shape_(shape_of(first_frame, system_)),
-      rest_(topology.cells, workers, constants.largest_kept, !training.empty(),
+      rest_(topology.cells, workers, !training.empty(),
             training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
                            workers),
             shape_),

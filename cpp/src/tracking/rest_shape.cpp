@@ -8,11 +8,13 @@
 
 namespace dynmesh {
 
-RestShape::RestShape(const Cells& cells, Workers& workers, double largest_kept, bool is_trained,
-                     Modes modes, Field first_shape)
+// No coefficient is kept that the points do not determine: the shape of the last frame keeps hidden
+// parts as they were, and modes that keep them as well would confirm what was found wrongly.
+RestShape::RestShape(const Cells& cells, Workers& workers, bool is_trained, Modes modes,
+                     Field first_shape)
     : cells_(cells),
       is_trained_(is_trained),
-      fit_(ShapeFit::Of::rest, cells, workers, largest_kept, std::move(modes)),
+      fit_(ShapeFit::Of::rest, cells, workers, 0, std::move(modes)),
       first_(first_shape.begin(), first_shape.end()),
       shape_(first_),
       generations_(is_trained ? cells.size() : 0),

@@ -27,10 +27,9 @@ class RestShape {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells` and `workers` must outlive this object. `largest_kept` is that of ShapeFit. `modes`
-  /// are those of a training sequence, if there is one. (k,) `first_shape` is m_first.
-  RestShape(const Cells& cells, Workers& workers, double largest_kept, bool is_trained, Modes modes,
-            Field first_shape);
+  /// `cells` and `workers` must outlive this object. `modes` are those of a training sequence, if
+  /// there is one. (k,) `first_shape` is m_first.
+  RestShape(const Cells& cells, Workers& workers, bool is_trained, Modes modes, Field first_shape);
 
   /// Whether there is a training sequence, although it may have no modes for this frame 0.
   [[nodiscard]] bool is_trained() const { return is_trained_; }

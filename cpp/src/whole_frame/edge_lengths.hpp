@@ -156,8 +156,8 @@ void drop_outliers(const Cells& cells, Window<Real>& window) {
 }
 
 /// How far the edges of a frame that have an end which is not known are from their usual lengths,
-/// on average, as logarithms. Those that fewer than three frames know are expected to be as the
-/// others are.
+/// on average, as logarithms. Those that fewer than three frames know count if no other edges are
+/// as long or short.
 struct Deviation {
   double of_frame = 0;
   double usual = 0;  ///< of frames that know both ends
@@ -168,16 +168,23 @@ inline Deviation deviation_of(std::span<const VertexPair> edges,
                               std::span<const std::uint8_t> known) {
   constexpr double shortest = -700;             // the logarithm of about the smallest number
   constexpr double spread_to_deviation = 0.84;  // the mean absolute one of a normal distribution
+  constexpr double unusual = 4;                 // spreads
   const PairLength typical = typical_length(lengths);
   Deviation sum;
   double n = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const auto [a, b] = edges[i];
-    const PairLength& expected = lengths[i].tells() ? lengths[i] : typical;
-    if (!expected.tells() || (known[a] != 0 && known[b] != 0)) continue;
-    sum.of_frame += std::abs(std::max(log_length(frame[a], frame[b]), shortest) - expected.median);
-    sum.usual += spread_to_deviation * expected.spread;
-    ++n;
+    if (known[a] != 0 && known[b] != 0) continue;
+    const double length = std::max(log_length(frame[a], frame[b]), shortest);
+    if (lengths[i].tells()) {
+      sum.of_frame += std::abs(length - lengths[i].median);
+      sum.usual += spread_to_deviation * lengths[i].spread;
+      ++n;
+    } else if (typical.tells()) {
+      const double beyond = std::abs(length - typical.median) - unusual * typical.spread;
+      sum.of_frame += std::max(beyond, 0.0);
+      n += beyond > 0 ? 1 : 0;
+    }
   }
   return n > 0 ? Deviation{sum.of_frame / n, sum.usual / n} : Deviation{};
 }
