@@ -102,8 +102,8 @@ def units_of(
         return Units(theirs, theirs)
     if theirs is not None and own is None:
         raise InputError(
-            f"states no unit, but the scans are in units of {theirs:g} m; state that of the "
-            "template as well",
+            f"states no unit, but the scans are in units of {theirs:g} m; state it by "
+            "`template_unit`",
             file=template.path,
         )
     return Units(own, theirs)
