@@ -208,12 +208,16 @@ void Detail::take_directions(const ResidualField& directions, const Blend& blend
   });
 }
 
-void Detail::take_step(Field step) {
+/// Returns the root of the sum of squares of the step.
+double Detail::take_step(Field step) {
   workers_.for_each_in_chunks(step.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
+  double squares = 0;
+  for (const auto& moved : step) squares += squared_norm(moved);
+  return std::sqrt(squares);
 }
 
 /// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u). Returns
-/// the root of the sum of the squares of how far.
+/// how far, as `take_step` does.
 double Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
   const Stopwatch stopwatch(report_.solve_seconds);
   workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
@@ -221,12 +225,8 @@ double Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const do
   });
   rotations_.turn(shape_, shape_);
   system_.apply(x_, 1, kx_);
-  const Field step = system_.solve<1>(
-      [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x_, anchors_);
-  take_step(step);
-  double squares = 0;
-  for (const auto& moved : step) squares += squared_norm(moved);
-  return std::sqrt(squares);
+  return take_step(system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; },
+                                    x_, anchors_));
 }
 
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +

@@ -11,10 +11,11 @@ constexpr int averagings = 6;
 /// Smaller values of them are left out, so that few meet at a vertex.
 constexpr double least_value = 0.02;
 
+using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
 /// The same memory as a matrix.
 auto matrix_of(CoarseSpace::Field field) {
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-  return Eigen::Map<const Rows, Eigen::Unaligned, Eigen::OuterStride<4>>{
+  return Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>>{
       &field[0].x, static_cast<Eigen::Index>(field.size()), 3};
 }
 
@@ -41,7 +42,6 @@ CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& 
   const Eigen::VectorXd sums = psi_ * Eigen::VectorXd::Ones(psi_.cols());
   psi_ = sums.cwiseInverse().asDiagonal() * psi_;
   transposed_ = psi_.transpose();
-  right_.resize(psi_.cols(), 3);
   const Matrix small = psi_.transpose() * (normal * psi_);
   n_ = small.triangularView<Eigen::Lower>();
   for (Eigen::Index v = 0; v < psi_.rows(); ++v) {
@@ -97,15 +97,16 @@ void CoarseSpace::factorize(const SurfaceRows& rows, double factor, std::span<co
 void CoarseSpace::add(Field residual, std::span<Vector3<double>> x, Workers& workers) {
   if (factor_.info() != Eigen::Success) return;
   constexpr Index vertices = 50;  // of a patch
+  Rows3 right(psi_.cols(), 3);
   workers.for_each_short_chunk(
-      static_cast<Index>(right_.rows()),
+      static_cast<Index>(right.rows()),
       [&](Index first, Index last) {
-        right_.middleRows(first, last - first) =
+        right.middleRows(first, last - first) =
             transposed_.middleRows(first, last - first) * matrix_of(residual);
       },
       vertices);
   const Eigen::VectorXd solution =
-      factor_.solve(Eigen::Map<const Eigen::VectorXd>(right_.data(), right_.size()));
+      factor_.solve(Eigen::Map<const Eigen::VectorXd>(right.data(), right.size()));
   workers.for_each_in_chunks(x.size(), [&](std::size_t v) {
     for (Functions::InnerIterator share(psi_, static_cast<Index>(v)); share; ++share) {
       x[v] = x[v] + share.value() * from_eigen(solution.segment<3>(3 * share.col()));

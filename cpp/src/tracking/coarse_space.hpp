@@ -41,13 +41,11 @@ class CoarseSpace {
  private:
   using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   using Blocks = std::vector<Eigen::Matrix3d>;
-  using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
   [[nodiscard]] Matrix with_blocks(const Blocks& blocks) const;
 
   Functions psi_, transposed_;
-  Rows3 right_;  // (patches, 3)
-  Matrix n_;     // the lower triangle of Psi^T N Psi, in which the three coordinates are alike
+  Matrix n_;  // the lower triangle of Psi^T N Psi, in which the three coordinates are alike
   // Of each two patches whose functions meet at a vertex, the number of their entry in n_.
   std::vector<std::uint32_t> entry_of_;
   Eigen::SimplicialLLT<Matrix> factor_;
