@@ -520,9 +520,12 @@ dynmesh_status dynmesh_training_create(int64_t n_vertices, int32_t type,
   return guarded([&] {
     check_pointer("training", training);
     *training = nullptr;
-    const std::size_t k = count_of("n_vertices", n_vertices);
-    with_type("type", type,
-              [&]<class Real>(Real) { *training = new dynmesh_training{Training<Real>(k)}; });
+    if (n_vertices < 0 || n_vertices > std::numeric_limits<Index>::max()) {
+      refuse("n_vertices", "must be from 0 to 2147483647, not ", n_vertices);
+    }
+    with_type("type", type, [&]<class Real>(Real) {
+      *training = new dynmesh_training{Training<Real>(static_cast<std::size_t>(n_vertices))};
+    });
   });
 }
 

@@ -86,13 +86,10 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const B
     of_clusters_[c] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   }
   workers_.for_each_in_chunks(blend_.size(), [&](std::size_t v) {
-    double sum_of_weights = 0;
     blend_[v] = 0;
     for (Clusters::Weights::InnerIterator e(clusters_.weights, static_cast<Index>(v)); e; ++e) {
       blend_[v] += e.value() * of_clusters_[e.col()];
-      sum_of_weights += e.value();
     }
-    blend_[v] /= sum_of_weights;
   });
   return blend_;
 }

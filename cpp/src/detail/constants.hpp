@@ -122,8 +122,8 @@ inline constexpr struct DetailConstants {
   /// residual.
   double caution_of_change = 1.05;
 
-  /// The weight of the regularisation of the blend of a cluster towards b, in units of the mean of
-  /// the sum of |r1_i|^2 of clusters and those beside them.
+  /// The weight of the regularisation of the blend of a cluster towards b, in units of the mean
+  /// over the clusters of the sum of |r1_i|^2 in them and those beside them.
   double pull = 0.15;
   /// How far b_i may be below 0 and above 1.
   double largest_excess = 0.5;

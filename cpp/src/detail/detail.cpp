@@ -11,7 +11,7 @@
 namespace dynmesh {
 namespace {
 
-/// The root of the sum of the squares of how far vertices moved, relative to all others.
+/// The root of the sum of squares of how far the vertices moved, less their mean motion.
 double deformation(std::span<const Vector3<double>> from, std::span<const Vector3<double>> to) {
   Vector3<double> sum = {};
   double squares = 0;
@@ -22,9 +22,6 @@ double deformation(std::span<const Vector3<double>> from, std::span<const Vector
   }
   return std::sqrt(std::max(0.0, squares - squared_norm(sum) / static_cast<double>(to.size())));
 }
-
-}  // namespace
-namespace {
 
 /// Adds the duration of its scope to `seconds`.
 class Stopwatch {

@@ -84,8 +84,9 @@ Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> p
   });
   std::vector<Eigen::Triplet<double, Index>> weights;
   for (Index v = 0; v < k; ++v) {
-    weights.emplace_back(v, clusters.of_vertex[v], 1);
-    for (const Index j : cells[v]) weights.emplace_back(v, clusters.of_vertex[j], 1);
+    const double share = 1 / static_cast<double>(cells[v].size() + 1);
+    weights.emplace_back(v, clusters.of_vertex[v], share);
+    for (const Index j : cells[v]) weights.emplace_back(v, clusters.of_vertex[j], share);
   }
   clusters.weights.resize(k, static_cast<Index>(clusters.size()));
   clusters.weights.setFromTriplets(weights.begin(), weights.end());

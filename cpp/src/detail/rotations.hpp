@@ -15,13 +15,13 @@ namespace dynmesh {
 /// Each vertex is in one cluster. Most clusters are a cell whose vertices are in no other cluster.
 struct Clusters {
   using Weights = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
-  static constexpr Index typical_size = 7;
+  static constexpr Index typical_size = 7;  ///< vertices
 
   std::vector<Index> of_vertex;  ///< (k,)
   std::vector<Index> centres;    ///< (clusters,) a vertex of each
   Cells members;     ///< the vertices of each cluster; `members[c]` instead of the cell of a vertex
   Cells neighbours;  ///< the clusters that an edge connects with each cluster
-  Weights weights;   ///< (k, clusters) how many vertices of a cell and its vertex are in each one
+  Weights weights;   ///< (k, clusters) the share of a cell, with its vertex, that is in each one
 
   [[nodiscard]] std::size_t size() const { return centres.size(); }
 };

@@ -27,7 +27,8 @@ struct ConjugateVectors {
 /// Takes at most `steps` steps. `precondition()` sets z to an approximation of A^-1 r, `multiply()`
 /// sets the product to A p, and `advance(lengths)` adds lengths[i % width] * p to the solution.
 /// Stops early if r . z falls to `settled` times its first value, or if rounding errors leave
-/// nothing to be gained. Returns the first r . z of each system. Allocates no memory.
+/// nothing to be gained. Returns the first r . z of each system. `workers` share the vectors, with
+/// the same result for any number of threads. Allocates no memory.
 template <std::size_t width, class Value, class Precondition, class Multiply, class Advance>
 std::array<double, width> conjugate_gradients(const ConjugateVectors<Value>& vectors, int steps,
                                               double settled, const Precondition& precondition,

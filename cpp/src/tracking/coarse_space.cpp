@@ -14,9 +14,9 @@ constexpr double least_value = 0.02;
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// The same memory as a matrix.
-auto matrix_of(CoarseSpace::Field field) {
-  return Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>>{
-      &field[0].x, static_cast<Eigen::Index>(field.size()), 3};
+Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(
+    CoarseSpace::Field field) {
+  return {&field[0].x, static_cast<Eigen::Index>(field.size()), 3};
 }
 
 }  // namespace

@@ -44,7 +44,8 @@ class CoarseSpace {
 
   [[nodiscard]] Matrix with_blocks(const Blocks& blocks) const;
 
-  Functions psi_, transposed_;
+  Functions psi_;
+  Functions transposed_;  // of which threads take rows
   Matrix n_;  // the lower triangle of Psi^T N Psi, in which the three coordinates are alike
   // Of each two patches whose functions meet at a vertex, the number of their entry in n_.
   std::vector<std::uint32_t> entry_of_;

@@ -47,7 +47,8 @@ class SurfaceRows {
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
   // (rows, 4 k): sqrt(w) b_s n, for the four numbers in which a field keeps each vertex.
-  Matrix matrix_, transposed_;
+  Matrix matrix_;
+  Matrix transposed_;  // of which threads take rows
 };
 
 }  // namespace dynmesh
