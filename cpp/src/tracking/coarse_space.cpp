@@ -73,9 +73,10 @@ CoarseSpace::Matrix CoarseSpace::with_blocks(const Blocks& blocks) const {
   return matrix;
 }
 
-void CoarseSpace::factorize(const SurfaceRows& rows, double factor, std::span<const double> held) {
+void CoarseSpace::factorize(std::span<const SurfaceRow> rows, double factor,
+                            std::span<const double> held) {
   Blocks at_vertices(psi_.rows(), Eigen::Matrix3d::Zero());
-  for (const SurfaceRow& row : rows.rows) {
+  for (const SurfaceRow& row : rows) {
     const Eigen::Matrix3d block = to_eigen(row.normal) * to_eigen(row.normal).transpose();
     for (std::size_t s = 0; s < 3; ++s) {
       at_vertices[row.corners[s]] += factor * row.weight * row.shares[s] * block;

@@ -33,7 +33,7 @@ class CoarseSpace {
 
   /// Factors the small system for rows whose weights are multiplied by `factor`. `held` (k,) are
   /// further weights, of the three coordinates alike.
-  void factorize(const SurfaceRows& rows, double factor, std::span<const double> held);
+  void factorize(std::span<const SurfaceRow> rows, double factor, std::span<const double> held);
 
   /// Adds the approximation of A^-1 times `residual` (k,) to `x` (k,).
   void add(Field residual, std::span<Vector3<double>> x, Workers& workers);

@@ -161,15 +161,14 @@ Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
   return {place, agreeing_normal(place, point)};
 }
 
-SurfaceRows& Matches::find(Field x, const Search& search) {
+const Matches::Rows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const double spacing = static_cast<double>(points_.size()) / static_cast<double>(x.size());
   const std::size_t every =
       search.is_sparse ? std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row) : 1;
-  auto& rows = rows_.rows;
-  rows.assign(points_.size(), {});
+  rows_.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {
     Place before;
     for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); i += every) {
@@ -191,7 +190,7 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
       if (squared_norm(match.normal) == 0) continue;
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * points_[i].normal + match.normal;
-      rows[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
+      rows_[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
     }
   };
   const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
@@ -199,21 +198,19 @@ SurfaceRows& Matches::find(Field x, const Search& search) {
     for (Index block = first; block < last; ++block) find_in_a_row(at(block) * in_a_row);
   };
   workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
-  std::erase_if(rows, [](const SurfaceRow& row) { return row.weight == 0; });
+  std::erase_if(rows_, [](const SurfaceRow& row) { return row.weight == 0; });
   weigh(x, search, static_cast<double>(every));
-  rows_.index(x.size());
   return rows_;
 }
 
 /// Points that are denser than the vertices count together as much as these. Each row stands for
 /// `points_of_row` points.
 void Matches::weigh(Field x, const Search& search, double points_of_row) {
-  auto& rows = rows_.rows;
   const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
   std::vector<std::uint8_t> touched(normals_.size());
   std::vector<double> sums(topology_.report.components);
   const auto component = [&](const SurfaceRow& row) { return topology_.component[row.corners[0]]; };
-  for (SurfaceRow& row : rows) {
+  for (SurfaceRow& row : rows_) {
     const double distance = std::sqrt(row.squared) / mean_edge_;
     const double ratio =
         distance /
@@ -223,14 +220,14 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
     sums[component(row)] += row.weight;
     for (const auto corner : row.corners) touched[corner] = 1;
   }
-  if (!usual.empty()) boundary_.draw(x, normals_, rows);
-  std::erase_if(rows, [&](const SurfaceRow& row) {
+  if (!usual.empty()) boundary_.draw(x, normals_, rows_);
+  std::erase_if(rows_, [&](const SurfaceRow& row) {
     return sums[component(row)] < static_cast<double>(constants_.fewest);
   });
   const double density =
       std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
-                        (points_of_row * static_cast<double>(std::max(rows.size(), 1UL))));
-  for (SurfaceRow& row : rows) {
+                        (points_of_row * static_cast<double>(std::max(rows_.size(), 1UL))));
+  for (SurfaceRow& row : rows_) {
     row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
   }
 }
@@ -238,7 +235,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
 /// (k,) the distance of each vertex from the nearest of its points; infinite without any.
 std::vector<double> Matches::nearest_distances() const {
   std::vector<double> distances(normals_.size(), std::numeric_limits<double>::infinity());
-  for (const SurfaceRow& row : rows_.rows) {
+  for (const SurfaceRow& row : rows_) {
     double& nearest = distances[row.nearest_corner()];
     nearest = std::min(nearest, std::sqrt(row.squared) / mean_edge_);
   }

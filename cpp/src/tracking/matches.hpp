@@ -54,9 +54,10 @@ class Matches {
   /// Begins a frame. `measurement` must outlive it.
   void begin(const PointScan& measurement);
 
+  using Rows = std::vector<SurfaceRow>;
   /// Matches the points with X. The result is valid until the next call.
-  SurfaceRows& find(Field x, const Search& search);
-  [[nodiscard]] const SurfaceRows& rows() const { return rows_; }
+  const Rows& find(Field x, const Search& search);
+  [[nodiscard]] const Rows& rows() const { return rows_; }
   /// The distance within which this share of the vertices with a point has one. Where something
   /// else was measured beside the surface, its points are many, but few of them are the nearest.
   [[nodiscard]] double distance_of(double share) const;
@@ -115,7 +116,7 @@ class Matches {
   std::vector<Point> points_;
   std::vector<Place> found_;
   std::vector<Vector3<double>> normals_;
-  SurfaceRows rows_;
+  Rows rows_;
 };
 
 }  // namespace dynmesh

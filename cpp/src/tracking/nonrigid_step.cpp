@@ -69,9 +69,9 @@ void NonrigidStep::begin_frame() {
   rest_.begin_frame();
 }
 
-bool NonrigidStep::take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
-                        std::span<Vector3<double>> x) {
-  if (rows.rows.empty() && landmarks.empty()) return false;
+bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                        double mode_weights, std::span<Vector3<double>> x) {
+  if (rows.empty() && landmarks.empty()) return false;
   rotations_.fit(x);
   if (mode_weights > 0 && rest_.is_trained()) {
     fit_modes(rows, mode_weights, x);
@@ -104,13 +104,13 @@ void NonrigidStep::find_forces(Field x) {
 
 /// The rows as anchors, one for each vertex that they touch: the point of their mean plane that is
 /// nearest to the vertex.
-void NonrigidStep::observe_planes(const SurfaceRows& rows, Field x) {
+void NonrigidStep::observe_planes(std::span<const SurfaceRow> rows, Field x) {
   std::vector<std::uint8_t> is_drawn(topology_.report.components);
   const auto component = [&](std::size_t v) { return at(topology_.component[v]); };
   std::vector<double> along(x.size());
   std::ranges::fill(planes_, Vector3<double>{});
   std::ranges::fill(anchors_.weights, 0.0);
-  for (const SurfaceRow& row : rows.rows) {
+  for (const SurfaceRow& row : rows) {
     is_drawn[component(row.corners[0])] = 1;
     const double distance = dot(row.normal, row.point - row.on(x));
     for (std::size_t s = 0; s < 3; ++s) {
@@ -137,14 +137,14 @@ void NonrigidStep::observe_planes(const SurfaceRows& rows, Field x) {
 }
 
 /// Fits the rest shape by the points.
-void NonrigidStep::fit_modes(const SurfaceRows& rows, double mode_weights, Field x) {
+void NonrigidStep::fit_modes(std::span<const SurfaceRow> rows, double mode_weights, Field x) {
   observe_planes(rows, x);
   for (double& weight : anchors_.weights) weight *= mode_weights;
   system_.factorize(anchors_);
   rest_.fit({x, shape_, anchors_, rounding_.mean_square(x)}, system_, rotations_);
 }
 
-void NonrigidStep::keep_rows(const SurfaceRows& rows, Field x) {
+void NonrigidStep::keep_rows(std::span<const SurfaceRow> rows, Field x) {
   if (!error_bars_.exist()) return;
   observe_planes(rows, x);
   if (anchors_.any_solved()) system_.factorize(anchors_);

@@ -43,17 +43,18 @@ class NonrigidStep {
   void begin_frame();
   /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
   /// about their weights times `factor`.
-  void factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks, double factor) {
+  void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                 double factor) {
     surface_system_.factorize(rows, landmarks, factor);
   }
   /// Finds Q for X, and then X for the rows and landmarks. Without any, X stays and the result is
   /// false. If `mode_weights` is not 0, the modes of the training sequence are fitted first, with
   /// so many times the weights of the rows.
-  bool take(SurfaceRows& rows, std::span<const Landmark> landmarks, double mode_weights,
-            std::span<Vector3<double>> x);
+  bool take(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+            double mode_weights, std::span<Vector3<double>> x);
 
   /// Keeps the rows to which the last step drew X, for the standard errors of the frame.
-  void keep_rows(const SurfaceRows& rows, Field x);
+  void keep_rows(std::span<const SurfaceRow> rows, Field x);
   /// Finds the standard errors of X, and does not throw. `generations` are those of its vertices;
   /// those without a point may be off by `unseen` beside that.
   void measure_errors(const Generations& generations, Field x, double unseen);
@@ -81,8 +82,8 @@ class NonrigidStep {
 
  private:
   void find_forces(Field x);
-  void observe_planes(const SurfaceRows& rows, Field x);
-  void fit_modes(const SurfaceRows& rows, double mode_weights, Field x);
+  void observe_planes(std::span<const SurfaceRow> rows, Field x);
+  void fit_modes(std::span<const SurfaceRow> rows, double mode_weights, Field x);
   void find_shape(Field frame);
 
   const Topology& topology_;

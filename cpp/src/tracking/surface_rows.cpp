@@ -56,29 +56,26 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
          Eigen::Translation3d(-centre);
 }
 
-void SurfaceRows::index(std::size_t n_vertices) {
-  const auto n = static_cast<Eigen::Index>(rows.size());
-  // A new one: a matrix of Eigen cannot be used any more after memory for it was exhausted.
-  Matrix matrix(n, static_cast<Eigen::Index>(4 * n_vertices));
-  matrix.reserve(9 * n);
-  for (Eigen::Index r = 0; r < n; ++r) {
+RowMatrix::RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices)
+    : matrix_(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(4 * n_vertices)) {
+  matrix_.reserve(9 * matrix_.rows());
+  for (Eigen::Index r = 0; r < matrix_.rows(); ++r) {
     const SurfaceRow& row = rows[r];
     const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
-    matrix.startVec(r);
+    matrix_.startVec(r);
     for (std::size_t s = 0; s < 3; ++s) {
       for (Eigen::Index c = 0; c < 3; ++c) {
         const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
-        matrix.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
+        matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
       }
     }
   }
-  matrix.finalize();
-  Matrix transposed = matrix.transpose();
-  transposed_.swap(transposed);
-  matrix_.swap(matrix);
+  matrix_.finalize();
+  transposed_ = matrix_.transpose();
 }
 
-void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {
+void RowMatrix::add_forces(std::span<const SurfaceRow> rows, Field x,
+                           std::span<Vector3<double>> forces) const {
   Eigen::VectorXd offsets(matrix_.rows());
   for (Eigen::Index r = 0; r < offsets.size(); ++r) {
     const SurfaceRow& row = rows[r];
@@ -87,10 +84,10 @@ void SurfaceRows::add_forces(Field x, std::span<Vector3<double>> forces) const {
   vector_of(forces) += transposed_ * offsets;
 }
 
-void SurfaceRows::add_product(Field step, std::span<Vector3<double>> product,
-                              Workers& workers) const {
+void RowMatrix::add_product(Field step, std::span<Vector3<double>> product,
+                            Workers& workers) const {
   Eigen::VectorXd along(matrix_.rows());
-  workers.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+  workers.for_each_short_chunk(static_cast<Index>(matrix_.rows()), [&](Index first, Index last) {
     along.segment(first, last - first) = matrix_.middleRows(first, last - first) * vector_of(step);
   });
   workers.for_each_short_chunk(static_cast<Index>(step.size()), [&](Index first, Index last) {

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
-#include <vector>
 
 #include "support/workers.hpp"
 #include "tracking/surface_places.hpp"
@@ -27,18 +26,16 @@ struct SurfaceRow : Place {
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
                                 std::span<const Vector3<double>> x);
 
-/// The rows of a frame, and the matrix of their energy.
-class SurfaceRows {
+/// The matrix of the energy of rows.
+class RowMatrix {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  std::vector<SurfaceRow> rows;
+  RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices);
 
-  /// Makes the matrix of `rows`. Call it whenever they have changed.
-  void index(std::size_t n_vertices);
-
-  /// Adds half of the negative gradient at X.
-  void add_forces(Field x, std::span<Vector3<double>> forces) const;
+  /// Adds half of the negative gradient at X, with the `rows` of which this is the matrix.
+  void add_forces(std::span<const SurfaceRow> rows, Field x,
+                  std::span<Vector3<double>> forces) const;
 
   /// Adds half of the product of the energy's Hessian with a step: (k,).
   void add_product(Field step, std::span<Vector3<double>> product, Workers& workers) const;

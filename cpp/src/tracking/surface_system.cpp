@@ -93,11 +93,11 @@ void SurfaceSystem::hold(std::span<const Landmark> landmarks) {
   for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
 }
 
-void SurfaceSystem::factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks,
+void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                               double factor) {
   hold(landmarks);
   std::ranges::copy(held_, anchors_.weights.begin());
-  for (const SurfaceRow& row : rows.rows) {
+  for (const SurfaceRow& row : rows) {
     const double weight = constants_.preconditioned * factor * row.weight;
     for (std::size_t s = 0; s < 3; ++s) anchors_.weights[row.corners[s]] += weight * row.shares[s];
   }
@@ -119,10 +119,12 @@ void SurfaceSystem::multiply(Field x, std::span<Vector3<double>> product) const 
   }
 }
 
-SurfaceSystem::Field SurfaceSystem::solve(SurfaceRows& rows, std::span<const Landmark> landmarks,
-                                          Field x, std::span<Vector3<double>> force) {
+SurfaceSystem::Field SurfaceSystem::solve(std::span<const SurfaceRow> rows,
+                                          std::span<const Landmark> landmarks, Field x,
+                                          std::span<Vector3<double>> force) {
   hold(landmarks);
-  rows.add_forces(x, force);
+  const RowMatrix matrix(rows, x.size());
+  matrix.add_forces(rows, x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }
@@ -133,7 +135,7 @@ SurfaceSystem::Field SurfaceSystem::solve(SurfaceRows& rows, std::span<const Lan
   };
   const auto multiply_direction = [&] {
     multiply(direction_, product_);
-    rows.add_product(direction_, product_, workers_);
+    matrix.add_product(direction_, product_, workers_);
     workers_.for_each_in_chunks(product_.size(), [&](std::size_t v) {
       product_[v] = product_[v] + held_[v] * direction_[v];
     });

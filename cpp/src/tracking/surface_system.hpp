@@ -53,13 +53,14 @@ class SurfaceSystem {
 
   /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
   /// others with about these weights, until the shape's system is factored for something else.
-  void factorize(const SurfaceRows& rows, std::span<const Landmark> landmarks, double factor);
+  void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                 double factor);
   /// Returns to the last factor, after the shape's system was factored for something else.
   void factorize_again() { shape_.factorize(anchors_); }
 
   /// The step D for which A D is the sum of `force` (k,), which is lost, and of the forces of the
   /// rows and landmarks at X. Valid until the next call.
-  Field solve(SurfaceRows& rows, std::span<const Landmark> landmarks, Field x,
+  Field solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks, Field x,
               std::span<Vector3<double>> force);
 
  private:

@@ -79,10 +79,10 @@ int SurfaceTracking::approach() {
   const Search search = {
       .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.rigid_scale};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
-    const SurfaceRows& rows = matches_.find(x_, search);
+    const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
-    if (is_all_cloth_ || rows.rows.size() < constants_.fewest) break;
-    if (move_by(fit_to_planes(rows.rows, x_), x_) < constants_.rigid_rest * mean_edge_) break;
+    if (is_all_cloth_ || rows.size() < constants_.fewest) break;
+    if (move_by(fit_to_planes(rows, x_), x_) < constants_.rigid_rest * mean_edge_) break;
   }
   if (any_cloth_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
@@ -96,7 +96,7 @@ int SurfaceTracking::approach() {
 bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
   const double weight = std::max(
       constants_.first_weight, constants_.last_weight * std::pow(constants_.weight_growth, -left));
-  SurfaceRows& rows =
+  const Matches::Rows& rows =
       matches_.find(x_, {.walked = constants_.walked,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
@@ -142,10 +142,8 @@ SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measuremen
 }
 
 void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
-  SurfaceRows no_points;
-  no_points.index(x_.size());
   std::ranges::copy(last_, x_.begin());
-  shape_.factorize(no_points, landmarks, 1);
+  shape_.factorize({}, landmarks, 1);
   std::vector<Landmark> moving(landmarks.begin(), landmarks.end());
   for (int step = 0; step < steps; ++step) {
     const double share = static_cast<double>(step + 1) / steps;
@@ -153,7 +151,7 @@ void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
       const auto& start = last_[landmarks[i].vertex];
       moving[i].target = start + share * (landmarks[i].target - start);
     }
-    shape_.take(no_points, moving, 0, x_);
+    shape_.take({}, moving, 0, x_);
   }
   const std::vector<Vector3<double>> bent = x_;
   place(bent, false);
