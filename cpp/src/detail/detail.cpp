@@ -93,6 +93,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     return 0;
   }
 
+  const Stopwatch stopwatch(report_.solve_seconds);  // rotations included, until the end
   // Step 1: find the smoothest motion.
   move_smoothly(previous);
   fit_rotations(x_);
@@ -107,7 +108,10 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, blend);
-  take_directions(directions, blend);
+  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
+    const ShapeTerms& step = directions.steps[v];
+    x_[v] = x_[v] + step.last + blend.b * step.to_rest + blend.c * step.change;
+  });
 
   // Step 4: fit rotations and solve again, until the frame hardly moves any more.
   const double enough = detail_constants.tolerance * deformation(previous, x_);
@@ -125,13 +129,13 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
 
   // Step 5: move the satellites by a share of the first-order step.
-  const Stopwatch stopwatch(report_.solve_seconds);
   report_.first_order_share =
       first_order_.improve({previous, x_, shape_}, anchors_, generations, system_);
   for (std::size_t v = 0; v < points.size(); ++v) {
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
   report_.blend = blend.b;
+  report_.solve_seconds -= report_.rotation_seconds;
   return rounds;
 }
 
@@ -145,7 +149,6 @@ void Detail::hold(Frame previous, std::span<const Vector3<double>> points,
 
 /// The smoothest motion from the last frame X' that the anchors allow: min |K (X - X')|^2.
 void Detail::move_smoothly(Frame previous) {
-  const Stopwatch stopwatch(report_.solve_seconds);
   std::vector<Vector3<double>>& moved = shape_;  // K times the motion of the anchors
   if (anchors_.are_noisy()) {
     std::ranges::copy(previous, x_.begin());
@@ -168,7 +171,6 @@ void Detail::fit_rotations(Field positions) {
 /// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
 /// leave.
 ResidualField Detail::find_directions() {
-  const Stopwatch stopwatch(report_.solve_seconds);
   rotations_.turn(shapes_, turned_);
   system_.apply(x_, 1, kx_);
   const auto steps = system_.solve_terms(turned_, x_, kx_, anchors_);
@@ -178,7 +180,6 @@ ResidualField Detail::find_directions() {
 
 /// Adds what modes explain of the anchors to the shapes, and to the directions.
 FittedModes Detail::add_modes(ResidualField& directions, const Generations& generations) {
-  const Stopwatch stopwatch(report_.solve_seconds);
   system_.keep_steps(steps_);  // the next solutions overwrite them
   directions.steps = steps_;
   const FittedModes found = fit_.find(directions, system_, rotations_, generations);
@@ -197,14 +198,6 @@ FittedModes Detail::add_modes(ResidualField& directions, const Generations& gene
   return found;
 }
 
-void Detail::take_directions(const ResidualField& directions, const Blend& blend) {
-  const Stopwatch stopwatch(report_.solve_seconds);
-  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    const ShapeTerms& step = directions.steps[v];
-    x_[v] = x_[v] + step.last + blend.b * step.to_rest + blend.c * step.change;
-  });
-}
-
 /// Returns the root of the sum of squares of the step.
 double Detail::take_step(Field step) {
   workers_.for_each_in_chunks(step.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
@@ -216,7 +209,6 @@ double Detail::take_step(Field step) {
 /// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u). Returns
 /// how far, as `take_step` does.
 double Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
-  const Stopwatch stopwatch(report_.solve_seconds);
   workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
     shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + c * shapes[v].change;
   });

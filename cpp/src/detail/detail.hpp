@@ -81,7 +81,6 @@ class Detail final : public Estimator<double> {
   void fit_rotations(Field positions);
   ResidualField find_directions();
   FittedModes add_modes(ResidualField& directions, const Generations& generations);
-  void take_directions(const ResidualField& directions, const Blend& blend);
   double take_step(Field step);
   double take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
   void weigh_anchors();

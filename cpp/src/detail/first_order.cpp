@@ -7,20 +7,11 @@
 
 #include "detail/constants.hpp"
 #include "detail/random_signs.hpp"
+#include "detail/rotations.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
-
-/// The rows of the rotation matrix of a unit quaternion.
-Covariance matrix_of(const Quaternion& q) {
-  const double xx = 2 * q.x * q.x, yy = 2 * q.y * q.y, zz = 2 * q.z * q.z;
-  const double xy = 2 * q.x * q.y, xz = 2 * q.x * q.z, yz = 2 * q.y * q.z;
-  const double wx = 2 * q.w * q.x, wy = 2 * q.w * q.y, wz = 2 * q.w * q.z;
-  return {{{1 - yy - zz, xy - wz, xz + wy},
-           {xy + wz, 1 - xx - zz, yz - wx},
-           {xz - wy, yz + wx, 1 - xx - yy}}};
-}
 
 /// L of the weights w_ij = -C_ij, with a lower bound, since an edge without weight keeps nothing.
 DetailOperator laplacian_of(const DetailOperator& k) {
@@ -272,7 +263,7 @@ std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
   return step;
 }
 
-/// Fits R to the edges of L, which it weights as L does, and stores the matrices as covariances.
+/// Fits R to the edges of L, which it weights as L does.
 void FirstOrder::fit_rotations(Field positions, Field last) {
   const OperatorData l = data_of(laplacian_);
   const RotationData data = {l.offsets, l.columns,        edges_.data(),
@@ -287,7 +278,6 @@ void FirstOrder::fit_rotations(Field positions, Field last) {
     }
     kernels.measure(data, first, end);
     kernels.fit(covariances_.data(), quaternions_.data(), first, end);
-    for (Index i = first; i < end; ++i) covariances_[i] = matrix_of(quaternions_[i]);
   };
   workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()), fit);
 }
@@ -295,18 +285,14 @@ void FirstOrder::fit_rotations(Field positions, Field last) {
 /// The residual of the equation of vertex v: b_v - (L X)_v.
 Vector3<double> FirstOrder::residual(std::size_t v, Field positions) const {
   const OperatorData l = data_of(laplacian_);
-  const auto turned = [](const Covariance& rotation, const Vector3<double>& edge) {
-    return Vector3<double>{dot(rotation.rows[0], edge), dot(rotation.rows[1], edge),
-                           dot(rotation.rows[2], edge)};
-  };
   Vector3<double> sum, edges;
   for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
     const std::size_t j = at(l.columns[e]);
     const Vector3<double>& edge = edges_[e];  // w_vj (G_j - G_v)
     edges = edges + edge;
-    sum = sum - 0.5 * turned(covariances_[j], edge) - l.values[e] * (positions[j] - positions[v]);
+    sum = sum - 0.5 * rotated(quaternions_[j], edge) - l.values[e] * (positions[j] - positions[v]);
   }
-  return sum - 0.5 * turned(covariances_[v], edges);
+  return sum - 0.5 * rotated(quaternions_[v], edges);
 }
 
 }  // namespace dynmesh

@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
-#include <queue>
 #include <utility>
 
 #include "support/geometry.hpp"
+#include "support/shortest_paths.hpp"
 
 namespace dynmesh {
 namespace {
-
-constexpr double unreached = std::numeric_limits<double>::infinity();
 
 /// Farthest-point sampling. There are fewer seeds if all vertices coincide with one.
 std::vector<std::size_t> seeds_of(std::span<const Vector3<double>> frame, Index n_seeds) {
@@ -34,26 +30,12 @@ std::vector<std::size_t> seeds_of(std::span<const Vector3<double>> frame, Index 
   return seeds;
 }
 
-/// The lengths of the shortest paths along edges (Dijkstra).
+/// The lengths of the shortest paths along edges.
 std::vector<double> distances_from(std::size_t seed, const Cells& cells,
                                    std::span<const Vector3<double>> frame) {
-  using Reached = std::pair<double, std::size_t>;
-  std::vector<double> distance(frame.size(), unreached);
-  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
-  distance[seed] = 0;
-  next.emplace(0.0, seed);
-  while (!next.empty()) {
-    const auto [length, v] = next.top();
-    next.pop();
-    if (length > distance[v]) continue;
-    for (const Index n : cells[v]) {
-      const double longer = length + std::sqrt(squared_norm(frame[n] - frame[v]));
-      if (longer >= distance[n]) continue;
-      distance[n] = longer;
-      next.emplace(longer, n);
-    }
-  }
-  return distance;
+  return shortest_paths(frame.size(), seed, [&](std::size_t v, const auto& visit) {
+    for (const Index n : cells[v]) visit(at(n), std::sqrt(squared_norm(frame[n] - frame[v])));
+  });
 }
 
 /// The median of the second smallest distance of each vertex, where there is one; else 0.

@@ -8,6 +8,7 @@
 
 #include "detail/detail_operator.hpp"
 #include "kernels/kernels.hpp"
+#include "support/geometry.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -32,6 +33,13 @@ struct Clusters {
 /// at the same distance those with the smaller coordinates, so that the clusters do not depend on
 /// the numbers of the vertices. Sorts the vertices; otherwise linear in the number of edges.
 Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions);
+
+/// x turned by a unit quaternion.
+inline Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
+  const Vector3<double> axis = {q.x, q.y, q.z};
+  const auto twice = 2.0 * cross(axis, x);
+  return x + q.w * twice + cross(axis, twice);
+}
 
 /// Refuses a state in which these are not all of unit length.
 void check_stored(std::span<const Quaternion> rotations);

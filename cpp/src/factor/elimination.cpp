@@ -1,6 +1,5 @@
 #include <Eigen/OrderingMethods>
 #include <algorithm>
-#include <numeric>
 
 #include "factor/masked_factor.hpp"
 #include "kernels/dense_kernels.hpp"
@@ -112,22 +111,6 @@ std::vector<Block> find_blocks(const Tree& tree) {
   return blocks;
 }
 
-std::vector<Index> firsts_of_subtrees(const std::vector<Index>& parents) {
-  std::vector<Index> sizes(parents.size(), 1);
-  std::vector<Index> firsts(parents.size());
-  std::iota(firsts.begin(), firsts.end(), Index{0});
-  for (std::size_t s = 0; s < parents.size(); ++s) {
-    const Index up = parents[s];
-    if (up == none) continue;
-    sizes[up] += sizes[s];
-    firsts[up] = std::min(firsts[up], firsts[s]);
-  }
-  for (std::size_t s = 0; s < parents.size(); ++s) {
-    if (sizes[s] != static_cast<Index>(s) - firsts[s] + 1) firsts[s] = none;
-  }
-  return firsts;
-}
-
 }  // namespace
 
 Elimination plan_elimination(const SparseMatrix& matrix) {
@@ -168,8 +151,8 @@ Elimination plan_elimination(const SparseMatrix& matrix) {
     std::ranges::sort(rows);
     plan.parents.push_back(rows.empty() ? none : plan.supernode_of[rows[0]]);
     if (!rows.empty()) children[plan.parents[s]].push_back(s);
+    plan.subtree_firsts.push_back(children[s].empty() ? s : plan.subtree_firsts[children[s][0]]);
   }
-  plan.subtree_firsts = firsts_of_subtrees(plan.parents);
   return plan;
 }
 

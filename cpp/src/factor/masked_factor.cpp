@@ -151,8 +151,7 @@ void MaskedFactor::divide() {
   border_rows_.clear();
   for (Index s = plan_.supernodes(); s-- > 0;) {
     const Index first = plan_.subtree_firsts[s];
-    const bool is_subtree =
-        is_worth_it && first != none && multiplications_[s] <= largest_share * all;
+    const bool is_subtree = is_worth_it && multiplications_[s] <= largest_share * all;
     const Index first_panel = panels_before_[is_subtree ? first : s];
     const Index end_panel = panels_before_[s + 1];
     if (is_subtree) {

@@ -35,8 +35,8 @@ struct Elimination {
   /// The supernode of the first row below each supernode, none for the last one of a component: the
   /// elimination forest. Children precede their parents.
   std::vector<Index> parents;
-  /// The first of the supernodes below each one in the forest, which affect no others but those
-  /// above it, or none if these are not adjacent.
+  /// The first of the supernodes below each one in the forest, which are all that precede it from
+  /// there on, and affect no others but those above it.
   std::vector<Index> subtree_firsts;
 
   [[nodiscard]] Index supernodes() const { return static_cast<Index>(firsts.size()) - 1; }

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <queue>
 #include <utility>
 
 #include "registration/rigid_starts.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
+#include "support/shortest_paths.hpp"
 
 namespace dynmesh {
 namespace {
@@ -24,29 +23,13 @@ struct Tips {
   std::vector<std::vector<double>> from;
 };
 
-constexpr double unreached = std::numeric_limits<double>::infinity();
-
 /// The neighbours of each point, and how far they are.
 using Graph = std::vector<std::vector<std::pair<std::size_t, double>>>;
 
-/// The lengths of the shortest paths (Dijkstra 1959).
 std::vector<double> distances_from(const Graph& graph, std::size_t start) {
-  using Entry = std::pair<double, std::size_t>;
-  std::vector<double> distances(graph.size(), unreached);
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> next;
-  distances[start] = 0;
-  next.emplace(0, start);
-  while (!next.empty()) {
-    const auto [distance, point] = next.top();
-    next.pop();
-    if (distance > distances[point]) continue;
-    for (const auto& [other, length] : graph[point]) {
-      if (!(distance + length < distances[other])) continue;
-      distances[other] = distance + length;
-      next.emplace(distances[other], other);
-    }
-  }
-  return distances;
+  return shortest_paths(graph.size(), start, [&](std::size_t point, const auto& visit) {
+    for (const auto& [other, length] : graph[point]) visit(other, length);
+  });
 }
 
 /// The distances from a point of the largest connected part.

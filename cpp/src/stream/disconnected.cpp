@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -17,20 +16,6 @@ namespace {
 constexpr Index fewest_anchors = 4;       // in a component whose vertices may be donors
 constexpr std::size_t fewest_donors = 4;  // that a component must have to follow them
 
-/// In units in which squares of coordinates are in range.
-template <class Real>
-std::vector<Vector3<double>> scaled(std::span<const Vector3<Real>> frame) {
-  double largest = 0;
-  for (const auto& x : frame) {
-    const auto v = in_double(x);
-    largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  }
-  const double scale = largest > 0 ? std::exp2(-std::ilogb(largest)) : 1;
-  std::vector<Vector3<double>> result;
-  for (const auto& x : frame) result.push_back(scale * in_double(x));
-  return result;
-}
-
 }  // namespace
 
 /// Two components differ in a bit of their numbers. So the nearest vertex of another component is
@@ -40,7 +25,9 @@ std::vector<Vector3<double>> scaled(std::span<const Vector3<Real>> frame) {
 template <class Real>
 std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
                                std::span<const Index> component) {
-  const auto positions = arrays_of(scaled(frame));
+  constexpr double scale = 0x1p-200;  // with which squares of all accepted coordinates are in range
+  std::vector<std::array<double, 3>> positions;
+  for (const auto& x : frame) positions.push_back(array_of(scale * in_double(x)));
   std::vector<Index> donors(frame.size(), -1);
   std::vector<double> squared_distances(frame.size(), std::numeric_limits<double>::infinity());
   const auto last = static_cast<std::uint32_t>(component.empty() ? 0 : std::ranges::max(component));

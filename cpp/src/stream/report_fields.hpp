@@ -7,6 +7,7 @@
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
+#include <type_traits>
 
 namespace dynmesh {
 
@@ -31,8 +32,9 @@ void for_each_field(const FrameReport& report, const Visit& visit) {
   visit("solve_seconds", report.stages.solve_seconds);
 }
 
-template <class Visit>
-void for_each_field(const Agreement& agreement, const Visit& visit) {
+template <class Visited, class Visit>
+requires std::is_same_v<std::remove_const_t<Visited>, Agreement>
+void for_each_field(Visited& agreement, const Visit& visit) {
   using C = dynmesh_agreement;
   visit("points", agreement.points, &C::points);
   visit("far", agreement.far_share, &C::far_share);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "stream/arguments.hpp"
+#include "stream/report_fields.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
@@ -24,15 +25,6 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '9'}, "tracker"};
-
-/// What a state keeps of an agreement. Without points, there are numbers that are NaN.
-template <class Self, class Visit>
-void for_each_number(Self& agreement, const Visit& visit) {
-  visit(agreement.points);
-  visit(agreement.far_share);
-  visit(agreement.disagreeing);
-  visit(agreement.distance);
-}
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
@@ -131,7 +123,7 @@ struct Tracker<Real>::Parts {
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
-    for_each_number(report.agreement, [&](const auto& number) { writer.write(number); });
+    for_each_field(report.agreement, [&](auto, const auto& number, auto) { writer.write(number); });
     writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
     surface.write_memory(writer);
     recovery.write_memory(writer);
@@ -142,7 +134,9 @@ struct Tracker<Real>::Parts {
     for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
     read_fields(reader, stream);
     stream.recall();
-    for_each_number(report.agreement, [&](auto& number) { reader.read(std::span(&number, 1)); });
+    // Without points, there are numbers that are NaN.
+    for_each_field(report.agreement,
+                   [&](auto, auto& number, auto) { reader.read(std::span(&number, 1)); });
     report.recovered = reader.read<std::uint8_t>() != 0;
     surface.read_memory(reader, widened(stream.previous));
     recovery.read_memory(reader);

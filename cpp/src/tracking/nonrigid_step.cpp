@@ -9,12 +9,6 @@
 namespace dynmesh {
 namespace {
 
-Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
-  const Vector3<double> axis = {q.x, q.y, q.z};
-  const auto twice = 2.0 * cross(axis, x);
-  return x + q.w * twice + cross(axis, twice);
-}
-
 /// (k,) `of_cloth` for the vertices of cloth, `of_bodies` for others.
 std::vector<double> chosen(std::span<const std::uint8_t> is_cloth, double of_cloth,
                            double of_bodies) {
@@ -82,8 +76,7 @@ bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landma
   }
   rotations_.turn(wanted_, turned_);
   find_forces(x);
-  const Field steps = surface_system_.solve(rows, landmarks, x, forces_);
-  for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
+  surface_system_.solve(rows, landmarks, x, forces_);
   return true;
 }
 

@@ -6,19 +6,9 @@
 #include <numeric>
 #include <utility>
 
+#include "support/rigid_motion.hpp"
+
 namespace dynmesh {
-namespace {
-
-Vector3<double> smallest(const Vector3<double>& a, const Vector3<double>& b) {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-
-Vector3<double> largest(const Vector3<double>& a, const Vector3<double>& b) {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
-}
-
-}  // namespace
-
 std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces) {
   struct Side {
     std::array<Index, 2> ends;
@@ -59,16 +49,35 @@ std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
 }
 
 SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
-    : faces_(faces), next_sides_(next_sides(faces)) {
-  std::vector<std::vector<Index>> faces_at(frame.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    for (const Index v : faces[f]) faces_at[v].push_back(static_cast<Index>(f));
+    : faces_(faces),
+      order_(faces.size()),
+      next_sides_(next_sides(faces)),
+      faces_at_(lists_by_key(frame.size(), [&](const auto& visit) {
+        for (std::size_t f = 0; f < faces.size(); ++f) {
+          for (const Index v : faces[f]) visit(v, static_cast<Index>(f));
+        }
+      })) {
+  std::vector<Eigen::Vector3d> centres;
+  for (const auto& [a, b, c] : faces) centres.push_back(to_eigen(frame[a] + frame[b] + frame[c]));
+  std::iota(order_.begin(), order_.end(), 0U);
+  nodes_.assign(1, {{}, 0, static_cast<std::uint32_t>(faces.size())});
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const auto [first, count] = std::pair(nodes_[i].first, nodes_[i].count);
+    if (count <= leaf_size) continue;
+    const auto begin = order_.begin() + first;
+    Eigen::AlignedBox3d box;
+    for (auto f = begin; f != begin + count; ++f) box.extend(centres[*f]);
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const std::uint32_t half = count / 2;
+    std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+      return std::pair(centres[a][axis], a) < std::pair(centres[b][axis], b);
+    });
+    nodes_[i].first = static_cast<std::uint32_t>(nodes_.size());
+    nodes_[i].count = 0;
+    nodes_.push_back({{}, first, half});
+    nodes_.push_back({{}, first + half, count - half});
   }
-  for (const auto& around : faces_at) {
-    faces_at_.neighbours.insert(faces_at_.neighbours.end(), around.begin(), around.end());
-    faces_at_.offsets.push_back(static_cast<Index>(faces_at_.neighbours.size()));
-  }
-  divide(frame);
 }
 
 Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t from) const {
@@ -92,57 +101,13 @@ Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t f
   }
 }
 
-void SurfacePlaces::divide(Field frame) {
-  const auto n = static_cast<std::uint32_t>(faces_.size());
-  std::vector<Vector3<double>> centres;
-  for (const Triangle& face : faces_) {
-    Vector3<double> sum;
-    for (const Index v : face) sum = sum + frame[v];
-    centres.push_back(sum);
-  }
-  order_.resize(n);
-  std::iota(order_.begin(), order_.end(), 0U);
-  nodes_.assign(1, {{}, {}, 0, n});
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    const auto [first, count] = std::pair(nodes_[i].first, nodes_[i].count);
-    if (count <= leaf_size) continue;
-    const auto begin = order_.begin() + first;
-    auto least = centres[*begin];
-    auto most = least;
-    for (auto f = begin; f != begin + count; ++f) {
-      least = smallest(least, centres[*f]);
-      most = largest(most, centres[*f]);
-    }
-    const auto size = most - least;
-    const auto axis = size.x >= size.y && size.x >= size.z ? &Vector3<double>::x
-                      : size.y >= size.z                   ? &Vector3<double>::y
-                                                           : &Vector3<double>::z;
-    const std::uint32_t half = count / 2;
-    std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
-      return std::pair(centres[a].*axis, a) < std::pair(centres[b].*axis, b);
-    });
-    nodes_[i].first = static_cast<std::uint32_t>(nodes_.size());
-    nodes_[i].count = 0;
-    nodes_.push_back({{}, {}, first, half});
-    nodes_.push_back({{}, {}, first + half, count - half});
-  }
-}
-
 void SurfacePlaces::follow(Field x) {
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-    if (node->count == 0) {
-      const Node& left = nodes_[node->first];
-      const Node& right = nodes_[node->first + 1];
-      node->least = smallest(left.least, right.least);
-      node->most = largest(left.most, right.most);
-      continue;
-    }
-    node->least = node->most = x[faces_[order_[node->first]][0]];
+    Eigen::AlignedBox3d& box = node->box;
+    box.setEmpty();
+    if (node->count == 0) box.extend(nodes_[node->first].box).extend(nodes_[node->first + 1].box);
     for (std::uint32_t i = node->first; i < node->first + node->count; ++i) {
-      for (const Index v : faces_[order_[i]]) {
-        node->least = smallest(node->least, x[v]);
-        node->most = largest(node->most, x[v]);
-      }
+      for (const Index v : faces_[order_[i]]) box.extend(to_eigen(x[v]));
     }
   }
 }

@@ -1,6 +1,7 @@
 /// The sides and the normals of a surface, and its places that are nearest to given points.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -125,24 +126,18 @@ class SurfacePlaces {
   [[nodiscard]] Place place_on(Field x, std::uint32_t face, const Vector3<double>& point) const;
 
  private:
-  void divide(Field frame);
-
   // Halves have equal sizes, so that a tree of 2^32 triangles has no more.
   static constexpr std::size_t most_levels = 40;
   static constexpr std::uint32_t leaf_size = 4;
 
   struct Node {
-    Vector3<double> least, most;
+    Eigen::AlignedBox3d box;
     std::uint32_t first = 0;  ///< of its two children, or of its triangles in order_
     std::uint32_t count = 0;  ///< of its triangles; 0 if it has children
 
     [[nodiscard]] double squared_distance(const Vector3<double>& point) const {
-      const auto outside = [](double low, double x, double high) {
-        return std::max({low - x, 0.0, x - high});
-      };
-      return squared_norm(Vector3<double>{outside(least.x, point.x, most.x),
-                                          outside(least.y, point.y, most.y),
-                                          outside(least.z, point.z, most.z)});
+      const Eigen::Array3d p(point.x, point.y, point.z);
+      return (box.min().array() - p).max(p - box.max().array()).max(0).matrix().squaredNorm();
     }
   };
   struct Waiting {

@@ -79,24 +79,23 @@ SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
       workers_(workers),
       ties_(std::move(ties)),
       coarse_(cells, first_frame, clusters, tied(shape.normal(), ties_)),
-      anchors_(cells.size(), true),
-      held_(cells.size()),
-      steps_(cells.size()),
-      direction_(cells.size()),
-      product_(cells.size()) {
+      anchors_(cells.size(), true) {
   std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
   anchors_.n_solved = cells.size();
 }
 
-void SurfaceSystem::hold(std::span<const Landmark> landmarks) {
-  for (std::size_t v = 0; v < held_.size(); ++v) held_[v] = constants_.hold * shape_.membrane()[v];
-  for (const Landmark& landmark : landmarks) held_[landmark.vertex] += landmark.weight;
+/// (k,) the weights that hold the vertices.
+std::vector<double> SurfaceSystem::held(std::span<const Landmark> landmarks) const {
+  std::vector<double> weights;
+  for (const double mu : shape_.membrane()) weights.push_back(constants_.hold * mu);
+  for (const Landmark& landmark : landmarks) weights[landmark.vertex] += landmark.weight;
+  return weights;
 }
 
 void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                               double factor) {
-  hold(landmarks);
-  std::ranges::copy(held_, anchors_.weights.begin());
+  const auto weights = held(landmarks);
+  std::ranges::copy(weights, anchors_.weights.begin());
   for (const SurfaceRow& row : rows) {
     const double weight = constants_.preconditioned * factor * row.weight;
     for (std::size_t s = 0; s < 3; ++s) anchors_.weights[row.corners[s]] += weight * row.shares[s];
@@ -106,48 +105,42 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
     anchors_.weights[tie.j] += tie.weight;
   }
   shape_.factorize(anchors_);
-  coarse_.factorize(rows, factor, held_);
+  coarse_.factorize(rows, factor, weights);
 }
 
-/// product = (N + mu C + ties) x.
-void SurfaceSystem::multiply(Field x, std::span<Vector3<double>> product) const {
-  shape_.multiply(x, product);
-  for (const Tie& tie : ties_) {
-    const auto force = tie.weight * (x[tie.i] - x[tie.j]);
-    product[tie.i] = product[tie.i] + force;
-    product[tie.j] = product[tie.j] - force;
-  }
-}
-
-SurfaceSystem::Field SurfaceSystem::solve(std::span<const SurfaceRow> rows,
-                                          std::span<const Landmark> landmarks, Field x,
-                                          std::span<Vector3<double>> force) {
-  hold(landmarks);
+void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                          std::span<Vector3<double>> x, std::span<Vector3<double>> force) {
+  const auto weights = held(landmarks);
   const RowMatrix matrix(rows, x.size());
   matrix.add_forces(rows, x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }
-  std::ranges::fill(steps_, Vector3<double>{});
+  std::vector<Vector3<double>> steps(x.size()), direction(x.size()), product(x.size());
   const auto precondition = [&] {
-    shape_.precondition(force, product_);
-    coarse_.add(force, product_, workers_);
+    shape_.precondition(force, product);
+    coarse_.add(force, product, workers_);
   };
   const auto multiply_direction = [&] {
-    multiply(direction_, product_);
-    matrix.add_product(direction_, product_, workers_);
-    workers_.for_each_in_chunks(product_.size(), [&](std::size_t v) {
-      product_[v] = product_[v] + held_[v] * direction_[v];
+    shape_.multiply(direction, product);
+    for (const Tie& tie : ties_) {
+      const auto tied = tie.weight * (direction[tie.i] - direction[tie.j]);
+      product[tie.i] = product[tie.i] + tied;
+      product[tie.j] = product[tie.j] - tied;
+    }
+    matrix.add_product(direction, product, workers_);
+    workers_.for_each_in_chunks(product.size(), [&](std::size_t v) {
+      product[v] = product[v] + weights[v] * direction[v];
     });
   };
   const auto advance = [&](const std::array<double, 1>& length) {
     workers_.for_each_in_chunks(
-        steps_.size(), [&](std::size_t v) { steps_[v] = steps_[v] + length[0] * direction_[v]; });
+        steps.size(), [&](std::size_t v) { steps[v] = steps[v] + length[0] * direction[v]; });
   };
-  const ConjugateVectors<Vector3<double>> vectors = {force, product_, direction_, product_};
+  const ConjugateVectors<Vector3<double>> vectors = {force, product, direction, product};
   conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
                          multiply_direction, advance, workers_);
-  return steps_;
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
 }
 
 }  // namespace dynmesh

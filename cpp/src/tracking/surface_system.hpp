@@ -58,14 +58,13 @@ class SurfaceSystem {
   /// Returns to the last factor, after the shape's system was factored for something else.
   void factorize_again() { shape_.factorize(anchors_); }
 
-  /// The step D for which A D is the sum of `force` (k,), which is lost, and of the forces of the
-  /// rows and landmarks at X. Valid until the next call.
-  Field solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks, Field x,
-              std::span<Vector3<double>> force);
+  /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
+  /// forces of the rows and landmarks at X.
+  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+             std::span<Vector3<double>> x, std::span<Vector3<double>> force);
 
  private:
-  void hold(std::span<const Landmark> landmarks);
-  void multiply(Field x, std::span<Vector3<double>> product) const;
+  [[nodiscard]] std::vector<double> held(std::span<const Landmark> landmarks) const;
 
   ShapeSystem& shape_;
   const TrackingConstants& constants_;
@@ -73,8 +72,6 @@ class SurfaceSystem {
   std::vector<Tie> ties_;
   CoarseSpace coarse_;
   Anchors anchors_;  // all vertices are solved for
-  std::vector<double> held_;
-  std::vector<Vector3<double>> steps_, direction_, product_;
 };
 
 }  // namespace dynmesh
