@@ -103,7 +103,6 @@ PointScan& estimated(PointScan& scan) {
       scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
     }
   }
-  scan.index();
   scan.estimate_normals(workers);
   return scan;
 }
@@ -460,7 +459,6 @@ struct Tori {
     const auto end = static_cast<std::ptrdiff_t>(n * torus.size());
     scan.points.assign(frame.begin(), frame.begin() + end);
     scan.normals.assign(normals.begin(), normals.begin() + end);
-    scan.index();
   }
   /// Moves the last torus to the first one.
   void put_last_on_first() {

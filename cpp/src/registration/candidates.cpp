@@ -206,7 +206,6 @@ std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
   PointScan surface;
   surface.points = places.points;
   surface.normals = places.normals;
-  surface.index();
   const Tips ours = tips_of(graph_of(surface, constants), constants.of_template);
   const Tips theirs = tips_of(graph_of(sample, constants), constants.of_scan);
   std::vector<Candidate> found;

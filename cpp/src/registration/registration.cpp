@@ -72,7 +72,6 @@ PointScan scaled_scan(const PointScan& scan, double factor) {
   scaled.undecided = scan.undecided;
   scaled.sensors = multiplied(scan.sensors);
   scaled.sensor_numbers = scan.sensor_numbers;
-  scaled.index();
   return scaled;
 }
 
@@ -103,7 +102,6 @@ class Work {
       refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
              TrackingConstants{}.fewest);
     }
-    if (!scan.is_indexed()) scan.index();
     const double size = size_of(template_.frame);
     const double ratio = size > 0 ? size_of(scan.points) / size : 1;  // of the scan to the template
     if (!(ratio > 0) || !std::isfinite(ratio)) {

@@ -213,7 +213,6 @@ PointScan sample_scan(const PointScan& scan, std::size_t n) {
     sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
   }
   sample.sensors = scan.sensors;
-  sample.index();
   return sample;
 }
 

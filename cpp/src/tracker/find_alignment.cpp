@@ -53,7 +53,6 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   surface.points = sample_surface(faces, frame, constants.places).points;
   // A surface without an area has vertices.
   if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
-  surface.index();
   const PointScan many = sample_scan(scan, constants.points);
   const double size = size_of(frame);
   const double within = std::min(constants.within * mean_edge, constants.within_share * size);
@@ -92,7 +91,6 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   for (std::size_t i = 0; i < scan.count; i += step) {
     measured.points.push_back(in_double(row(scan, i)));
   }
-  measured.index();
   Workers alone(1);
   measured.estimate_normals(alone);
   return align(triangles, frame, mean_edge_length<double>(topology.cells, frame), measured);

@@ -57,7 +57,6 @@ std::optional<Recovery::Frame> Recovery::registered(const PointScan& measurement
   if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
   const double ratio = size_of(measurement.points) / size_of(good_);
   if (!(std::max(ratio, 1 / ratio) <= AlignmentConstants{}.other_unit)) return std::nullopt;
-  if (!measurement.is_indexed()) measurement.index();
   const Template good = {mesh_.faces, good_, {}};
   const RegistrationSettings settings;
   PoseSearch search(good, mesh_.topology, mesh_.workers, settings,

@@ -77,7 +77,6 @@ std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std
   std::vector<std::uint8_t> strays(n);
   const auto neighbours = static_cast<std::size_t>(constants.stray_neighbours);
   if (n <= neighbours || std::ranges::find(is_near, 0) == is_near.end()) return strays;
-  if (!scan.is_indexed()) scan.index();
   constexpr std::size_t enough = 256;
   std::vector<double> usual;
   for (std::size_t i = 0; i < n; i += 1 + n / enough) {

@@ -101,14 +101,14 @@ double PointScan::squared_spacing(std::size_t i, std::size_t neighbours) const {
 std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {
   std::vector<std::uint32_t> numbers(count);
   std::vector<double> distances(count);
-  numbers.resize(tree_->nearest(array_of(points[number]), numbers, distances));
+  numbers.resize(tree().nearest(array_of(points[number]), numbers, distances));
   return numbers;
 }
 
 bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
                            double radius, double agreement) const {
   bool any = false;
-  tree_->search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
+  tree().search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
     const double cosine = dot(normals[i], normal);
     any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement;
     return any ? 0 : radius * radius;

@@ -14,17 +14,13 @@
 
 namespace dynmesh {
 
-/// Fill `points`, `normals` and `sensors`, then call `index`. Allocates memory there, and where the
-/// arrays grow.
+/// Fill `points`, `normals` and `sensors`. The first search builds a tree of the points, which must
+/// not change from then on, and allocates memory.
 class PointScan {
  public:
   std::vector<Vector3<double>> points;   ///< (n,) finite
   std::vector<Vector3<double>> normals;  ///< (n,) of unit length; 0 agrees with nothing
   std::vector<Vector3<double>> sensors;  ///< (c,) where they stand, may be empty
-
-  /// Builds the tree of `points`, which all searches need.
-  void index() const { tree_ = std::make_unique<PointTree<3>>(arrays_of(points)); }
-  [[nodiscard]] bool is_indexed() const { return tree_ != nullptr; }
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
   /// turned to the sensors. Without sensors, or if the plane lies between two of them, the
@@ -44,7 +40,7 @@ class PointScan {
 
   /// The distance from a position to the nearest point.
   [[nodiscard]] double distance(const Vector3<double>& position) const {
-    return std::sqrt(tree_->nearest(array_of(position)).squared);
+    return std::sqrt(tree().nearest(array_of(position)).squared);
   }
   /// Whether a point within a radius has a normal whose cosine with this one is at least
   /// `agreement`.
@@ -62,6 +58,11 @@ class PointScan {
   [[nodiscard]] double cosine_to(const Vector3<double>& sensor, std::size_t i) const;
   /// Sets a normal, turned to the sensors, and whether that was possible.
   void set_normal(std::size_t i, const Vector3<double>& normal);
+
+  [[nodiscard]] const PointTree<3>& tree() const {
+    if (!tree_) tree_ = std::make_unique<PointTree<3>>(arrays_of(points));
+    return *tree_;
+  }
 
   mutable std::unique_ptr<PointTree<3>> tree_;
 };

@@ -87,49 +87,45 @@ void check_depth_image(std::size_t number, const DepthImage& image) {
   }
 }
 
-/// An image whose depths are packed row by row, and 0 where nothing was measured.
-struct Packed {
-  const DepthImage& given;
-  std::vector<float> depths;
+/// The depth of a pixel; 0 where nothing was measured. Far beyond what any sensor measures, squares
+/// would not be finite.
+float measured_depth(const DepthImage& image, std::size_t row, std::size_t column) {
+  const float depth = depth_at(image, row, column);
+  return depth > 0 && depth < 1e18F ? depth : 0;
+}
 
-  explicit Packed(const DepthImage& image) : given(image) {
-    for (std::size_t r = 0; r < image.height; ++r) {
-      for (std::size_t c = 0; c < image.width; ++c) {
-        const float depth = depth_at(image, r, c);
-        // Far beyond what any sensor measures, squares would not be finite.
-        depths.push_back(depth > 0 && depth < 1e18F ? depth : 0);
-      }
-    }
-  }
+struct Pixel {
+  std::size_t row, column;
 
-  /// The point that a pixel measured.
-  [[nodiscard]] Vector3<double> at(std::size_t pixel) const {
-    const auto& k = given.intrinsics;
-    const auto depth = static_cast<double>(depths[pixel]);
-    const double y = (static_cast<double>(pixel / given.width) - k[5]) / k[4];
-    const double x = (static_cast<double>(pixel % given.width) - k[2] - k[1] * y) / k[0];
-    return axis(given.pose, 3) + depth * x * axis(given.pose, 0) + depth * y * axis(given.pose, 1) +
-           depth * axis(given.pose, 2);
-  }
+  bool operator==(const Pixel&) const = default;
 };
+
+/// The point that a pixel measured.
+Vector3<double> point_of(const DepthImage& image, const Pixel& pixel) {
+  const auto& k = image.intrinsics;
+  const auto depth = static_cast<double>(measured_depth(image, pixel.row, pixel.column));
+  const double y = (static_cast<double>(pixel.row) - k[5]) / k[4];
+  const double x = (static_cast<double>(pixel.column) - k[2] - k[1] * y) / k[0];
+  return axis(image.pose, 3) + depth * x * axis(image.pose, 0) + depth * y * axis(image.pose, 1) +
+         depth * axis(image.pose, 2);
+}
 
 /// The pixels of the same surface around one: itself where there is none on that side.
 struct PixelsAround {
-  std::size_t left, right, above, below;
+  Pixel left, right, above, below;
 
-  PixelsAround(const Packed& image, std::size_t row, std::size_t column, double jump) {
-    const std::size_t width = image.given.width;
-    const std::size_t pixel = row * width + column;
-    const float here = image.depths[pixel];
-    const auto near = [&](bool is_inside, std::size_t other) {
-      const bool is_near = is_inside && image.depths[other] > 0 &&
-                           std::abs(static_cast<double>(image.depths[other] - here)) <= jump;
+  PixelsAround(const DepthImage& image, const Pixel& pixel, double jump) {
+    const auto [row, column] = pixel;
+    const float here = measured_depth(image, row, column);
+    const auto near = [&](bool is_inside, const Pixel& other) {
+      const float depth = is_inside ? measured_depth(image, other.row, other.column) : 0;
+      const bool is_near = depth > 0 && std::abs(static_cast<double>(depth - here)) <= jump;
       return is_near ? other : pixel;
     };
-    left = near(column > 0, pixel - 1);
-    right = near(column + 1 < width, pixel + 1);
-    above = near(row > 0, pixel - width);
-    below = near(row + 1 < image.given.height, pixel + width);
+    left = near(column > 0, {row, column - 1});
+    right = near(column + 1 < image.width, {row, column + 1});
+    above = near(row > 0, {row - 1, column});
+    below = near(row + 1 < image.height, {row + 1, column});
   }
 
   [[nodiscard]] bool have_a_plane() const { return left != right && above != below; }
@@ -142,28 +138,27 @@ void check_depth_images(std::span<const DepthImage> images) {
 }
 
 PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
-  const std::vector<Packed> packed(images.begin(), images.end());
   double measured = 0;
-  for (const Packed& image : packed) {
-    measured += static_cast<double>(
-        std::ranges::count_if(image.depths, [](float depth) { return depth > 0; }));
+  for (const DepthImage& image : images) {
+    for (std::size_t r = 0; r < image.height; ++r) {
+      for (std::size_t c = 0; c < image.width; ++c) measured += measured_depth(image, r, c) > 0;
+    }
   }
   const auto step = static_cast<std::size_t>(
       std::max(1.0, std::floor(std::sqrt(measured / static_cast<double>(most)))));
   PointScan scan;
-  for (const Packed& image : packed) {
-    const auto sensor = axis(image.given.pose, 3);
+  for (const DepthImage& image : images) {
+    const auto sensor = axis(image.pose, 3);
     const auto number = static_cast<std::uint32_t>(scan.sensors.size());
     scan.sensors.push_back(sensor);
-    for (std::size_t row = 0; row < image.given.height; row += step) {
-      for (std::size_t column = 0; column < image.given.width; column += step) {
-        const std::size_t pixel = row * image.given.width + column;
-        if (!(image.depths[pixel] > 0)) continue;
-        const PixelsAround around(image, row, column, jump);
+    for (std::size_t row = 0; row < image.height; row += step) {
+      for (std::size_t column = 0; column < image.width; column += step) {
+        if (!(measured_depth(image, row, column) > 0)) continue;
+        const PixelsAround around(image, {row, column}, jump);
         if (!around.have_a_plane()) continue;
-        const auto point = image.at(pixel);
-        const auto normal = cross(image.at(around.below) - image.at(around.above),
-                                  image.at(around.right) - image.at(around.left));
+        const auto point = point_of(image, {row, column});
+        const auto normal = cross(point_of(image, around.below) - point_of(image, around.above),
+                                  point_of(image, around.right) - point_of(image, around.left));
         const double length = std::sqrt(squared_norm(normal));
         const bool is_plane = length > 0 && std::isfinite(length);
         const bool is_away = dot(normal, sensor - point) < 0;
