@@ -54,8 +54,8 @@ app = App(
     "A sequence is an animated mesh in one of the formats npz, hdf5, npy, pc2, ply, obj, usd, "
     "usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame if its "
     "known mask says so or, in a file without masks, if its position is not finite.\n\n"
-    "Every command also takes --quiet (-q), which prints errors alone, and --json, which prints "
-    "its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
+    "Every command also takes --quiet (-q), which prints only what is wrong, and --json, which "
+    "prints its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
     "line or an option is wrong, and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
     help_format="plaintext",
@@ -164,8 +164,10 @@ def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> 
         print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
     output = getattr(report, "output", None)
-    for line in (_spelt(line, tokens) for line in report.lines()):
-        if not hasattr(report, "output"):
+    is_asked = not hasattr(report, "output")
+    lines = report.lines() if is_asked or not quiet else filter(None, [report.reason])
+    for line in (_spelt(line, tokens) for line in lines):
+        if is_asked:
             print(line)
-        elif not quiet:
+        else:
             print(line if output is None else f"{output}: {line}", file=sys.stderr)

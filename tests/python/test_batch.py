@@ -92,8 +92,8 @@ def test_ten_jobs_of_which_some_fail(
 
     write_partial(damaged)
     table.write_text("\n".join(table.read_text().splitlines()[:3]))
-    assert "1 done, 1 already complete, 0 failed" in run(*command).stderr
-    assert "2 done, 0 already complete, 0 failed" in run(*command, "--overwrite").stderr
+    assert "1 done, 1 already there, 0 failed" in run(*command).stderr
+    assert "2 done, 0 already there, 0 failed" in run(*command, "--overwrite").stderr
 
 
 def test_a_row_is_a_command_line(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from .._command import How, Output, arguments_of, bound, option_of
 from .._errors import InputError, in_one_line
 from .._extras import require
 from .._progress import tracked
-from .._report import Report
+from .._report import Report, counted
 from ..files import PathLike
 from .complete import complete_file
 from .register import register_file
@@ -100,7 +100,7 @@ class BatchReport(Report):
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
         return [
             *told,
-            f"{counts['done']} done, {doubtful}{counts['exists']} already complete, "
+            f"{counts['done']} done, {doubtful}{counts['exists']} already there, "
             f"{counts['failed']} failed of {len(self.results)} jobs",
         ]
 
@@ -148,9 +148,11 @@ def batch(
         closing(_run(client, rows)) as made,
     ):
         results = tuple(tracked(made, len(rows), "completing", progress))
-    found = {one.status for one in results}
+    found = Counter(one.status for one in results)
+    wrong = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
     return BatchReport(
-        quality="failed" if "failed" in found else "doubtful" if "doubtful" in found else "good",
+        quality="failed" if found["failed"] else "doubtful" if found["doubtful"] else "good",
+        reason=f"{' and '.join(wrong)} of {counted(len(results), 'job')}" if wrong else "",
         output=table,
         results=results,
     )
