@@ -12,7 +12,7 @@ from ..files import Frame, Reader
 from ..files.reader import check_comparable
 from ..scans import ScanReader
 from ..sequence import Mask, Positions
-from .quantities import QUANTITIES, Colour, Moment, Sources, visible
+from .quantities import QUANTITIES, Colour, Moment, Sources
 from .scales import Scale, Values
 
 _MOST_POINTS = 5000
@@ -113,13 +113,13 @@ class Heatmap:
                 if name in self.colours
             }
             beside = {
-                name: ShownFrame(number, other.points, visible(other), {}, {})
+                name: ShownFrame(number, other.points, other.observed, {}, {})
                 for name, other in (("input", given), ("reference", truth))
                 if other is not None
             }
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
-            yield ShownFrame(number, frame.points, visible(frame), values, beside, cloud)
+            yield ShownFrame(number, frame.points, frame.observed, values, beside, cloud)
 
     def _clouds(self, scans: ScanReader, place: tuple[int, int, int]) -> Iterator[Positions]:
         """Yields the points of scans in the unit of the sequence; none of one that is missing."""

@@ -16,7 +16,7 @@ from ..files import Frame, Reader
 from ..files.frame import check_whole
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
-from ..sequence import Mask, Positions
+from ..sequence import Positions
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import CountScale, MeasureScale, Scale, StepScale, Values, round_up
 
@@ -99,12 +99,6 @@ class Moment:
     cloud: Positions | None = None
 
 
-def visible(frame: Frame) -> Mask:
-    """Returns which vertices have a position, (k,) bool."""
-    finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
-    return finite if frame.known is None else finite & frame.known
-
-
 class Quantity(NamedTuple):
     """A value of each vertex that colours can show.
 
@@ -163,7 +157,7 @@ def _known(_: Sources, moment: Moment) -> Values:
         known = np.asarray(frame.generation == 0)
     else:
         assert given is not None  # as _lacks_masks says
-        known = visible(given)
+        known = given.observed
     return known.astype(np.int8)
 
 
@@ -177,7 +171,7 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     assert cloud is not None  # as _lacks_scans says
     if len(cloud):
         some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
-        seen = visible(moment.frame)
+        seen = moment.frame.observed
         locator = require("vtkmodules.vtkCommonDataModel", extra="view").vtkStaticPointLocator()
         locator.SetDataSet(require("pyvista", extra="view").PolyData(some))
         locator.BuildLocator()
