@@ -1,6 +1,5 @@
 """Losses, noise and scans of the frames of a file, one after another."""
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,6 +11,7 @@ from ..scans.scan import Scan
 from ..sequence import Mask, Positions
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
 from .scans import depth_images, scan_points
+from .shared import round_up
 from .visibility import Camera, intrinsics_of, orbit, pose_of
 
 _COUNTS = 60_000
@@ -103,13 +103,6 @@ def _rig_of(
             described.append(ScanCamera(str(number), pose))
             continue
         farthest = ((corners - pose[:3, 3]) @ pose[:3, 2]).max()
-        scale = _round_number(farthest / _COUNTS)
+        scale = round_up(farthest / _COUNTS)
         described.append(ScanCamera(str(number), pose, intrinsics_of(camera, *size), scale, size))
     return Rig(tuple(described), metres_per_unit)
-
-
-def _round_number(least: float) -> float:
-    """Returns the smallest number of at least this that is 1, 2 or 5 times a power of ten."""
-    power = math.floor(math.log10(least))
-    numbers = (float(f"{digit}e{power}") for digit in (1, 2, 5, 10))
-    return next(number for number in numbers if number >= least)

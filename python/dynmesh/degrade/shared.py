@@ -1,5 +1,6 @@
 """What all simulations share: numbered frames, random numbers, and checks of arguments."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from enum import IntEnum
 from typing import Any
@@ -65,6 +66,13 @@ def mean_edge_of(first_frame: Positions, faces: Faces) -> float:
     if not lengths.any():
         raise InputError("frame 0 must have edges longer than 0, but has none", argument="frames")
     return float(lengths.mean())
+
+
+def round_up(value: float) -> float:
+    """Returns the next of 1, 2 or 5 times a power of ten, for positive values."""
+    power = math.floor(math.log10(value))
+    steps = (float(f"{digit}e{power}") for digit in (1, 2, 5, 10))
+    return next(step for step in steps if step >= value * (1 - 1e-9))
 
 
 def triangles_of(faces: Faces) -> _Integers:

@@ -11,14 +11,14 @@ import numpy as np
 from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
-from ..degrade.shared import mean_edge_of
+from ..degrade.shared import mean_edge_of, round_up
 from ..files import Frame, Reader
 from ..files.frame import check_whole
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from ..sequence import Positions
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
-from .scales import CountScale, MeasureScale, Scale, StepScale, Values, round_up
+from .scales import CountScale, MeasureScale, Scale, StepScale, Values
 
 Alone = Literal["error", "generation", "age", "standard_error", "known", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""

@@ -115,12 +115,6 @@ class CountScale(StepScale):
         super().__init__(title, starts, labels, colours)
 
 
-def round_up(value: float) -> float:
-    """Returns the next of 1, 2 or 5 times a power of ten, for positive values."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9))
-
-
 def plain(value: float) -> str:
     """Formats a number with three digits and without an exponent, such as 0.0002."""
     return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
