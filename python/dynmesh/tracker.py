@@ -287,10 +287,6 @@ def scan_arrays(
     found = _arrays.points("points", points, dtype, "(n, 3)")
     if normals is not None:
         normals = _arrays.points("normals", normals, dtype, "(n, 3)")
-        if len(normals) != len(found):
-            raise InputError(
-                f"has {len(normals)} rows, but points has {len(found)}", argument="normals"
-            )
     if viewpoints is not None:
         viewpoints = _arrays.points("viewpoints", viewpoints, dtype, "(c, 3)")
     return found, normals, viewpoints
