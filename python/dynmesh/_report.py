@@ -43,17 +43,26 @@ class Report:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Written(Report):
-    """What was written, of sequences that were made or changed.
+class OutputReport(Report):
+    """What was done to make frames in a file or folder.
 
     Attributes:
-        output: the file that was written.
+        output: the file or folder that was written.
         frames: number of frames in it.
-        vertices: number of vertices of each; of point clouds, their mean number.
     """
 
     output: Path
     frames: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Written(OutputReport):
+    """What was written, of sequences that were made or changed; `output` and `frames` name it.
+
+    Attributes:
+        vertices: number of vertices of each frame; of point clouds, their mean number.
+    """
+
     vertices: int
 
     def lines(self) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._checks import check_path
 from .._command import How, Output, What
-from .._report import Report
+from .._report import OutputReport
 from ..completer import Completer
 from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
@@ -23,12 +23,10 @@ _FEW = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
-class FileReport(Report):
-    """What :func:`complete_file` has done.
+class FileReport(OutputReport):
+    """What :func:`complete_file` has done: it wrote the file `output`, which has so many `frames`.
 
     Attributes:
-        output: the file that was written.
-        frames: number of frames of the sequence.
         start: the number, in its file, of the whole frame from which completion started; None for a
             template.
         completed: number of frames that were completed; from both sides, each counts twice.
@@ -48,8 +46,6 @@ class FileReport(Report):
             `drop_above`.
     """
 
-    output: Path
-    frames: int
     start: float | None
     completed: int
     seconds_per_frame: float | None

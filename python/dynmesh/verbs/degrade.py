@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,7 +12,7 @@ from .._checks import check_between, check_integer, check_not_negative
 from .._command import How, Output, What
 from .._errors import InputError, numbering
 from .._progress import tracked
-from .._report import Report, counted
+from .._report import OutputReport, counted
 from ..completion.start import frame_at
 from ..degrade.recordings import Vector, degraded, scanned
 from ..degrade.shared import mean_edge_of
@@ -26,19 +26,6 @@ Share: TypeAlias = float | str
 """A number between 0 and 1, or a percentage such as "30%"."""
 
 _NOISE = 0.02  # mean edges
-
-
-@dataclass(frozen=True, kw_only=True)
-class DegradeReport(Report):
-    """What :func:`degrade_file` has done.
-
-    Attributes:
-        output: the file or folder that was written.
-        frames: number of frames in it.
-    """
-
-    output: Path
-    frames: int
 
 
 def degrade_file(
@@ -60,7 +47,7 @@ def degrade_file(
     seed: How[int] = 0,
     overwrite: Output[bool] = False,
     progress: bool = False,
-) -> DegradeReport:
+) -> OutputReport:
     """Removes vertices and adds noise, or makes scans, as real sensors do.
 
     Frame 0 remains complete. Losses can be combined. A share is a number between 0 and 1 or a
@@ -132,7 +119,7 @@ def degrade_file(
                     measured += len(found.cloud)
         what = "points" if size is None else "measured pixels"
         told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
-        return DegradeReport(output=Path(output), frames=n, remarks=(told, *guess))
+        return OutputReport(output=Path(output), frames=n, remarks=(told, *guess))
     others = {"camera": camera, "noise": noise}
     losses = asked | {name: given for name, given in others.items() if given is not None}
     if not losses:
@@ -149,7 +136,7 @@ def _degrade(
     up: Axis | None,
     overwrite: bool,
     progress: bool,
-) -> DegradeReport:
+) -> OutputReport:
     """Writes a sequence with fewer vertices, and says what is left."""
     target = files.target_of(files.named_like(reader.path, output))
     target.check(overwrite=overwrite, reader=reader)
@@ -171,7 +158,7 @@ def _degrade(
         told.append(
             f"the noise is {sigma:.3g}, in the unit of the positions, as completion takes it"
         )
-    return DegradeReport(
+    return OutputReport(
         output=Path(output),
         frames=header.n_frames,
         remarks=(*told, *(guess if "camera" in losses else ()), *writer.remarks),

@@ -11,7 +11,7 @@ from .._checks import check_flags, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
 from .._progress import tracked
-from .._report import Report
+from .._report import OutputReport
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike
@@ -34,14 +34,12 @@ _OTHERS = "floor, walls and other things count as well, unless they are removed 
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TrackFileReport(Report):
-    """What :func:`track_file` has done.
+class TrackFileReport(OutputReport):
+    """What :func:`track_file` has done: it wrote the file `output`, which has so many `frames`.
 
     Attributes:
         quality: "good"; "doubtful" if the share of far points is above 0.02, a camera is suspected,
             or the registration is doubtful; "ruined", which is probable, above 0.05.
-        output: the file that was written.
-        frames: number of frames in it.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -66,8 +64,6 @@ class TrackFileReport(Report):
             over the same frames; None without them.
     """
 
-    output: Path
-    frames: int
     seconds_per_frame: float | None = None
     observed: float | None = None
     far: float | None = None
