@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -86,10 +86,7 @@ def whole_frame(
         ValueError: an argument has the wrong shape or is out of range, or no vertex is known in any
             frame.
     """
-    if isinstance(frame, str):
-        if frame != "best":
-            raise KindError(f"must be 'best' or an integer, not {frame!r}", argument="frame")
-    else:
+    if frame != "best":
         check_integer("frame", frame, 0)
     number = None if frame == "best" else frame
     if noise is not None:
@@ -99,9 +96,9 @@ def whole_frame(
     reader = _reader_of(faces, frames, known)
     with (
         _numbering(reader.header),
-        contextlib.closing(_Source(reader)) as source,
         steps("putting a whole frame together", progress) as show,
     ):
+        source = _source(reader)
         first, _ = source(0)
         positions, here, seen, standard_error, number, doubtful = _core.whole_frame(
             _arrays.triangles(faces, len(first)),
@@ -154,26 +151,18 @@ def _numbering(header: Header) -> Iterator[None]:
         raise kind(told[2], frame=header.number(int(told[1]))) from error
 
 
-class _Source:
-    """Returns the frames by number, reading them in order as often as is needed."""
+def _source(reader: Reader) -> Callable[[int], tuple[Positions, Mask]]:
+    """Returns a function that reads a frame, and seeks it unless it follows the one before."""
+    frames, following = reader.frames(), 0
 
-    def __init__(self, reader: Reader) -> None:
-        self._reader = reader
-        self._next = reader.n_frames
-        self._frames = reader.frames()
-
-    def __call__(self, number: int) -> tuple[Positions, Mask]:
-        if number < self._next:
-            self.close()
-            self._frames, self._next = self._reader.frames(), 0
-        frame = next(self._frames)
-        while self._next < number:
-            frame, self._next = next(self._frames), self._next + 1
-        self._next += 1
+    def read(number: int) -> tuple[Positions, Mask]:
+        nonlocal frames, following
+        if number != following:
+            frames = reader.frames(number)
+        following = number + 1
+        frame = next(frames)
         known = frame.observed if frame.known is None else frame.known
-        points = _arrays.points("points", frame.points, self._reader.dtype)
+        points = _arrays.points("points", frame.points, reader.dtype)
         return points, _arrays.known_mask(known)
 
-    def close(self) -> None:
-        """Ends the iterator."""
-        self._frames.close()
+    return read
