@@ -10,6 +10,7 @@ each with one value per vertex.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,11 +109,4 @@ usd = Format(
     meshes=lambda path: UsdScene(path).moves,
     overlay=UsdOverlayWriter,
 )
-usdz = Format(
-    "usdz",
-    (".usdz",),
-    UsdReader,
-    None,
-    frozenset({"prim"}),
-    meshes=lambda path: UsdScene(path).moves,
-)
+usdz = replace(usd, name="usdz", suffixes=(".usdz",), writer=None, overlay=None)
