@@ -7,7 +7,6 @@ its animations are not read.
 """
 
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -42,15 +41,9 @@ def _read(path: Path) -> tuple[Positions, NDArray[np.int32]]:
     """Returns the vertices, each once, in the order in which they occur, and the triangles."""
     trimesh = require("trimesh", extra="scans")
     kind = path.suffix.lower()[1:]
-    resolver = trimesh.visual.resolvers.FilePathResolver(path)
+    path.open("rb").close()  # gives the error message of the system
     try:
-        mesh = trimesh.load(
-            BytesIO(path.read_bytes()),
-            file_type=kind,
-            force="mesh",
-            process=False,
-            resolver=resolver,
-        )
+        mesh = trimesh.load(path, force="mesh", process=False)
         points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
         corners = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1, 3)
     except OSError:
