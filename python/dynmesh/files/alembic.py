@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, locating
+from .._errors import InputError
 from .._extras import require
-from ..attributes import ATTRIBUTES, as_mask, flags_of, with_all_needed
+from ..attributes import ATTRIBUTES, flags_of, with_all_needed
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh
 from .frame import Frame
@@ -267,10 +267,6 @@ class AlembicReader(Reader):
                     name: self._checked(name, number, parameter.getExpandedValue(number).getVals())
                     for name, parameter in self._parameters.items()
                 }
-            for name, array in values.items():
-                if ATTRIBUTES[name].dtype.kind == "b":
-                    with locating(frame=self.header.number(number)):
-                        values[name] = as_mask(array)
             yield Frame(points, **values)
 
     def _checked(self, name: str, number: int, values: Any) -> NDArray[Any]:
