@@ -1,7 +1,7 @@
 """Depth images: PNG files with 16 bits a pixel, one of each camera and frame."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -113,30 +113,25 @@ def _check(image: Any, camera: ScanCamera) -> None:
         )
 
 
-class Undistortion:
-    """Undoes the distortion of a camera by OpenCV, without interpolation between depths.
+def undistortion(
+    camera: ScanCamera,
+) -> tuple[NDArray[np.float64], Callable[[NDArray[np.float32]], NDArray[np.float32]]]:
+    """Finds how OpenCV undoes the distortion of a camera, without interpolation between depths.
 
-    Attributes:
-        intrinsics: (3, 3) of the new images, which show everything that the distorted ones do.
+    Returns:
+        The intrinsics (3, 3) of the new images, which show everything that the distorted ones do,
+        and a function that returns the new image of a distorted one. It has no depth where that
+        has no pixel.
+
+    Raises:
+        ImportError: OpenCV is not installed.
     """
-
-    def __init__(self, camera: ScanCamera) -> None:
-        """Finds for each pixel of a new image the one that it takes its depth from.
-
-        Raises:
-            ImportError: OpenCV is not installed.
-        """
-        self._cv: Any = require("cv2", extra="scans")
-        size, coefficients = camera.size, np.array(camera.distortion)
-        assert size is not None
-        self.intrinsics: NDArray[np.float64]
-        self.intrinsics, _ = self._cv.getOptimalNewCameraMatrix(
-            camera.intrinsics, coefficients, size, 1
-        )
-        self._places = self._cv.initUndistortRectifyMap(
-            camera.intrinsics, coefficients, None, self.intrinsics, size, self._cv.CV_32FC1
-        )
-
-    def undo(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Returns the new image; it has no depth where the distorted one has no pixel."""
-        return np.asarray(self._cv.remap(depth, *self._places, self._cv.INTER_NEAREST))
+    cv: Any = require("cv2", extra="scans")
+    size, coefficients = camera.size, np.array(camera.distortion)
+    assert size is not None
+    intrinsics, _ = cv.getOptimalNewCameraMatrix(camera.intrinsics, coefficients, size, 1)
+    # For each pixel of a new image, the one that it takes its depth from.
+    places = cv.initUndistortRectifyMap(
+        camera.intrinsics, coefficients, None, intrinsics, size, cv.CV_32FC1
+    )
+    return intrinsics, lambda depth: np.asarray(cv.remap(depth, *places, cv.INTER_NEAREST))

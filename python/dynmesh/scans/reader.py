@@ -16,7 +16,7 @@ from ..files.format import Gaps
 from ..files.numbered import files_in, find_files, matching, with_conversion
 from ..files.units import agreed
 from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, Undistortion, read_depth, require_png, size_of
+from .depth_files import SUFFIX, read_depth, require_png, size_of, undistortion
 from .point_files import point_formats, read_points
 from .scan import DepthScan, PointScan, Scan
 
@@ -138,12 +138,12 @@ class DepthReader(ScanReader):
                 f"named {_names([camera])}; with `gaps` lost, it is not needed"
             )
         with naming(rig.file or path):
-            self._lenses = {c.name: Undistortion(c) for c in rig.cameras if c.distortion}
+            lenses = {c.name: undistortion(c) for c in rig.cameras if c.distortion}
+        self._undistorted = {name: undistorted for name, (_, undistorted) in lenses.items()}
         made = []
         for camera in rig.cameras:
             size = size_of(by_camera[camera.name].values(), camera)
-            lens = self._lenses.get(camera.name)
-            intrinsics = camera.intrinsics if lens is None else lens.intrinsics
+            intrinsics, _ = lenses.get(camera.name, (camera.intrinsics, None))
             made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
         rig = replace(rig, cameras=tuple(made))
         self._images = [
@@ -192,8 +192,8 @@ class DepthReader(ScanReader):
             if len(self._damaged) == self._n_images:
                 raise InputError(f"{why}; there is no undamaged image", file=file) from error
             return None
-        lens = self._lenses.get(camera.name)
-        return depth if lens is None else lens.undo(depth)
+        undistorted = self._undistorted.get(camera.name)
+        return depth if undistorted is None else undistorted(depth)
 
 
 def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
