@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
+from scipy.stats import linregress
 
 from ..harness import NMSVE_UNIT
 from ..methods import BASELINES, COMPARED, DETAIL, LIA_ON_MOTION, MOTION, Method
@@ -50,10 +51,11 @@ def figure7(studies: list[Study], folder: Path) -> None:
 
 
 def _fitted_line(axis: Axes, study: Study) -> None:
-    fit = time_of_unknown(study)
-    axis.plot(fit.x, fit.y, "o", color=MOTION.colour, markersize=5, label="median")
-    ends = np.array([0, fit.x.max()])
-    label = f"line, R² = {fit.r_squared:.3f}"
+    unknown, times = time_of_unknown(study)
+    fit = linregress(unknown, times)
+    axis.plot(unknown, times, "o", color=MOTION.colour, markersize=5, label="median")
+    ends = np.array([0, unknown.max()])
+    label = f"line, R² = {fit.rvalue**2:.3f}"
     axis.plot(ends, fit.slope * ends + fit.intercept, color="#333333", linewidth=1.2, label=label)
     axis.set(xlabel="unknown vertices", ylabel="time per frame / ms", ylim=(0, None))
     axis.legend(loc="upper left")
