@@ -21,14 +21,7 @@ def main() -> None:
     formats: Any = nbformat  # has incomplete types
     notebook = formats.read(NOTEBOOK, 4)
     with tempfile.TemporaryDirectory() as folder:
-        client = nbclient.NotebookClient(
-            notebook,
-            timeout=120,
-            kernel_name="python3",
-            resources={"metadata": {"path": folder}},
-            record_timing=False,
-        )
-        client.execute()
+        nbclient.execute(notebook, folder, timeout=120, kernel_name="python3", record_timing=False)
     for cell in notebook.cells:
         for output in cell.get("outputs", []):
             shown = output.get("data", {})
