@@ -14,6 +14,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.metrics import vertex_error
 from dynmesh.sequence import Mask
 
 from .harness import Line, Table, parser, progress, sequences, show
@@ -37,7 +38,7 @@ def line(subject: Subject, loss: str, known: Mask, folder: Path) -> Line:
         )
         seconds.append(time.perf_counter() - began)
         made = dynmesh.read(completed)
-        off = np.linalg.norm(made.vertices.astype(np.float64) - subject.vertices, axis=2)[lost]
+        off = vertex_error(subject.vertices, made.vertices)[lost]
         errors.append(off.mean() / mean_edge_of(subject.vertices[0], subject.faces))
     assert made.standard_error is not None
     inside = off <= 2.5 * made.standard_error[lost]

@@ -11,10 +11,10 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.metrics import vertex_error
 from dynmesh.sequence import Mask, Positions
 
 from .harness import Line, Table, parser, progress, sequences, show
@@ -22,11 +22,6 @@ from .subjects import Subject, losses
 
 MOST_FRAMES = 51
 """Frame 0 loses nothing and is left out."""
-
-
-def distances(positions: Positions, truth: Positions) -> NDArray[np.float64]:
-    """(k,) or (n, k), how far each vertex is off."""
-    return np.asarray(np.linalg.norm(positions.astype(np.float64) - truth, axis=-1))
 
 
 def completed(subject: Subject, known: Mask, start: int, points: Positions) -> Positions:
@@ -49,10 +44,10 @@ def line(subject: Subject, loss: str, known: Mask) -> Line:
     edge = mean_edge_of(truth, subject.faces)
     alone = dynmesh.whole_frame(subject.faces, subject.vertices[here : here + 1], known[[here]])
     fused = whole.seen & ~whole.known
-    off = distances(whole.positions, truth)
-    filled = distances(alone.positions, truth)
+    off = vertex_error(truth, whole.positions)
+    filled = vertex_error(truth, alone.positions)
     ours, theirs = (
-        distances(completed(subject, known, here, start), subject.vertices)[:, whole.seen].mean()
+        vertex_error(subject.vertices, completed(subject, known, here, start))[:, whole.seen].mean()
         for start in (whole.positions, truth)
     )
     inside = off[fused] <= 2.5 * whole.standard_error[fused]
