@@ -9,8 +9,7 @@ The table is printed in Markdown. It is also written to FOLDER, as CSV, with the
 import gc
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -62,30 +61,18 @@ def times(subject: Subject, masks: list[Mask], methods: Iterable[Method]) -> dic
     frames in a row, as in use, when its data are in the caches of the processor.
     """
     found: dict[Method, list[float]] = {}
-    with _no_collection():
-        for lap, method in product(range(LAPS), methods):
-            n = 1 + min(SLOW_FRAMES if method in SLOW else len(masks), len(masks) - 1)
-            if method in SLOW and lap > 0:
-                continue
-            frames = replace(subject, vertices=subject.vertices[:n])
-            try:
-                new = run(frames, method, masks[:n], with_error=False, clock=time.perf_counter)
-            except (ImportError, ValueError) as error:
-                print(f"left out: {method.label}: {error}", file=sys.stderr)
-                continue
-            found.setdefault(method, []).extend(new.seconds)
+    for lap, method in product(range(LAPS), methods):
+        n = 1 + min(SLOW_FRAMES if method in SLOW else len(masks), len(masks) - 1)
+        if method in SLOW and lap > 0:
+            continue
+        frames = replace(subject, vertices=subject.vertices[:n])
+        try:
+            new = run(frames, method, masks[:n], with_error=False, clock=time.perf_counter)
+        except (ImportError, ValueError) as error:
+            print(f"left out: {method.label}: {error}", file=sys.stderr)
+            continue
+        found.setdefault(method, []).extend(new.seconds)
     return {method: float(np.median(seconds)) for method, seconds in found.items()}
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Keep the garbage collector of Python from running during a measurement."""
-    gc.collect()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
 
 
 def sizes(grids: Sequence[int], folders: Sequence[Path]) -> Table:
@@ -147,6 +134,7 @@ def main() -> None:
     made.set_defaults(out=Path("build/bench/results"))
     made.add_argument("--quick", action="store_true", help="measure less, in about a minute")
     arguments = made.parse_args()
+    gc.disable()  # of Python, during measurements
     folders = [arguments.out, *([DOCS / "figures" / "speed"] if arguments.docs else [])]
     show(arguments, sizes(GRIDS[:5] if arguments.quick else GRIDS, folders))
 
