@@ -86,7 +86,10 @@ def whole_frame(
         ValueError: an argument has the wrong shape or is out of range, or no vertex is known in any
             frame.
     """
-    if frame != "best":
+    if isinstance(frame, str):
+        if frame != "best":
+            raise KindError(f"must be 'best' or an integer, not {frame!r}", argument="frame")
+    else:
         check_integer("frame", frame, 0)
     number = None if frame == "best" else frame
     if noise is not None:

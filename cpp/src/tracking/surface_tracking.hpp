@@ -62,7 +62,6 @@ class SurfaceTracking {
 
   [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
   [[nodiscard]] const Matches& matches() const { return matches_; }
-  [[nodiscard]] std::span<const Triangle> faces() const { return faces_; }
   /// (k,) the last frame.
   [[nodiscard]] Field last() const { return last_; }
   [[nodiscard]] double mean_edge() const { return mean_edge_; }
