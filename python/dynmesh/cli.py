@@ -55,8 +55,8 @@ app = App(
     "usdz, alembic and model, recognised by its suffix. A vertex is missing in a frame if its "
     "known mask says so or, in a file without masks, if its position is not finite.\n\n"
     "Every command also takes --quiet (-q), which prints only what is wrong, and --json, which "
-    "prints its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the command "
-    "line or an option is wrong, and 3 if a result was written but is doubtful.",
+    "prints its report as JSON. The exit code is 0 if all is well, 1 after an error, 2 if the "
+    "command line or an option is wrong, and 3 if a result was written but is doubtful.",
     help_flags=("--help", "-h"),
     help_format="plaintext",
     version=f"dynmesh {__version__}",
