@@ -468,7 +468,7 @@ struct Tori {
     const std::vector<std::uint8_t> is_sheet(x.size());
     return coverage_of({faces, topology.cells, frame, x, normals, is_sheet,
                         mean_edge_length<double>(topology.cells, frame)},
-                       scan, {}, 0.7);
+                       scan);
   }
 };
 

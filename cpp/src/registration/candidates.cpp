@@ -54,9 +54,9 @@ std::vector<double> distances_in_largest_part(const Graph& graph) {
 }
 
 /// Near points count as connected, unless their normals are opposed.
-Graph graph_of(const PointScan& scan, const TipConstants& constants) {
+Graph graph_of(const PointScan& scan) {
   const std::size_t n = scan.size();
-  const auto count = static_cast<std::size_t>(constants.neighbours) + 1;
+  const auto count = static_cast<std::size_t>(tip_constants.neighbours) + 1;
   std::vector<std::vector<std::uint32_t>> near(n);
   const auto distance = [&](std::size_t i, std::size_t j) {
     return std::sqrt(squared_norm(scan.points[i] - scan.points[j]));
@@ -69,10 +69,10 @@ Graph graph_of(const PointScan& scan, const TipConstants& constants) {
   Graph graph(n);
   for (std::size_t i = 0; i < n; ++i) {
     for (const std::size_t j : near[i]) {
-      if (j == i || distance(i, j) > constants.reach * spacing) continue;
+      if (j == i || distance(i, j) > tip_constants.reach * spacing) continue;
       const bool is_undecided = scan.is_undecided(i) || scan.is_undecided(j);
       const double cosine = dot(scan.normals[i], scan.normals[j]);
-      if (!is_undecided && cosine < constants.least_cosine) continue;
+      if (!is_undecided && cosine < tip_constants.least_cosine) continue;
       graph[i].emplace_back(j, distance(i, j));
       graph[j].emplace_back(i, distance(i, j));
     }
@@ -112,12 +112,11 @@ constexpr std::size_t no_tip = static_cast<std::size_t>(-1);
 /// Which tip of the second surface each tip of the first one may be, the most likely first: those
 /// whose distances from each other are alike. At first those in which each has
 /// another, and then those in which one has none.
-std::vector<std::vector<std::size_t>> likely_pairs(const Tips& first, const Tips& second,
-                                                   const TipConstants& constants) {
+std::vector<std::vector<std::size_t>> likely_pairs(const Tips& first, const Tips& second) {
   using Pairing = std::pair<double, std::vector<std::size_t>>;
   std::array<std::vector<Pairing>, 2> found;  // by the number of tips without another
   std::vector<std::size_t> chosen;
-  const auto most = static_cast<std::size_t>(constants.candidates);
+  const auto most = static_cast<std::size_t>(tip_constants.candidates);
   // Fills `chosen` to the end in every way, keeping the best ones.
   const std::function<void(double, std::size_t)> extend = [&](double cost, std::size_t n_without) {
     const std::size_t tip = chosen.size();
@@ -198,22 +197,21 @@ Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) c
 
 std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
                                           std::span<const Vector3<double>> frame,
-                                          const PointScan& scan, const Targets& landmarks,
-                                          const TipConstants& constants) {
+                                          const PointScan& scan, const Targets& landmarks) {
   // About as many points of the scan as places of the template tell what is connected.
-  const PointScan sample = sample_scan(scan, constants.points);
-  const SurfaceSample places = sample_surface(faces, frame, constants.points);
+  const PointScan sample = sample_scan(scan, tip_constants.points);
+  const SurfaceSample places = sample_surface(faces, frame, tip_constants.points);
   PointScan surface;
   surface.points = places.points;
   surface.normals = places.normals;
-  const Tips ours = tips_of(graph_of(surface, constants), constants.of_template);
-  const Tips theirs = tips_of(graph_of(sample, constants), constants.of_scan);
+  const Tips ours = tips_of(graph_of(surface), tip_constants.of_template);
+  const Tips theirs = tips_of(graph_of(sample), tip_constants.of_scan);
   std::vector<Candidate> found;
   if (theirs.numbers.empty()) return found;
-  const std::size_t step = 1 + sample.size() / (10 * constants.places);
-  for (const auto& pairing : likely_pairs(ours, theirs, constants)) {
+  const std::size_t step = 1 + sample.size() / (10 * tip_constants.places);
+  for (const auto& pairing : likely_pairs(ours, theirs)) {
     Targets rough;
-    for (std::size_t i = 0; i < surface.size(); i += 1 + surface.size() / constants.places) {
+    for (std::size_t i = 0; i < surface.size(); i += 1 + surface.size() / tip_constants.places) {
       const std::size_t other = most_alike(i, ours, theirs, pairing, step);
       if (other != sample.size()) rough.add(places.vertices[i], sample.points[other]);
     }

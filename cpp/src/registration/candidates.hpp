@@ -40,7 +40,6 @@ struct Candidate {
 /// the tips are most alike. All have the landmarks.
 std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
                                           std::span<const Vector3<double>> frame,
-                                          const PointScan& scan, const Targets& landmarks,
-                                          const TipConstants& constants);
+                                          const PointScan& scan, const Targets& landmarks);
 
 }  // namespace dynmesh

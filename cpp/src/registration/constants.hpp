@@ -8,7 +8,7 @@
 namespace dynmesh {
 
 /// The constants of the rigid starts.
-struct RigidStartConstants {
+inline constexpr struct RigidStartConstants {
   /// The rotations to begin with, spread evenly (super-Fibonacci spirals, Alexa 2022).
   int rotations = 64;
   /// About so many points of the scan and places of the surface are compared, at first and at last,
@@ -26,10 +26,10 @@ struct RigidStartConstants {
   /// So many starts are returned at most, which differ by at least this angle, in degrees.
   std::size_t starts = 6;
   double least_angle = 15;
-};
+} rigid_start_constants;
 
 /// The constants of the tips of limbs.
-struct TipConstants {
+inline constexpr struct TipConstants {
   /// The number of tips of the template, and of the scan, of which some are none.
   std::size_t of_template = 6;
   std::size_t of_scan = 8;
@@ -44,12 +44,9 @@ struct TipConstants {
   int candidates = 10;
   /// About so many places of the template are compared with ten times as many points of the scan.
   std::size_t places = 200;
-};
+} tip_constants;
 
-struct RegistrationConstants {
-  RigidStartConstants rigid;
-  TipConstants tips;
-
+inline constexpr struct RegistrationConstants {
   /// How often the scale is sought, each time by the growth of the template that the last one left.
   int scalings = 3;
 
@@ -113,6 +110,6 @@ struct RegistrationConstants {
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;
-};
+} registration_constants;
 
 }  // namespace dynmesh

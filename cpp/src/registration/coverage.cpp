@@ -10,6 +10,9 @@
 namespace dynmesh {
 namespace {
 
+/// The least cosine between normals of the same surface.
+constexpr double agreement = TrackingConstants{}.agreement;
+
 /// (k,) the area around each vertex: a third of its triangles.
 std::vector<double> areas_of(std::span<const Triangle> faces, std::span<const Vector3<double>> x) {
   std::vector<double> areas(x.size());
@@ -45,9 +48,8 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
 }
 
 /// The area of the vertices beside which others lie that are far away in the template.
-double overlapping_area(const BentSurface& surface, std::span<const double> areas,
-                        const RegistrationConstants& constants, double agreement) {
-  const double far = constants.overlap_edges * surface.mean_edge;
+double overlapping_area(const BentSurface& surface, std::span<const double> areas) {
+  const double far = registration_constants.overlap_edges * surface.mean_edge;
   const PointTree<3> vertices(arrays_of(surface.x));
   const double squared_near = surface.mean_edge * surface.mean_edge;
   double overlap = 0;
@@ -97,8 +99,7 @@ std::vector<std::uint8_t> find_seen(const BentSurface& surface,
   return seen;
 }
 
-Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
-                     const RegistrationConstants& constants, double agreement) {
+Coverage coverage_of(const BentSurface& surface, const PointScan& scan) {
   const auto seen = find_seen(surface, scan.sensors);
   const auto now = areas_of(surface.faces, surface.x);
   double seen_area = 0;
@@ -107,8 +108,9 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
   if (!(seen_area > 0)) return coverage;
   const double spacing = std::sqrt(seen_area / static_cast<double>(scan.size()));
   // A few points are not everywhere on a surface, however sparse they are.
-  const double sparse = std::min(constants.hole_spacings * spacing, 0.15 * size_of(surface.x));
-  const double near = std::max(constants.hole_edges * surface.mean_edge, sparse);
+  const double sparse =
+      std::min(registration_constants.hole_spacings * spacing, 0.15 * size_of(surface.x));
+  const double near = std::max(registration_constants.hole_edges * surface.mean_edge, sparse);
   std::vector<std::uint8_t> is_in_hole(now.size());
   for (std::size_t v = 0; v < now.size(); ++v) {
     if (seen[v] == 0) continue;
@@ -122,7 +124,7 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
   const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
   for (double& share : shares) share = all > 0 ? share / all : 0;
   coverage.hole = largest_piece(surface.cells, shares, std::move(is_in_hole));
-  coverage.overlap = overlapping_area(surface, shares, constants, agreement);
+  coverage.overlap = overlapping_area(surface, shares);
   return coverage;
 }
 

@@ -34,8 +34,7 @@ struct Coverage {
   double overlap = 0;
 };
 
-Coverage coverage_of(const BentSurface& surface, const PointScan& scan,
-                     const RegistrationConstants& constants, double agreement);
+Coverage coverage_of(const BentSurface& surface, const PointScan& scan);
 
 /// (k,) the vertices that some viewpoint should see, since they face it and nothing lies before
 /// them; all without viewpoints.

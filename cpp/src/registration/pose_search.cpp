@@ -14,20 +14,20 @@
 namespace dynmesh {
 namespace {
 
-TrackingConstants for_fine(const RegistrationConstants& registration) {
-  TrackingConstants constants;
-  constants.last_weight = registration.last_weight;
-  constants.fewest_iterations = registration.fewest_iterations;
-  constants.along = registration.along;
-  return constants;
+TrackingConstants for_fine() {
+  TrackingConstants fine;
+  fine.last_weight = registration_constants.last_weight;
+  fine.fewest_iterations = registration_constants.fewest_iterations;
+  fine.along = registration_constants.along;
+  return fine;
 }
 
-TrackingConstants for_coarse(const RegistrationConstants& registration) {
-  TrackingConstants constants;
-  constants.rigid_steps = 0;
-  constants.fewest_iterations = constants.most_iterations = registration.coarse_iterations;
-  constants.largest_slippage = 0;
-  return constants;
+TrackingConstants for_coarse() {
+  TrackingConstants coarse;
+  coarse.rigid_steps = 0;
+  coarse.fewest_iterations = coarse.most_iterations = registration_constants.coarse_iterations;
+  coarse.largest_slippage = 0;
+  return coarse;
 }
 
 }  // namespace
@@ -39,8 +39,8 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       settings_(settings),
       is_sheet_(find_sheets(given.faces, topology.component)),
       mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
-      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse(constants_)),
-      fine_(given.faces, topology, workers, given.frame, for_fine(constants_), given.training,
+      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse()),
+      fine_(given.faces, topology, workers, given.frame, for_fine(), given.training,
             settings.uncertainty, epsilon) {}
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
@@ -63,8 +63,7 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   }
   std::array<Trial, 2> trials = {best_trial(candidates), {}};
   if (trials[0].misfit < constants_.near_misfit && finish(scan, trials[0])) return true;
-  trials[1] = best_trial(
-      candidates_by_tips(template_.faces, template_.frame, scan, targets, constants_.tips));
+  trials[1] = best_trial(candidates_by_tips(template_.faces, template_.frame, scan, targets));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   const double worst = constants_.alike * trials[0].misfit;
   return std::ranges::any_of(
@@ -112,8 +111,7 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
 
 std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Targets& targets) const {
   std::vector<Candidate> found;
-  for (const auto& motion :
-       rigid_starts(template_.faces, template_.frame, scan, constants_.rigid)) {
+  for (const auto& motion : rigid_starts(template_.faces, template_.frame, scan)) {
     found.push_back({motion, targets});
   }
   return found;
@@ -125,7 +123,7 @@ PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidate
   std::vector<Trial> trials;
   for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const std::size_t n = std::min(trials.size(), constants_.rigid.starts);
+  const std::size_t n = std::min(trials.size(), rigid_start_constants.starts);
   Trial best;
   for (std::size_t i = 0; i < n; ++i) {
     Trial trial = drawn(std::move(trials[i]));
@@ -236,7 +234,7 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
   pose.stretch = mean_stretch(topology_.cells, template_.frame, pose.x);
   pose.coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
                                fine_.matches().normals(), is_sheet_, fine_.mean_edge()},
-                              scan, constants_, fine_.constants().agreement);
+                              scan);
   const double limit = constants_.misplaced_landmark * size_of(pose.x);
   for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {
     const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];

@@ -90,10 +90,11 @@ class PoseSearch {
   [[nodiscard]] double unexplained_share(double far_share) const;
   void judge(const PointScan& scan, Pose& pose) const;
 
+  static constexpr const RegistrationConstants& constants_ = registration_constants;
+
   const Template& template_;
   const Topology& topology_;
   const RegistrationSettings& settings_;
-  RegistrationConstants constants_;
   std::vector<std::uint8_t> is_sheet_;
   CoarseMesh mesh_;
   SurfaceTracking coarse_, fine_;

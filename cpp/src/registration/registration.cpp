@@ -60,7 +60,7 @@ void check_places(std::span<const Vector3<double>> positions, const PointScan& s
   }
 }
 
-/// A scan in another unit, with its search tree.
+/// A scan in another unit.
 PointScan scaled_scan(const PointScan& scan, double factor) {
   const auto multiplied = [&](std::vector<Vector3<double>> points) {
     for (auto& point : points) point = factor * point;
@@ -122,7 +122,7 @@ class Work {
       const PointScan scaled = scaled_scan(scan, 1 / unit);
       Targets targets = targets_;
       for (auto& position : targets.positions) position = 1 / unit * position;
-      if (i == RegistrationConstants{}.scalings)
+      if (i == registration_constants.scalings)
         return registration_of(search.run(scaled, targets), unit);
       unit *= search.growth(scaled, targets);
     }

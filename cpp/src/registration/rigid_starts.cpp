@@ -37,14 +37,13 @@ struct RigidStart {
 class Pairing {
  public:
   Pairing(std::span<const Triangle> faces, Field x, std::size_t n_places, const PointScan& scan,
-          std::size_t n_points, const RigidStartConstants& constants)
-      : constants_(constants),
-        surface_(sample_surface(faces, x, n_places)),
-        scan_(sample_scan(scan, n_points)) {
+          std::size_t n_points)
+      : surface_(sample_surface(faces, x, n_places)), scan_(sample_scan(scan, n_points)) {
     const Eigen::Vector3d centre = centre_of(surface_.points);
     double size = 0;
     for (const auto& point : surface_.points) size += (to_eigen(point) - centre).norm();
-    normal_length_ = constants.normal * size / static_cast<double>(surface_.points.size());
+    normal_length_ =
+        rigid_start_constants.normal * size / static_cast<double>(surface_.points.size());
     std::vector<Row> rows;
     for (std::size_t i = 0; i < surface_.points.size(); ++i) {
       rows.push_back(row(to_eigen(surface_.points[i]), to_eigen(surface_.normals[i])));
@@ -68,7 +67,8 @@ class Pairing {
   [[nodiscard]] RigidStart improved(RigidStart start, int steps, bool to_planes) const {
     for (int step = 0;; ++step) {
       auto pairs = nearest_pairs(start.motion);
-      const auto n = static_cast<std::size_t>(constants_.kept * static_cast<double>(pairs.size()));
+      const auto n =
+          static_cast<std::size_t>(rigid_start_constants.kept * static_cast<double>(pairs.size()));
       std::ranges::nth_element(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(n), {},
                                &Pair::squared);
       pairs.resize(std::max<std::size_t>(n, 3));
@@ -130,7 +130,6 @@ class Pairing {
     return fit_to_planes(rows, ours) * motion;
   }
 
-  const RigidStartConstants& constants_;
   SurfaceSample surface_;
   PointScan scan_;
   double normal_length_ = 0;
@@ -151,16 +150,17 @@ Eigen::Matrix3d spread_rotation(int number, int count) {
 }
 
 /// The best starts whose rotations differ.
-std::vector<RigidStart> best_of(std::vector<RigidStart> starts, const RigidStartConstants& c) {
+std::vector<RigidStart> best_of(std::vector<RigidStart> starts) {
   std::ranges::stable_sort(starts, {}, &RigidStart::distance);
   std::vector<RigidStart> best;
   for (const RigidStart& start : starts) {
     const bool is_new = std::ranges::all_of(best, [&](const RigidStart& other) {
       const Eigen::Matrix3d turn = start.motion.linear().transpose() * other.motion.linear();
-      return Eigen::AngleAxisd(turn).angle() * 180 / std::numbers::pi > c.least_angle;
+      return Eigen::AngleAxisd(turn).angle() * 180 / std::numbers::pi >
+             rigid_start_constants.least_angle;
     });
     if (is_new) best.push_back(start);
-    if (best.size() == c.starts) break;
+    if (best.size() == rigid_start_constants.starts) break;
   }
   return best;
 }
@@ -217,21 +217,22 @@ PointScan sample_scan(const PointScan& scan, std::size_t n) {
 }
 
 std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Field surface,
-                                            const PointScan& scan, const RigidStartConstants& c) {
-  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan, c);
+                                            const PointScan& scan) {
+  constexpr const RigidStartConstants& c = rigid_start_constants;
+  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan);
   if (fine.empty()) return {Eigen::Isometry3d::Identity()};
   const RigidStart in_place = fine.improved({}, c.fine_steps, true);
   std::vector<RigidStart> starts;
-  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan, c);
+  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan);
   for (int i = 0; i < c.rotations; ++i) {
     const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
     starts.push_back(coarse.improved({motion}, c.coarse_steps, false));
   }
-  starts = best_of(std::move(starts), c);
+  starts = best_of(std::move(starts));
   for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, true);
   starts.insert(starts.begin(), in_place);
   std::vector<Eigen::Isometry3d> best;
-  for (const RigidStart& start : best_of(std::move(starts), c)) best.push_back(start.motion);
+  for (const RigidStart& start : best_of(std::move(starts))) best.push_back(start.motion);
   return best;
 }
 

@@ -22,7 +22,7 @@ struct SurfaceSample {
 SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
                              std::size_t n);
 
-/// About n points of the scan, evenly chosen by their numbers, with their search tree.
+/// About n points of the scan, evenly chosen by their numbers.
 PointScan sample_scan(const PointScan& scan, std::size_t n);
 
 /// The best motions, from any rotation and position, the best one first. They are found by
@@ -32,7 +32,6 @@ PointScan sample_scan(const PointScan& scan, std::size_t n);
 /// input gives equal results.
 std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces,
                                             std::span<const Vector3<double>> surface,
-                                            const PointScan& scan,
-                                            const RigidStartConstants& constants);
+                                            const PointScan& scan);
 
 }  // namespace dynmesh

@@ -68,7 +68,7 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   found.lies_in_scan = found.matches = before <= within && !found.other_unit;
   if (found.lies_in_scan || found.other_unit) return found;
 
-  const auto starts = rigid_starts(faces, frame, scan, {});
+  const auto starts = rigid_starts(faces, frame, scan);
   store(starts.front(), found);
   const double after = distance_between(surface, starts.front(), many, constants.seen);
   found.after = after / mean_edge;
