@@ -150,10 +150,7 @@ TEST_CASE("points that are repeated count once in normals") {
     repeated.points.insert(repeated.points.end(), once.points.begin(), once.points.end());
   }
   Workers workers(1);
-  for (PointScan* scan : {&once, &repeated}) {
-    scan->index();
-    scan->estimate_normals(workers);
-  }
+  for (PointScan* scan : {&once, &repeated}) scan->estimate_normals(workers);
   for (std::size_t i = 0; i < repeated.size(); ++i) {
     const auto expected = once.normals[i % once.size()];
     CHECK(dot(repeated.normals[i], expected) == doctest::Approx(1));
@@ -309,8 +306,8 @@ double slope_of_rows_after(int steps) {
   system.factorize(rows, landmarks, 1);
   Field force(k);
   shape.apply_transposed(residual, force);
-  const auto found = system.solve(rows, landmarks, Field(k), force);
-  const Field d(found.begin(), found.end());
+  Field d(k);
+  system.solve(rows, landmarks, d, force);
   const auto energy = [&](const Field& x) {
     Field detail(k);
     shape.apply(x, 1, detail);
@@ -457,6 +454,7 @@ struct Tori {
   /// Adds the vertices of the first ones as points.
   void measure(std::size_t n) {
     const auto end = static_cast<std::ptrdiff_t>(n * torus.size());
+    scan = {};
     scan.points.assign(frame.begin(), frame.begin() + end);
     scan.normals.assign(normals.begin(), normals.begin() + end);
   }
