@@ -165,7 +165,7 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     garbage[WHOLE] = np.random.default_rng(0).normal(size=garbage[WHOLE].shape)  # the best frame
     dynmesh.write(tmp_path / "garbage.npz", replace(holed, vertices=garbage))
     words = ("complete", tmp_path / "garbage.npz", tmp_path / "out.npz", "--quiet")
-    assert "probably ruined" in run(*words, code=3).stderr
+    assert "is probably wrong, as its edges" in run(*words, code=3).stderr
     assert len(dynmesh.read(tmp_path / "out.npz")) == 15
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
     assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
