@@ -57,7 +57,7 @@ class OutputReport(Report):
 
 @dataclass(frozen=True, kw_only=True)
 class Written(OutputReport):
-    """What was written, of sequences that were made or changed; `output` and `frames` name it.
+    """What was written to the file `output`, of sequences that were made or changed.
 
     Attributes:
         vertices: number of vertices of each frame; of point clouds, their mean number.

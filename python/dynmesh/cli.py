@@ -163,11 +163,9 @@ def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> 
     if as_json:
         print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
+    writes = hasattr(report, "output")
     output = getattr(report, "output", None)
-    is_asked = not hasattr(report, "output")
-    lines = report.lines() if is_asked or not quiet else filter(None, [report.reason])
+    lines = filter(None, [report.reason]) if writes and quiet else report.lines()
     for line in (_spelt(line, tokens) for line in lines):
-        if is_asked:
-            print(line)
-        else:
-            print(line if output is None else f"{output}: {line}", file=sys.stderr)
+        told = line if output is None else f"{output}: {line}"
+        print(told, file=sys.stderr if writes else sys.stdout)

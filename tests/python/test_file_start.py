@@ -168,7 +168,9 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     assert "is probably wrong, as its edges" in run(*words, code=3).stderr
     assert len(dynmesh.read(tmp_path / "out.npz")) == 15
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
-    assert "0 done, 1 doubtful" in run("batch", tmp_path / "jobs.csv", code=3).stderr
+    batch = ("batch", tmp_path / "jobs.csv", "--overwrite")
+    assert "0 done, 1 doubtful" in run(*batch, code=3).stderr
+    assert "1 doubtful of 1 job" in run(*batch, "--quiet", code=3).stderr
 
 
 @pytest.mark.parametrize(

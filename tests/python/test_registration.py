@@ -515,7 +515,7 @@ def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -
 
 
 def test_units_that_are_stated_and_wrong() -> None:
-    assert "as if both were in one unit" in Units(1, 0.001).told(0.00095, 1.8)
+    assert "as if both were in the same unit" in Units(1, 0.001).told(0.00095, 1.8)
 
 
 def test_a_wrong_scan_ends_with_code_3_and_its_cause(

@@ -93,7 +93,8 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     return 0;
   }
 
-  const Stopwatch stopwatch(report_.solve_seconds);  // rotations included, until the end
+  const Stopwatch stopwatch(report_.solve_seconds);  // rotations are taken off at the end
+
   // Step 1: find the smoothest motion.
   move_smoothly(previous);
   fit_rotations(x_);

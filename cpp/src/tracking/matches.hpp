@@ -44,6 +44,7 @@ struct Agreements {
 class Matches {
  public:
   using Field = std::span<const Vector3<double>>;
+  using Rows = std::vector<SurfaceRow>;
 
   /// Begins a sequence. All arguments but `first_frame` must outlive this object. (k,) `is_cloth`
   /// are the vertices whose lengths are kept.
@@ -54,7 +55,6 @@ class Matches {
   /// Begins a frame. `measurement` must outlive it.
   void begin(const PointScan& measurement);
 
-  using Rows = std::vector<SurfaceRow>;
   /// Matches the points with X. The result is valid until the next call.
   const Rows& find(Field x, const Search& search);
   [[nodiscard]] const Rows& rows() const { return rows_; }

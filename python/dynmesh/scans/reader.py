@@ -139,7 +139,7 @@ class DepthReader(ScanReader):
             )
         with naming(rig.file or path):
             lenses = {c.name: undistortion(c) for c in rig.cameras if c.distortion}
-        self._undistorted = {name: undistorted for name, (_, undistorted) in lenses.items()}
+        self._undistort = {name: undistort for name, (_, undistort) in lenses.items()}
         made = []
         for camera in rig.cameras:
             size = size_of(by_camera[camera.name].values(), camera)
@@ -192,8 +192,8 @@ class DepthReader(ScanReader):
             if len(self._damaged) == self._n_images:
                 raise InputError(f"{why}; there is no undamaged image", file=file) from error
             return None
-        undistorted = self._undistorted.get(camera.name)
-        return depth if undistorted is None else undistorted(depth)
+        undistort = self._undistort.get(camera.name)
+        return depth if undistort is None else undistort(depth)
 
 
 def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:

@@ -48,7 +48,7 @@ class Units(NamedTuple):
             return ""
         told = f"the scan is {ratio:.3g} times as large as the template"
         if 1 / _ALIKE < ratio / self.factor < _ALIKE:
-            return f"{told}, as if both were in one unit: if so, what is stated is wrong"
+            return f"{told}, as if both were in the same unit: if so, what is stated is wrong"
         low, high = _SUBJECTS
         pairs = [
             (ours, theirs)

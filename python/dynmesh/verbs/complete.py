@@ -24,7 +24,7 @@ _FEW = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class FileReport(OutputReport):
-    """What :func:`complete_file` has done: it wrote the file `output`, which has so many `frames`.
+    """What :func:`complete_file` has done: it wrote `frames` frames to the file `output`.
 
     Attributes:
         start: the number, in its file, of the whole frame from which completion started; None for a

@@ -35,7 +35,7 @@ _OTHERS = "floor, walls and other things count as well, unless they are removed 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrackFileReport(OutputReport):
-    """What :func:`track_file` has done: it wrote the file `output`, which has so many `frames`.
+    """What :func:`track_file` has done: it wrote `frames` frames to the file `output`.
 
     Attributes:
         quality: "good"; "doubtful" if the share of far points is above 0.02, a camera is suspected,
