@@ -139,6 +139,8 @@ def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
         verb = function_of(tokens[0])
         if takes(verb, error.argument):
             return _spelt(error.told(option_of(verb, error.argument)), tokens), 2
+    if isinstance(error, DynmeshError) and error.argument is None and error.file is None:
+        code = 2  # what is about no file is about the command line
     return _spelt(in_one_line(error), tokens), code
 
 

@@ -100,8 +100,8 @@ def whole_frame(
     with (
         _numbering(reader.header),
         steps("putting a whole frame together", progress) as show,
+        _source(reader) as source,
     ):
-        source = _source(reader)
         first, _ = source(0)
         positions, here, seen, standard_error, number, doubtful = _core.whole_frame(
             _arrays.triangles(faces, len(first)),
@@ -154,8 +154,9 @@ def _numbering(header: Header) -> Iterator[None]:
         raise kind(told[2], frame=header.number(int(told[1]))) from error
 
 
-def _source(reader: Reader) -> Callable[[int], tuple[Positions, Mask]]:
-    """Returns a function that reads a frame, and seeks it unless it follows the one before."""
+@contextlib.contextmanager
+def _source(reader: Reader) -> Iterator[Callable[[int], tuple[Positions, Mask]]]:
+    """Yields a function that reads a frame, and seeks it unless it follows the one before."""
     frames, following = reader.frames(), 0
 
     def read(number: int) -> tuple[Positions, Mask]:
@@ -168,4 +169,7 @@ def _source(reader: Reader) -> Callable[[int], tuple[Positions, Mask]]:
         points = _arrays.points("points", frame.points, reader.dtype)
         return points, _arrays.known_mask(known)
 
-    return read
+    try:
+        yield read
+    finally:
+        frames.close()

@@ -140,7 +140,7 @@ class Presence:
             f"{frames_listed(zeros.frames, self._header)}: "
             f"{listed('vertex', zeros.vertices)}.",
             "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
-            "pull the mesh towards the origin. If so, say it with `missing`.",
+            "pull the mesh towards the origin. If so, say it: `missing` zero.",
             vertices=zeros.vertices,
             frames=zeros.frames,
             count=zeros.count,

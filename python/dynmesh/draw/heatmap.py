@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from ..files import Frame, Reader
 from ..files.reader import check_comparable
 from ..scans import ScanReader
@@ -82,7 +83,7 @@ class Heatmap:
                 check_comparable(reader, other)
         lacks = {name: row.lacks(self._sources) for name, row in QUANTITIES.items()}
         if colour is not None and (reason := lacks.get(colour)) is not None:
-            raise ValueError(reason)
+            raise InputError(reason, argument="colour", value=colour)
         has: list[Colour] = [name for name, reason in lacks.items() if reason is None]
         self.colours: tuple[Colour, ...] = (*has, "plain")
         self.colour = colour or self.colours[0]

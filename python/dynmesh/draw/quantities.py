@@ -117,7 +117,7 @@ class Quantity(NamedTuple):
 
 
 def _lacks_reference(sources: Sources) -> str | None:
-    return "colour: error requires a reference" if sources.reference is None else None
+    return "error requires a `reference`" if sources.reference is None else None
 
 
 def _lacks(name: str, by: str) -> Callable[[Sources], str | None]:

@@ -19,7 +19,10 @@ Gaps: TypeAlias = Literal["refuse", "lost"]
 """What becomes of frames whose file is missing: an error, or frames without observations."""
 
 
-OTHER_MESHES = "dynmesh track follows one mesh through frames that are not of the same vertices"
+OTHER_MESHES = (
+    "missing vertices keep their places, as NaN or zeros; dynmesh track follows one mesh through "
+    "frames that are not of the same vertices"
+)
 HOLDS_FACES = "holds its faces; faces can be given only for files that hold none"
 
 _NOT_TAKEN = {

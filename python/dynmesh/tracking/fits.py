@@ -149,7 +149,9 @@ class Fits:
         told = []
         if self.registered:
             told.append(
-                "doubtful: the template was registered with the first scan, and " + self.registered
+                "doubtful: the template was registered with the first scan, and "
+                f"{self.registered}; the page of dynmesh register shows whether it is the right "
+                "mesh, and `landmarks` say where head, hands and feet, for example, belong"
             )
         if self.suspects or self.total.share > _DOUBTFUL:
             told.append(

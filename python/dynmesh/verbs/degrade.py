@@ -16,6 +16,7 @@ from .._report import OutputReport, counted
 from ..completion.start import frame_at
 from ..degrade.recordings import Vector, degraded, scanned
 from ..degrade.shared import mean_edge_of
+from ..draw.heatmap import likely_up
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.times import numbers_of_files
@@ -26,6 +27,8 @@ Share: TypeAlias = float | str
 """A number between 0 and 1, or a percentage such as "30%"."""
 
 _NOISE = 0.02  # mean edges
+_CAMERAS = 4
+_POINTS = 20_000
 
 
 def degrade_file(
@@ -41,8 +44,8 @@ def degrade_file(
     scan: What[bool] = False,
     depth: What[str | None] = None,
     source: Source | None = None,
-    cameras: How[int] = 4,
-    points: How[int] = 20_000,
+    cameras: How[int] = _CAMERAS,
+    points: How[int] = _POINTS,
     up: How[Axis | None] = None,
     seed: How[int] = 0,
     overwrite: Output[bool] = False,
@@ -69,7 +72,7 @@ def degrade_file(
         source: how to read the file.
         cameras: number of cameras around the subject, of scans.
         points: points of a frame, of scans.
-        up: the axis that cameras circle around; else, as the file states it, or z.
+        up: the axis that cameras circle around; else, as the file states it, or as it seems.
         seed: equal seeds remove the same vertices: use another one to degrade a file twice.
         overwrite: whether to replace an existing output.
         progress: whether to show a bar on standard error.
@@ -120,6 +123,10 @@ def degrade_file(
         what = "points" if size is None else "measured pixels"
         told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
         return OutputReport(output=Path(output), frames=n, remarks=(told, *guess))
+    for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
+        if value != usual:
+            told = "is for `scan` and `depth`; of a sequence, `camera` keeps what cameras see"
+            raise InputError(told, argument=name, value=value)
     others = {"camera": camera, "noise": noise}
     losses = asked | {name: given for name, given in others.items() if given is not None}
     if not losses:
@@ -198,6 +205,7 @@ def _axis(reader: Reader, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     if up not in (None, "x", "y", "z"):
         raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)
     said = up or reader.header.up_axis
-    guess = () if said else ("assuming that z is up, as the file does not state it",)
-    x, y, z = (float(one == (said or "z")) for one in "xyz")
+    found = said or likely_up(frame_at(reader, 0).points, None)
+    guess = () if said else (f"assuming that {found} is up, as the file does not state it",)
+    x, y, z = (float(one == found) for one in "xyz")
     return (x, y, z), guess

@@ -49,7 +49,11 @@ class RegisterReport(Report):
 
     def lines(self) -> list[str]:
         """Says how well the scan fits."""
-        good = f"good; {self.registration.far:.2%} of the points are far from the mesh"
+        found = self.registration
+        good = (
+            f"good; {found.far:.2%} of the points are far from the mesh; "
+            f"{100 * found.observed.mean():.3g} % of the vertices were seen"
+        )
         told = [self.reason or good]
         if self.page is not None:
             told.append(f"open {self.page} in a browser")
