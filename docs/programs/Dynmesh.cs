@@ -5,7 +5,7 @@ struct Points { public IntPtr Data; public long Count, RowStride, ColumnStride; 
 struct FrameReport
 {
     public long Known, Filled, Disconnected, Rejected, Iterations;
-    public double Seconds, Blend, PriorWeight, PriorShare, StandardError;
+    public double Seconds, Blend, PriorWeight, PriorShare, FirstOrderShare, StandardError;
 }
 
 static class Dynmesh

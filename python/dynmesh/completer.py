@@ -32,8 +32,8 @@ class FrameReport:
         prior_share: with either, the share of the residual that they explain, from 0 to 1; see
             docs/method.md, "Training frames". Else 0.
         first_order_share: how far the estimated vertices keep the lengths of their edges, as cloth
-            does, rather than their shape: the mean, from 0 to 1; see docs/method.md, "Edges".
-            Else 0.
+            does, rather than their shape: the mean, from 0 to 1; see docs/method.md, "The
+            first-order step". Else 0.
         standard_error: with `uncertainty`, the root mean square of the standard errors of the
             estimated vertices, in the unit of the positions; else 0.
         factor_seconds: the time of the factorisation, a stage of "detail"; 0 for "motion".
@@ -198,7 +198,7 @@ class Completer(Stream):
         the estimated vertices are within 2.5 standard errors, and of half of them within 1.54. 0
         for known vertices and before the first frame, infinity for disconnected vertices; with
         `noise`, it is not 0 for known vertices. ValueError without `uncertainty`. See
-        docs/method.md, "Error bars".
+        docs/method.md, "Standard errors".
         """
         return self._standard_error()
 

@@ -16,7 +16,7 @@ namespace dynmesh {
 /// How well a registered template explains its scan, as the shares in Registration tell.
 enum class RegistrationQuality {
   /// At most 1 % of the points are far and 2 % unexplained, the hole is at most 3 % and the overlap
-  /// at most 0.5 % of the template, edges are stretched by at most 14 % on average, and landmarks
+  /// at most 0.1 % of the template, edges are stretched by at most 14 % on average, and landmarks
   /// are where they belong.
   good,
   doubtful,  ///< a part is probably wrong or missing

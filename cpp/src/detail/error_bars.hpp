@@ -1,4 +1,4 @@
-/// The standard errors of completed positions; see docs/method.md, "Error bars".
+/// The standard errors of completed positions; see docs/method.md, "Standard errors".
 #pragma once
 
 #include <cstddef>

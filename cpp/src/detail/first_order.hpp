@@ -1,6 +1,6 @@
 /// A second prediction beside that of detail, for surfaces that keep their edges; see
-/// docs/method.md, "Edges". It takes the step of first order, which keeps the edges of the last
-/// frame, as far as rotations can.
+/// docs/method.md, "The first-order step". It keeps the edges of the last frame, as far as
+/// rotations can.
 #pragma once
 
 #include <array>

@@ -78,8 +78,8 @@ struct TrackingConstants {
   std::size_t fewest_ties = 4;
   std::size_t most_ties = 16;
   double tie_weight = 0.3;
-  /// The weight of a point where the modes of a training sequence are fitted, in the second
-  /// iteration: small, so that the noise of the points and what is between them say little.
+  /// The weight of a point where the modes of a training sequence are fitted, in the last iteration
+  /// but one: small, so that the noise of the points and what is between them say little.
   double mode_weight = 0.014;
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.
@@ -118,7 +118,7 @@ struct TrackingConstants {
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
   double jump = 3;
-  /// Of depth images, about so many points for each vertex are used.
+  /// Of depth images, one to four times so many points for each vertex are used.
   std::size_t pixels_per_vertex = 4;
 };
 

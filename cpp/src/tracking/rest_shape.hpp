@@ -21,8 +21,8 @@ namespace dynmesh {
 
 /// The rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of frame 0, B
 /// are the modes of a training sequence, a are the coefficients that the last frame supports and k,
-/// 0 to 1, how far the training sequence is used. See docs/method.md, "Training". Without training,
-/// p is m_first, and nothing is allocated for modes.
+/// 0 to 1, how far the training sequence is used. See docs/method.md, "Training frames". Without
+/// training, p is m_first, and nothing is allocated for modes.
 class RestShape {
  public:
   using Field = std::span<const Vector3<double>>;

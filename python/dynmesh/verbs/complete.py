@@ -88,7 +88,7 @@ class FileReport(OutputReport):
         shares = f"known {known}, filled in {filled}, disconnected {disconnected}"
         yield f"{shares} of the vertices{where}"
         if self.prior_weight == 0:
-            yield "the training sequence did not help and was not used"
+            yield "the training frames did not help and were not used"
         elif self.prior_weight is not None:
             yield (
                 f"training: prior weight {self.prior_weight:.2g} on average; its shapes explain "
