@@ -137,8 +137,12 @@ def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:
     error, code = (refusal(error), 2) if isinstance(error, CycloptsError) else (error, 1)
     if isinstance(error, DynmeshError) and error.argument is not None and tokens[0] in VERBS:
         verb = function_of(tokens[0])
-        if takes(verb, error.argument):
-            return _spelt(error.told(option_of(verb, error.argument)), tokens), 2
+        option = option_of(verb, error.argument)
+        is_given = option in {token.partition("=")[0] for token in tokens}
+        # Files hold arrays that are called like options.
+        is_of_file = error.file is not None and error.argument in ("faces", "known")
+        if takes(verb, error.argument) and (is_given or not is_of_file):
+            return _spelt(error.told(option), tokens), 2
     if isinstance(error, DynmeshError) and error.argument is None and error.file is None:
         code = 2  # what is about no file is about the command line
     return _spelt(in_one_line(error), tokens), code
@@ -165,8 +169,8 @@ def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> 
     if as_json:
         print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
-    writes = hasattr(report, "output")
     output = getattr(report, "output", None)
+    writes = output is not None
     lines = filter(None, [report.reason]) if writes and quiet else report.lines()
     for line in (_spelt(line, tokens) for line in lines):
         told = line if output is None else f"{output}: {line}"

@@ -17,7 +17,7 @@ from commands import dynmesh_command as run
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.verbs.batch import read_jobs
+from dynmesh.verbs.batch import read_jobs, run_job
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -193,3 +193,14 @@ def test_workers_may_die_and_end_with_the_command(tmp_path: Path) -> None:
     run("batch", table, "--overwrite")
     outputs = [(tmp_path / f"out{i}.npz").read_bytes() for i in range(4)]
     assert outputs == [outputs[0]] * 4
+
+
+def test_a_page_that_exists_is_no_output(tmp_path: Path) -> None:
+    """The job has failed then, since nothing was registered."""
+    body = dynmesh.Sequence(np.zeros((1, 3, 3)) + np.eye(3), np.array([[0, 1, 2]]))
+    dynmesh.write(tmp_path / "body.obj", body)
+    (tmp_path / "page.html").write_text("old")
+    table = tmp_path / "jobs.csv"
+    table.write_text("template,scan,output,page\nbody.obj,body.obj,out.obj,page.html\n")
+    (job,) = read_jobs(table)
+    assert (run_job(job).status, (tmp_path / "out.obj").exists()) == ("failed", False)

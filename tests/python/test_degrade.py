@@ -1,11 +1,14 @@
 """Simulated losses and noise, and the built-in sequences."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import meshes
 import numpy as np
 import pytest
+from commands import dynmesh_command as run
 from meshes import Mesh
 from reference import directed_edges, mean_edge
 from scipy.sparse.csgraph import connected_components
@@ -201,3 +204,20 @@ def test_random_masks_keep_their_share() -> None:
     assert masks[0].all()
     assert (masks[1:].sum(axis=1) == 300).all()
     assert 0.05 < (masks[1] & masks[2]).mean() < 0.13  # chosen independently: 0.09 on average
+
+
+def test_what_was_not_observed_is_neither_known_nor_scanned(tmp_path: Path) -> None:
+    """By a mask or by positions that are not finite, in frame 0 too."""
+    truth = dynmesh.synth.ocean(3, grid=12)
+    known = np.ones((3, 144), bool)
+    known[:, :72] = False
+    far = np.where(known[..., None], truth.vertices, np.float32(9e3))
+    dynmesh.write(tmp_path / "masked.npz", replace(truth, vertices=far, known=known))
+    dynmesh.write(
+        tmp_path / "holed.npz", replace(truth, vertices=np.where(far == 9e3, np.nan, far))
+    )
+    for name in ("masked", "holed"):
+        words = ("degrade", tmp_path / f"{name}.npz", tmp_path / "out.npz", "--known", "0.5")
+        assert "25.0% of the vertices" in run(*words, "--overwrite").stderr
+        with dynmesh.open(tmp_path / "out.npz") as reader:
+            assert not any(frame.observed[:72].any() for frame in reader)

@@ -1,7 +1,6 @@
 """Method detail and its standard errors: by literal implementations, identities and true errors."""
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -428,15 +427,11 @@ def test_uncertain_vertices_are_left_missing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("bidirectional", [False, True])
-def test_the_share_of_what_is_left_missing_counts_a_vertex_once(
-    bidirectional: bool, tmp_path: Path
-) -> None:
+def test_what_is_left_missing_counts_a_vertex_once(bidirectional: bool, tmp_path: Path) -> None:
     source, target = tmp_path / "in.npz", tmp_path / "out.npz"
     dynmesh.write(source, PARTIAL)
     report = dynmesh.complete_file(source, target, drop_above=1e-9, bidirectional=bidirectional)
     assert report.dropped == np.count_nonzero(~KNOWN)
-    share = float(re.findall(r"were left missing, ([\d.]+) %", "\n".join(report.lines()))[0])
-    assert share == pytest.approx(100, rel=0.1)
 
 
 def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:

@@ -194,6 +194,17 @@ def test_ruined_frames_are_said_to_be(
     assert bool(told) == bool(re.search(f"probably ruined: .*{told}.*; dynmesh info", said))
 
 
+def test_frames_of_which_nothing_was_observed_count_once(tmp_path: Path) -> None:
+    known = KNOWN & (np.arange(len(KNOWN)) < 3)[:, None]
+    known[0] = True
+    dynmesh.write(tmp_path / "in.npz", replace(TRUTH, known=known))
+    report = dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "out.npz", bidirectional=True)
+    assert report.empty == len(KNOWN) - 3
+    assert (report.quality, report.reason) == ("doubtful", "nothing was observed in most frames")
+    with pytest.warns(UserWarning, match="nothing was observed in most frames"):
+        dynmesh.complete(replace(TRUTH, known=known))
+
+
 def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:
     """As one of zeros that an inverted mask says are known."""
     zeros = np.where(KNOWN[..., None], 0, PARTIAL.vertices)
@@ -247,7 +258,7 @@ def test_the_report_of_a_file_counts(tmp_path: Path) -> None:
             tmp_path / "in.npz", tmp_path / "out.npz", reject_outliers=rejects, overwrite=True
         )
         assert report.rejected == (sum(one.rejected for one in reports) if rejects else 0)
-        assert any(f"{report.rejected} outliers" in line for line in report.lines()) == rejects
+        assert any("rejected as outliers" in line for line in report.lines()) == rejects
     counts = [(one.known, one.filled, one.disconnected) for one in reports]
     assert (report.known, report.filled, report.disconnected) == tuple(np.sum(counts, axis=0))
     assert report.rejected > 0

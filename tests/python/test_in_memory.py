@@ -84,6 +84,20 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
     run("evaluate", *paths, "--csv", table, code=1)  # it exists
 
 
+def test_one_frame_can_be_measured() -> None:
+    found = dynmesh.evaluate(COMPLETED[2:3], TRUTH[2:3], frames=slice(2, 3))
+    assert (found.frames, [each.frame for each in found.each]) == (1, [2])
+    whole = dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
+    assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
+
+
+def test_a_frame_of_the_reference_has_its_own_number() -> None:
+    truth = replace(TRUTH, start=5, vertices=TRUTH.vertices.copy())
+    truth.vertices[2, 0] = np.nan
+    with pytest.raises(dynmesh.DynmeshError, match="reference: frame 7"):
+        dynmesh.picture(COMPLETED, frames=2, reference=truth)
+
+
 def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
     pytest.importorskip("k3d")
     dynmesh.write(tmp_path / "completed.npz", COMPLETED)

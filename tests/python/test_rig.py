@@ -126,8 +126,17 @@ def test_how_far_the_points_are_is_told_where_nothing_explains_it(
     right = read_cameras(folder / "depth" / "cameras.json")
     write_cameras(tmp_path / "wrong.json", scaled(0.25, 1, right))
     words = ("--template", folder / "body.obj", "--cameras", tmp_path / "wrong.json")
-    said = run("rig", folder / "depth", *words, code=3).stderr
+    said = run("rig", folder / "depth", *words, code=3).stdout
     assert min(map(float, re.findall(r"far and (\S+) edges away", said))) > 10
+
+
+def test_a_template_without_a_unit_gets_one(folder: Path, tmp_path: Path) -> None:
+    right = read_cameras(folder / "depth" / "cameras.json")
+    write_cameras(tmp_path / "metres.json", replace(right, metres_per_unit=1.0))
+    words = ("rig", folder / "depth", "--template", folder / "body.obj")
+    cameras = ("--cameras", tmp_path / "metres.json")
+    assert "--template-unit" in run(*words, *cameras, code=1).stderr
+    run(*words, *cameras, "--template-unit", "m")
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -161,7 +170,7 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
         wrong = with_camera(rig, 2, intrinsics=longer)
     write_cameras(tmp_path / "wrong.json", wrong)
     words = ("rig", folder / "depth", "--template", folder / "body.obj", "-o", tmp_path / "o.json")
-    said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stderr
+    said = run(*words, "--cameras", tmp_path / "wrong.json", code=3).stdout
     assert off == "longer" or re.search(r"2: ([2-9]\d|100)% far", said)
     assert "intrinsics of camera '2' are wrong" in said
     assert "o.json is not written" in said

@@ -139,10 +139,23 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     with pytest.raises(ValueError, match=r"s_2\.ply is missing"):
         track_file(scans, tmp_path / "out.npz", template=folder / "body.obj")
     report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
-    assert (report.frames, report.empty) == (N_FRAMES, 2)
+    assert (report.frames, report.empty, report.quality) == (N_FRAMES, 2, "good")
+    assert any(f"{N_FRAMES - 2} frames tracked" in line for line in report.lines())
     assert len(report.remarks) == 1
     assert "frames 2, 3, 4:" in report.remarks[0]
     assert np.isfinite(dynmesh.read(tmp_path / "out.npz").vertices).all()
+    for file in scans.glob("s_[15].ply"):
+        write_ply(file, PointScan(np.zeros((0, 3)), np.zeros((0, 3)), None))
+    words = ("track", scans, tmp_path / "few.npz", "--template", folder / "body.obj")
+    told = run(*words, "--gaps", "lost", "--quiet", code=3).stderr
+    assert "doubtful: hardly anything was measured of most frames" in told
+
+
+def test_landmarks_that_are_not_needed_are_named(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "marks.json").write_text('[{"vertex": 0, "position": [0, 0, 0]}]')
+    words = ("track", folder / "points", tmp_path / "out.npz", "--template", folder / "body.obj")
+    told = run(*words, "--landmarks", tmp_path / "marks.json").stderr
+    assert "so --landmarks are not used" in told
 
 
 @pytest.mark.parametrize("scans", ["points", "depth"])

@@ -1,5 +1,6 @@
 """Completion of frames in memory: of a stream, one after another, or of a whole sequence."""
 
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import repeat, zip_longest
@@ -16,7 +17,7 @@ from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings
 from .start import check_start, start_in
-from .ways import SequenceSettings, complete_frames, with_implied
+from .ways import SequenceSettings, complete_frames, verdict, with_implied
 
 _OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
 
@@ -68,6 +69,9 @@ def complete(
     Raises:
         ValueError, TypeError: the errors of :class:`dynmesh.Completer`, with the number of the
             frame; also if there is no frame, or if frames and masks differ in number.
+
+    Warns:
+        UserWarning: a completed sequence is doubtful or probably ruined, by its own measure.
     """
     if isinstance(faces, Sequence):
         for name, given in (("frames", frames), ("known", known)):
@@ -149,7 +153,10 @@ def _complete_sequence(
             standard_error_of="position",
         )
     )
-    complete_frames(reader, whole, completer, made, **ways)
+    tally = complete_frames(reader, whole, completer, made, **ways)
+    _, reason = verdict(tally, whole, reader.header)
+    if reason:
+        warnings.warn(reason, stacklevel=3)
     return made.sequence()
 
 

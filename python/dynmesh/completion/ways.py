@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from .._checks import check_positive
 from .._errors import SettingError, locating
 from .._progress import tracked
+from .._report import Quality
 from ..completer import Completer, FrameReport
-from ..files import Frame, Reader, Writer, naming
+from ..files import Frame, Header, Reader, Writer, naming
 from ..files.memory import Collected
 from ..settings import Settings
 from .lengths import Lengths
-from .start import Start, StartFrame
+from .start import DOUBTFUL_START, Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
@@ -58,7 +59,7 @@ def with_implied(
     if bidirectional or drop_above is not None:
         implied["uncertainty"] = True
     if bidirectional:
-        implied["learn"] = not trained
+        implied["learn"] = given.get("learn", False) or not trained
     return given | implied
 
 
@@ -69,12 +70,26 @@ class Tally:
     Attributes:
         lengths: of the edges of all frames.
         reports: of the frames that were completed.
+        empty: the numbers of those in which nothing was observed.
         dropped: number of vertices that were left missing.
     """
 
     lengths: Lengths
     reports: list[FrameReport] = field(default_factory=list)
+    empty: set[int] = field(default_factory=set)
     dropped: int = 0
+
+
+def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, str]:
+    """How good the completed frames are, and why they are not good; else, it is empty."""
+    number = start.number_in(header)
+    ruined = tally.lengths.told(header, "the template" if number is None else f"frame {number}")
+    told = [ruined] if ruined else []
+    if start.doubtful:
+        told.append(DOUBTFUL_START)
+    if 2 * len(tally.empty) > header.n_frames:
+        told.append("nothing was observed in most frames")
+    return ("ruined" if ruined else "doubtful" if told else "good"), "; ".join(told)
 
 
 def complete_frames(
@@ -115,6 +130,8 @@ def complete_frames(
         for number, frame in _completed(reader, completer, way, origin, frames):
             if number != start.number:
                 tally.reports.append(completer.report)
+                if completer.report.known == 0:
+                    tally.empty.add(number)
                 yield number, frame
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:

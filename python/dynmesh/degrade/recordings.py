@@ -44,9 +44,8 @@ def degraded(
     if "outliers" in losses:
         moved = add_outliers(moved, faces, losses["outliers"], seed=seed)
     missing = reader.dtype.type(np.nan)
-    for points, *observed in zip(moved, (frame.known for frame in reader), *masks, strict=True):
-        seen = [mask for mask in observed if mask is not None]
-        kept = np.logical_and.reduce(seen) if seen else np.ones(len(points), np.bool_)
+    for points, *seen in zip(moved, (frame.observed for frame in reader), *masks, strict=True):
+        kept = np.logical_and.reduce(seen)
         # Unknown positions are erased, so that no method can use them.
         yield np.where(kept[:, None], points, missing), kept
 
@@ -74,13 +73,16 @@ def scanned(
 
 
 def _points(reader: Reader) -> Iterator[Positions]:
-    return (frame.points for frame in reader)
+    """Yields what was observed; the rest is NaN."""
+    missing = reader.dtype.type(np.nan)
+    for frame in reader:
+        yield np.where(frame.observed[:, None], frame.points, missing)
 
 
 def _bounding_box(reader: Reader) -> Positions:
     """Returns the two opposite corners of the bounding box of all frames."""
     corners = np.array([[np.inf] * 3, [-np.inf] * 3])
-    for points, _ in reader:
+    for points in _points(reader):
         finite = points[np.isfinite(points).all(axis=1)]
         if len(finite):
             corners[0] = np.minimum(corners[0], finite.min(axis=0))

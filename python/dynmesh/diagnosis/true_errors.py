@@ -63,7 +63,7 @@ def measured(
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
     check_comparable(completed, reference)
-    if reference.n_frames < 2:
+    if frames is None and reference.n_frames < 2:
         raise InputError("has no frame after the first to measure", file=reference.path)
     numbers = range(1, reference.n_frames)
     if frames is not None:

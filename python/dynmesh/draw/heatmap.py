@@ -151,7 +151,8 @@ def likely_up(first: Positions, said: str | None) -> str:
     """Returns the up axis: as a file states it, else z for a flat sheet, else y."""
     if said is not None:
         return said
-    extent = np.ptp(first[np.isfinite(first).all(axis=1)], axis=0)
+    finite = first[np.isfinite(first).all(axis=1)]
+    extent = np.ptp(finite, axis=0) if len(finite) else np.ones(3)
     return "z" if extent.argmin() == 2 and extent[2] < 0.25 * extent.max() else "y"
 
 

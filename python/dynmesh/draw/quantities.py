@@ -141,8 +141,9 @@ def _lacks_masks(sources: Sources) -> str | None:
 def _error(sources: Sources, moment: Moment) -> Values:
     truth, frame = moment.truth, moment.frame
     assert truth is not None  # as _lacks_reference says
-    path = None if sources.reference is None else sources.reference.path
-    with locating(file=path, frame=sources.reader.header.number(moment.number)):
+    assert sources.reference is not None
+    number = sources.reference.header.number(moment.number)
+    with locating(file=sources.reference.path, frame=number):
         check_whole(truth, "; errors require a complete reference")
     with np.errstate(invalid="ignore"):  # missing positions may be infinite
         difference = frame.points.astype(np.float64) - truth.points

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_positive
-from .._errors import InputError
+from .._errors import InputError, locating
 from ..sequence import Positions
 from .frame import Frame
 from .header import Header
@@ -94,11 +94,13 @@ class Conversion:
 
     def frames(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """Yields the frames of the result, for all frames of the sequence."""
-        for frame in frames:
+        for number, frame in enumerate(frames):
             errors = frame.standard_error
+            with locating(frame=number):
+                points = self.moved(frame.points)
             yield replace(
                 frame,
-                points=self.moved(frame.points),
+                points=points,
                 standard_error=None if errors is None else errors * np.float32(self.factor),
             )
 
@@ -109,7 +111,7 @@ class Conversion:
         with np.errstate(invalid="ignore", over="ignore"):  # missing ones may be infinite
             moved = points.astype(np.float64) @ self.turn.T * self.factor
             made = moved.astype(points.dtype)
-        if (np.isinf(made) & np.isfinite(moved)).any():
+        if (np.isinf(made) & np.isfinite(points)).any():
             raise InputError(
                 f"takes points out of the range of {points.dtype}, by a factor of {self.factor:g}",
                 argument="scale",

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .._errors import InputError
+from .._errors import DynmeshError, InputError
 from .format import Format
 from .frame import Frame
 from .header import Header
@@ -121,7 +121,7 @@ def explaining() -> Iterator[None]:
         if error.errno not in (None, errno.EINVAL):
             raise
         raise ValueError(f"is damaged or not an .npz archive: {error}") from error
-    except ValueError:
+    except (ValueError, DynmeshError):
         raise
     except Exception as error:  # of any kind if the file is damaged
         raise ValueError(f"is damaged or not an .npz archive: {error}") from error

@@ -124,8 +124,14 @@ class Fits:
         """What the share of far points, the cameras and the start tell."""
         if self.total.share > _RUINED:
             return "ruined"
-        is_doubtful = self.total.share > _DOUBTFUL or self.suspects or self.registered
+        is_doubtful = (
+            self.total.share > _DOUBTFUL or self.suspects or self.registered or self._mostly_empty
+        )
         return "doubtful" if is_doubtful else "good"
+
+    @property
+    def _mostly_empty(self) -> bool:
+        return 2 * len(self.unmeasured) > len(self.tracked) + self.empty
 
     @property
     def worst(self) -> list[Tracked]:
@@ -158,6 +164,8 @@ class Fits:
                 f"{_QUALITIES[self.quality]}: {self.total.share:.1%} of the points are farther "
                 "than a mean edge from the mesh"
             )
+        if self._mostly_empty:
+            told.append("doubtful: hardly anything was measured of most frames")
         if self.worst:
             named = ", ".join(f"{one.number} ({one.far:.1%})" for one in self.worst)
             told.append(f"the worst frames are {named}")

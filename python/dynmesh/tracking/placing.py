@@ -32,7 +32,8 @@ class Placed:
         alignment: the rigid motion that put it there; None if it lay there already or was
             registered.
         registration: of the template with the scan, if it had another pose there.
-        sizes: that the scan is larger or smaller than the template; empty if it is as large.
+        remark: that the scan is larger or smaller than the template, or needs no landmarks; or
+            empty.
         advice: what to look at if the template is lost.
     """
 
@@ -40,7 +41,7 @@ class Placed:
     distance: float
     alignment: Alignment | None = None
     registration: Registration | None = None
-    sizes: str = ""
+    remark: str = ""
     advice: str = ""
 
     @property
@@ -81,6 +82,7 @@ def placed_in(
     units: Units,
     landmarks: Landmarks | None,
     advice: str,
+    threads: int,
 ) -> Placed:
     """Finds the template in the first scan with points, and the room around it.
 
@@ -100,7 +102,7 @@ def placed_in(
         landmarks = landmarks[0], landmarks[1] * units.factor
     advice = "; ".join(filter(None, [inside_out(left), advice]))
     with locating(file=mesh.path):
-        found = _placed(mesh.faces, template, left, landmarks, units, advice)
+        found = _placed(mesh.faces, template, left, landmarks, units, advice, threads)
     room.follow(found.points)
     return replace(found, advice=advice)
 
@@ -112,10 +114,12 @@ def _placed(
     landmarks: Landmarks | None,
     units: Units,
     advice: str,
+    threads: int,
 ) -> Placed:
     found = find_alignment(faces, template, scan.cloud)
     if found.lies_in_scan:
-        return Placed(template, found.before)
+        unused = "the template lies in the first scan, so `landmarks` are not used"
+        return Placed(template, found.before, remark=unused if landmarks is not None else "")
     away = (
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
@@ -126,11 +130,11 @@ def _placed(
     if found.other_unit:
         raise InputError(told)
     moved = template.astype(np.float64) @ found.rotation.T + found.shift
-    aligned = Placed(moved.astype(template.dtype), found.before, alignment=found, sizes=sizes)
+    aligned = Placed(moved.astype(template.dtype), found.before, alignment=found, remark=sizes)
     is_near = landmarks is None and found.matches
     if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(template):
         return aligned
-    registered = registered_with(faces, template, scan, landmarks=landmarks)
+    registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     if is_near and registered.quality != "good":
         return aligned
     if registered.quality == "ruined":
@@ -138,4 +142,4 @@ def _placed(
             f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
             "landmarks may be needed"
         )
-    return Placed(registered.vertices, found.before, registration=registered, sizes=sizes)
+    return Placed(registered.vertices, found.before, registration=registered, remark=sizes)

@@ -293,7 +293,11 @@ class RigReport(Report):
 
 
 def judge_rig(
-    path: Path, rig: Rig | None, template: PathLike | None, scan_unit: float | str | None
+    path: Path,
+    rig: Rig | None,
+    template: PathLike | None,
+    scan_unit: float | str | None,
+    template_unit: float | str | None,
 ) -> RigReport:
     """Judges cameras by the first scan with points.
 
@@ -311,7 +315,7 @@ def judge_rig(
     if template is None:
         return RigReport(scan=scan, cameras=names)
     with files.open(template) as mesh:
-        factor = units_of(reader, mesh, scan_unit).factor
+        factor = units_of(reader, mesh, scan_unit, template_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
         up = mesh.header.up_axis or "y"
     scan = scan.scaled(factor)

@@ -209,6 +209,8 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
     columns = {f"--{column.replace('_', '-')}": column for column in given}
     for option, column in columns.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
+    if "overwrite" in given:
+        raise _wrong(path, 1, "overwrite", "is an option of the whole batch")
     try:
         arguments = bound(verb, words)
     except InputError as error:
@@ -242,10 +244,11 @@ def run_job(job: Job) -> Result:
 
     try:
         report = _VERBS[job.kind](*job.arguments, **job.options)
-    except FileExistsError as error:
-        return result("exists", in_one_line(error))
     except Exception as error:  # no error may stop the other jobs
         told = in_one_line(error)
+        is_page = str(job.options.get("page")) in told
+        if isinstance(error, FileExistsError) and not is_page:
+            return result("exists", told)
         return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
     frames = getattr(report, "frames", 1)  # a registration has one
     status: Status = "done" if report.quality == "good" else "doubtful"

@@ -7,13 +7,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._checks import check_path
+from .._checks import check_flags, check_path
 from .._command import How, Output, What
 from .._report import OutputReport
 from ..completer import Completer
-from ..completion.start import DOUBTFUL_START, Start, check_start, open_with_template, start_in
+from ..completion.start import Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
-from ..completion.ways import complete_frames, with_implied
+from ..completion.ways import complete_frames, verdict, with_implied
 from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
 from ..settings import Settings
@@ -60,7 +60,11 @@ class FileReport(OutputReport):
 
     def lines(self) -> list[str]:
         """Says how many frames were completed, how fast, and the shares of the vertices."""
-        return [*self._done(), *super().lines()]
+        dropped = (
+            f"{self.dropped} vertices were left missing, all frames together: their standard error "
+            "is too large"
+        )
+        return [*self._done(), *([dropped] if self.dropped else []), *super().lines()]
 
     def _done(self) -> Iterator[str]:
         if self.seconds_per_frame is None:
@@ -76,8 +80,7 @@ class FileReport(OutputReport):
         )
         whole = self.known + self.filled + self.disconnected
         if self.rejected:
-            share = 100 * self.rejected / whole
-            yield f"{self.rejected} outliers rejected, {share:.3g} % of the vertices"
+            yield f"{100 * self.rejected / whole:.3g} % of the vertices were rejected as outliers"
         if self.filled + self.disconnected == 0:
             yield "nothing was missing"
             return
@@ -96,13 +99,6 @@ class FileReport(OutputReport):
             )
         if self.empty:
             yield f"nothing was observed in {self.empty} of the frames"
-        if self.dropped:
-            once = frames / self.completed  # from both sides, vertices are filled in twice
-            share = 100 * self.dropped / (once * (self.filled + self.disconnected))
-            yield (
-                f"{self.dropped} vertices were left missing, {share:.3g} % of those that were not "
-                "observed, all frames together: their standard error is too large"
-            )
 
 
 def complete_file(
@@ -173,6 +169,7 @@ def complete_file(
         if file is not None or name != "template":
             check_path(name, file)
     check_start(start, template)
+    check_flags(bidirectional=bidirectional, provenance=provenance, overwrite=overwrite)
     training_files = paths_of(training)
     given: Settings = {
         "method": method,
@@ -221,11 +218,10 @@ def complete_file(
     estimated = [one for one in reports if one.known and one.filled] if training_files else []
     counted = ("known", "filled", "disconnected", "rejected")
     at = whole.number_in(reader.header)
-    ruined = tally.lengths.told(reader.header, "the template" if at is None else f"frame {at}")
-    doubtful = DOUBTFUL_START if whole.doubtful else ""
+    quality, reason = verdict(tally, whole, reader.header)
     return FileReport(
-        quality="ruined" if ruined else "doubtful" if doubtful else "good",
-        reason="; ".join(filter(None, [ruined, doubtful])),
+        quality=quality,
+        reason=reason,
         remarks=(
             *writer.remarks,
             *whole.remarks(reader.header),
@@ -237,7 +233,7 @@ def complete_file(
         completed=len(reports),
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         **{name: sum(getattr(one, name) for one in reports) for name in counted},
-        empty=sum(one.known == 0 for one in reports),
+        empty=len(tally.empty),
         prior_weight=float(np.mean([one.prior_weight for one in estimated])) if estimated else None,
         prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
         dropped=tally.dropped,

@@ -9,14 +9,14 @@ import numpy as np
 from .. import files
 from .._checks import check_path
 from .._command import How, Output, What
-from .._errors import InputError, KindError
+from .._errors import InputError, KindError, numbering
 from .._progress import tracked
 from .._report import Written
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
 from ..files.header import Header
 from ..files.memory import Collected, SequenceReader
-from ..files.new_output import check_output, new_output
+from ..files.new_output import check_output, making
 from ..files.numbered import files_in, find_files
 from ..files.ply import read_elements
 from ..scans import PointScan, read_points, write_ply
@@ -74,6 +74,9 @@ def convert_file(
     check_path("output", output)
     changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
     if not source and not format and (clouds := _clouds_in(Path(path))):
+        if output_format not in (None, "ply"):
+            told = f"must be ply for point clouds, not {output_format}"
+            raise InputError(told, argument="output_format", value=output_format)
         return _convert_clouds(clouds, Path(path), Path(output), changes, overwrite, progress)
     named = Path(output) if output_format else files.named_like(path, output)
     target = files.target_of(named, output_format)
@@ -88,6 +91,7 @@ def convert_file(
             has_standard_error=reader.header.has_standard_error and not dropped,
         )
         with (
+            numbering(reader.path, header.number),
             target.create(header, overwrite=overwrite) as writer,
             closing(reader.frames(indices.start, indices.stop, indices.step)) as read,
         ):
@@ -121,19 +125,23 @@ def _convert_clouds(
     for file in outputs:
         check_output(file, overwrite, ".ply", inputs=clouds)
     n_points, pairs = 0, zip(clouds, outputs, strict=True)
-    for source, file in tracked(pairs, len(outputs), "converting", progress):
-        with files.naming(source):
-            scan, said = read_points(source)
-            size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
-            own = Header(no_faces, 1, size, scan.points.dtype, **said._asdict())
-            conversion, _ = changes.of(own)
-            points, normals = conversion.moved(scan.points), scan.normals
-        if normals is not None:
-            normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
-        made, header = PointScan(points, normals, None), conversion.header
-        with new_output(file, overwrite, ".ply") as hidden:
-            write_ply(hidden, made, header.metres_per_unit, header.up_axis)
-        n_points += size
+    with making(output) as hidden:
+        for source, file in tracked(pairs, len(outputs), "converting", progress):
+            with files.naming(source):
+                scan, said = read_points(source)
+                size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
+                own = Header(no_faces, 1, size, scan.points.dtype, **said._asdict())
+                conversion, _ = changes.of(own)
+                points, normals = conversion.moved(scan.points), scan.normals
+            if normals is not None:
+                normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
+            made, header = PointScan(points, normals, None), conversion.header
+            write_ply(hidden / file.name, made, header.metres_per_unit, header.up_axis)
+            n_points += size
+        for file in outputs:
+            check_output(file, overwrite, ".ply")  # another process may have written it
+            file.parent.mkdir(exist_ok=True)
+            (hidden / file.name).replace(file)
     return Written(output=output, frames=len(outputs), vertices=n_points // len(outputs))
 
 
@@ -147,7 +155,8 @@ def _clouds_in(path: Path) -> list[Path]:
         found = [file for file in find_files(path, suffix, "lost").files if file is not None]
     except (FileNotFoundError, ValueError):  # which the reader of sequences explains
         return []
-    is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
+    with files.naming(found[0]):
+        is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
     return [] if is_mesh else found
 
 

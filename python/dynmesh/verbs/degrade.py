@@ -19,6 +19,7 @@ from ..degrade.shared import mean_edge_of
 from ..draw.heatmap import likely_up
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
+from ..files.new_output import refuse_inputs
 from ..files.times import numbers_of_files
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
@@ -97,7 +98,10 @@ def degrade_file(
         size = _size_of(depth, scan)
         if size is not None:
             require_png()
+            if points != _POINTS:
+                raise InputError("is not for depth images", argument="points", value=points)
         with files.open(path, **(source or {})) as reader:
+            refuse_inputs(Path(output).glob("*"), reader.files)
             upward, guess = _axis(reader, up)
             rig, scans = scanned(
                 reader,
@@ -125,8 +129,9 @@ def degrade_file(
         return OutputReport(output=Path(output), frames=n, remarks=(told, *guess))
     for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
         if value != usual:
-            told = "is for `scan` and `depth`; of a sequence, `camera` keeps what cameras see"
-            raise InputError(told, argument=name, value=value)
+            raise InputError("is for scans alone", argument=name, value=value)
+    if up is not None and camera is None:
+        raise InputError("is for `camera` and scans alone", argument="up", value=up)
     others = {"camera": camera, "noise": noise}
     losses = asked | {name: given for name, given in others.items() if given is not None}
     if not losses:
@@ -147,19 +152,22 @@ def _degrade(
     """Writes a sequence with fewer vertices, and says what is left."""
     target = files.target_of(files.named_like(reader.path, output))
     target.check(overwrite=overwrite, reader=reader)
-    upward, guess = _axis(reader, up)
+    upward, guess = _axis(reader, up) if "camera" in losses else ((0.0, 0.0, 1.0), ())
     header = replace(reader.header, has_known=True, has_provenance=False, has_standard_error=False)
-    n_known = -reader.n_vertices  # frame 0 is always complete and is not counted
+    n_known = 0  # after frame 0
     with (
         numbering(reader.path, header.number),
         target.create(header, overwrite=overwrite) as writer,
     ):
         frames = degraded(reader, upward, losses, seed)
-        for points, kept in tracked(frames, reader.n_frames, "degrading", progress):
+        read = tracked(frames, reader.n_frames, "degrading", progress)
+        for number, (points, kept) in enumerate(read):
             writer.append(points, kept)
-            n_known += int(kept.sum())
-    left = n_known / max(1, (reader.n_frames - 1) * reader.n_vertices)
-    told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
+            n_known += int(kept.sum()) if number else 0
+    told = []
+    if reader.n_frames > 1:
+        left = n_known / ((reader.n_frames - 1) * reader.n_vertices)
+        told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
     if losses.get("noise"):
         sigma = losses["noise"] * mean_edge_of(frame_at(reader, 0).points, reader.faces)
         told.append(
@@ -168,7 +176,7 @@ def _degrade(
     return OutputReport(
         output=Path(output),
         frames=header.n_frames,
-        remarks=(*told, *(guess if "camera" in losses else ()), *writer.remarks),
+        remarks=(*told, *guess, *writer.remarks),
     )
 
 

@@ -142,7 +142,7 @@ def evaluate(
         rms=float(np.mean([errors.rms for errors in counted])),
         p99=float(np.mean([errors.p99 for errors in counted])),
         maximum=max(errors.maximum for errors in counted),
-        frames=len(each),
+        frames=len(counted),
         bounding_box_diagonal=unit,
         calibration=calibration,
         each=tuple(each),

@@ -122,18 +122,18 @@ def register_file(
     if remove_planes and scale:
         told = "is not possible with scale, as the size of the template is not known"
         raise InputError(told, argument="remove_planes", value=True)
-    check_integer("threads", threads, 1)
+    check_integer("threads", threads, 1, 256)
     if page is not None:
         require_page(scans=True)
     target = files.target_of(output)
     marked = [] if landmarks is None else [Path(landmarks)]
-    inputs = [Path(template), Path(scan), *marked]
-    target.check(overwrite=overwrite, others=filter(Path.exists, inputs))
+    target.check(overwrite=overwrite)
     if page is not None:
         check_output(Path(page), overwrite, ".html")
     reader = open_single(Path(scan), cameras)
     marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
     with _opened(template) as mesh:
+        target.check(overwrite=overwrite, others=[*mesh.files, *reader.files, *marked])
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan

@@ -21,6 +21,7 @@ def rig(
     template: What[PathLike | None] = None,
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
+    template_unit: What[float | str | None] = None,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
 ) -> RigReport:
@@ -36,6 +37,7 @@ def rig(
         cameras: the file of the cameras; else, `cameras.json` beside the scans.
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.
+        template_unit: the unit of length of a template whose file states none.
         page: an HTML file to write that shows the cameras, what they see, and the template.
         overwrite: whether to replace existing outputs.
 
@@ -52,7 +54,7 @@ def rig(
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = judge_rig(path, stated, template, scan_unit)
+    found = judge_rig(path, stated, template, scan_unit, template_unit)
     found = replace(found, reason="" if found.quality == "good" else found.told)
     if output is not None and found.rig is None:
         no_correction = f"{output} is not written, as no correction is known"

@@ -84,8 +84,12 @@ def view(
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
+    for name, value in (("cameras", cameras), ("scan_unit", scan_unit)):
+        if value is not None and scans is None:
+            raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
-        _check_pick(pick, scans, {"reference": reference, "input": input, "colour": colour})
+        others = {"reference": reference, "input": input, "colour": colour}
+        _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
     if scans is not None and not isinstance(scans, ScanReader):
         if pick is not None and Path(scans).is_file():
             scans = open_single(Path(scans), cameras)

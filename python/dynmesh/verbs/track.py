@@ -39,7 +39,8 @@ class TrackFileReport(OutputReport):
 
     Attributes:
         quality: "good"; "doubtful" if the share of far points is above 0.02, a camera is suspected,
-            or the registration is doubtful; "ruined", which is probable, above 0.05.
+            hardly anything was measured of most frames, or the registration is doubtful; "ruined",
+            which is probable, above 0.05.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -100,8 +101,8 @@ class TrackFileReport(OutputReport):
             if self.quality == "good" and self.far is not None:
                 yield f"good; {self.far:.2%} of the points are far from the mesh"
             yield (
-                f"{self.frames} frames tracked in {1e3 * self.seconds_per_frame:.3g} ms each "
-                f"(median); {100 * self.observed:.3g} % of the vertices were seen"
+                f"{self.frames - self.empty} frames tracked in "
+                f"{1e3 * self.seconds_per_frame:.3g} ms each (median); {100 * self.observed:.3g} % of the vertices were seen"
             )
         if self.recovered:
             yield (
@@ -223,7 +224,7 @@ def track_file(
             target.create(header, overwrite=overwrite) as writer,
             files.naming(Path(scans)),
         ):
-            at = placed_in(reader, mesh, room, units, marks, look)
+            at = placed_in(reader, mesh, room, units, marks, look, threads)
             with learnt.naming():
                 tracker = Tracker(
                     mesh.faces,
@@ -253,7 +254,7 @@ def track_file(
         quality=fits.quality,
         reason=fits.reason,
         remarks=(
-            *([at.sizes] if at.sizes else []),
+            *([at.remark] if at.remark else []),
             *writer.remarks,
             *fits.remarks,
         ),

@@ -24,9 +24,13 @@ _TABLES = {
     "nothing": ("", "nothing.csv:", "'input' or 'scans' or 'scan'"),
     "too_few": ("input,output\n\nbody.npz\n", "too_few.csv: line 3"),
     "unclosed": ('input,output\nbody.npz,"new.npz\n', "unclosed.csv:"),
+    "overwrites": ("input,output,overwrite\nbody.npz,new.npz,yes\n", "line 1: overwrite:"),
     "semicolons": ("input;output\nbody.npz;new.npz\n", "semicolons.csv:", "'input'"),
 }  # fmt: skip
 """What is in a table of jobs, and what is said of it."""
+
+_COORDINATES = "".join(f"property float {name}\n" for name in "xyz")
+_PLY = f"ply\nformat ascii 1.0\nelement vertex 1\n{_COORDINATES}end_header\n"
 
 
 def prepare(world: World) -> None:
@@ -61,6 +65,13 @@ def prepare(world: World) -> None:
     four = replace(world.sequence, vertices=np.stack([world.vertices] * 4))
     dynmesh.write(folder / "gap" / "f_%04d.obj", four)
     (folder / "gap" / "f_0002.obj").unlink()
+    dynmesh.write(folder / "seq" / "frame_%04d.ply", world.sequence)
+    arrays = {"vertices": world.sequence.vertices, "faces": world.faces + 99}
+    np.savez(folder / "far_faces.npz", **arrays)
+    (folder / "clouds").mkdir()
+    for name, text in {"clouds/a_0.xyz": "0 0 0\n", "clouds/a_1.xyz": "0 x 0\n"}.items():
+        (folder / name).write_text(text)
+    (folder / "foo.ply").write_text(f"{_PLY}foo 0 0\n")
 
 
 def dynmesh_command(*arguments: str) -> None:
@@ -109,6 +120,7 @@ _PICTURE = "picture body.npz -o new.png"
 shell = [
     refused("info none.npz", "none.npz:", "No such file"),
     refused("info gap", "gap: f_0002.obj is missing", "add it"),
+    refused("info far_faces.npz", "far_faces.npz: faces:"),
     misused("complete two.usda new.usda", "two.usda:", "--prim", "/one, /two"),
     misused("info body.npz other.npz", "other.npz", "put patterns in quotes"),
     refused("complete no* new.npz", "no*:", "no suffix"),
@@ -118,14 +130,26 @@ shell = [
     misused(f"{_COMPLETE} --method lsm", "--method", "'lsm'"),
     misused(f"{_COMPLETE} --noise -1", "--noise:", "not -1"),
     misused(f"{_COMPLETE} --method motion --reject-outliers", "--reject-outliers:", "detail"),
+    misused(f"{_COMPLETE} --training body.npz --learn --bidirectional", "--learn:"),
     misused(f"{_COMPLETE} --start -1", "--start:", "no frame -1, only 0 to 2"),
     misused(f"{_CONVERT} --frames 2:9", "body.npz:", "--frames: must be some of 0:3", "2:9"),
     misused(f"{_CONVERT} --frames 2-9", "--frames:", "'2-9'"),
     misused(f"{_CONVERT} --to-up w", "--to-up:", "'w'"),
+    misused(
+        f"{_CONVERT} --unit m --to-unit mm --scale 1e306", "frame 0: --scale: takes points out of"
+    ),
+    refused("convert foo.ply new.npz", "foo.ply: line 8:", "'foo'"),
+    refused("convert clouds new", "clouds/a_1.xyz: line 1:"),
+    misused("convert clouds/a_0.xyz new.ply --output-format obj", "--output-format: must be ply"),
     misused(f"{_COMPLETE} --start half", "--start:", "'half'"),
     misused(f"{_COMPLETE} --speed 3", "--speed"),
     misused(_DEGRADE, "nothing to do"),
-    misused(f"{_DEGRADE} --known 0.5 --cameras 2", "--cameras: is for --scan and --depth"),
+    misused(f"{_DEGRADE} --known 0.5 --cameras 2", "--cameras: is for scans alone"),
+    misused(f"{_DEGRADE} --known 0.5 --up x", "--up: is for --camera and scans alone"),
+    misused("degrade body.npz new --depth 32x24 --points 5", "--points: is not for depth images"),
+    refused("degrade seq seq --scan --overwrite", "seq/frame_0000.ply: is the input"),
+    refused("register seq body.obj seq/frame_0000.ply --overwrite", "frame_0000.ply: is the input"),
+    misused("register seq body.obj new.ply --threads 1000", "--threads: must be from 1 to 256"),
     misused(f"{_DEGRADE} --known 30", "--known", "not 30"),
     misused(f"{_DEGRADE} --known 130%", "--known", "130%"),
     misused(f"{_DEGRADE} --patches third", "--patches", "0.3 or 30%", "third"),
@@ -152,6 +176,7 @@ shell = [
     ),
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
+    misused(f"{_VIEW} --scan-unit mm", "--scan-unit: is that of --scans, which are not given"),
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
     misused(f"{_VIEW} --scans line --pick marks.txt", "--pick:", "marks.txt"),
     misused(f"{_VIEW} --scans line --pick marks.json --colour age", "--colour:"),
