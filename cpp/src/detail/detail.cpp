@@ -102,7 +102,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
   ResidualField directions = find_directions();
   FittedModes found = {.prior_weight = 0};
-  if (fit_.exists()) found = add_modes(directions, generations);
+  if (fit_.exists()) found = add_modes(directions);
   Blend blend = global_blend(directions, mean_edge_);
   // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
   if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b);
@@ -180,10 +180,10 @@ ResidualField Detail::find_directions() {
 }
 
 /// Adds what modes explain of the anchors to the shapes, and to the directions.
-FittedModes Detail::add_modes(ResidualField& directions, const Generations& generations) {
+FittedModes Detail::add_modes(ResidualField& directions) {
   system_.keep_steps(steps_);  // the next solutions overwrite them
   directions.steps = steps_;
-  const FittedModes found = fit_.find(directions, system_, rotations_, generations);
+  const FittedModes found = fit_.find(directions, system_, rotations_);
   const double k = found.prior_weight;
   report_.prior_weight = k;
   report_.prior_share = found.prior_share;

@@ -80,7 +80,7 @@ class Detail final : public Estimator<double> {
   void move_smoothly(Frame previous);
   void fit_rotations(Field positions);
   ResidualField find_directions();
-  FittedModes add_modes(ResidualField& directions, const Generations& generations);
+  FittedModes add_modes(ResidualField& directions);
   double take_step(Field step);
   double take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
   void weigh_anchors();

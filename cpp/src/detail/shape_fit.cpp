@@ -65,11 +65,8 @@ void ShapeFit::begin_at_zero() {
 }
 
 /// h: the known mask, averaged over the cells.
-void ShapeFit::weigh_seen(const Generations& generations) {
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < seen_.size(); ++v) {
-    seen_[v] = generation[v] == Generations::anchor ? 1 : 0;
-  }
+void ShapeFit::weigh_seen(const Anchors& anchors) {
+  for (std::size_t v = 0; v < seen_.size(); ++v) seen_[v] = anchors.is_anchor(v) ? 1 : 0;
   for (int n = 0; n < training_constants.averagings; ++n) {
     for (std::size_t v = 0; v < seen_.size(); ++v) {
       double sum = seen_[v];
@@ -202,7 +199,7 @@ double ShapeFit::prior_weight(const Anchors& anchors) const {
 }
 
 FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
-                           const Rotations& rotations, const Generations& generations) {
+                           const Rotations& rotations) {
   const Anchors& anchors = residuals.anchors;
   if (of_ == Of::rest) {
     step_towards(added_, anchors, system, rotations);
@@ -219,7 +216,7 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
       residuals.rounding * std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
   const bool is_at_rest = energies.with <= rounding;
   if (!is_at_rest && ratio > 0 && std::isfinite(ratio)) {
-    weigh_seen(generations);
+    weigh_seen(anchors);
     rotations.turn_back(left_, left_);
     modes_.project(left_, gradient_, seen_, squares_, workers_);
     penalize(ratio);

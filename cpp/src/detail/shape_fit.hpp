@@ -12,7 +12,6 @@
 #include "detail/rotations.hpp"
 #include "detail/shape_library.hpp"
 #include "detail/shape_system.hpp"
-#include "mesh/generations.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -63,8 +62,7 @@ class ShapeFit {
   [[nodiscard]] const Modes& modes() const { return modes_; }
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
   /// Fits a to the residuals. `rotations` are those of the residuals.
-  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations,
-                   const Generations& generations);
+  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations);
   /// B a, and what it changes in the last frame.
   [[nodiscard]] const AddedShape& added() const { return added_; }
   /// Lets m_first + `p` take the place of m_first, or m + `p` that of m.
@@ -95,7 +93,7 @@ class ShapeFit {
   void begin();
   void begin_at_zero();
   Energies measure(const ResidualField& residuals);
-  void weigh_seen(const Generations& generations);
+  void weigh_seen(const Anchors& anchors);
   void penalize(double ratio);
   [[nodiscard]] double expected(std::size_t coefficient) const;
   double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);

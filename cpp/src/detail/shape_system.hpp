@@ -48,6 +48,9 @@ struct Anchors {
     return are_planes() ? dot(normals[v], x) * normals[v] : x;
   }
   [[nodiscard]] bool any_solved() const { return n_solved > 0; }
+  [[nodiscard]] bool is_anchor(std::size_t v) const {
+    return are_noisy() ? weights[v] > 0 : counts[v] > 0 && is_solved[v] == 0;
+  }
 
   /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.
   void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<double>> points,

@@ -48,7 +48,6 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                       find_ties(topology, first_frame, mean_edge, constants), first_frame,
                       rotations_.clusters(), workers),
       pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
-      remembered_(rotations_.quaternions().begin(), rotations_.quaternions().end()),
       anchors_(first_frame.size(), true),
       wanted_(first_frame.size()),
       turned_(first_frame.size()),
@@ -56,11 +55,24 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
       planes_(first_frame.size()),
       forces_(first_frame.size()) {
   system_.take_planes(constants.steps);
+  keep();
+}
+
+/// They are always as many, so this allocates, and can throw, in the constructor only.
+void NonrigidStep::keep() {
+  remembered_.clear();
+  fields(*this, [&](const auto& visited) {
+    const auto numbers = numbers_of(visited);
+    remembered_.insert(remembered_.end(), numbers.begin(), numbers.end());
+  });
 }
 
 void NonrigidStep::begin_frame() {
-  std::ranges::copy(remembered_, rotations_.quaternions().begin());
-  rest_.begin_frame();
+  auto number = remembered_.begin();
+  fields(*this, [&](auto&& visited) {
+    for (double& x : numbers_of(visited)) x = *number++;
+  });
+  rest_.recall();
 }
 
 bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
@@ -134,7 +146,7 @@ void NonrigidStep::fit_modes(std::span<const SurfaceRow> rows, double mode_weigh
   observe_planes(rows, x);
   for (double& weight : anchors_.weights) weight *= mode_weights;
   system_.factorize(anchors_);
-  rest_.fit({x, shape_, anchors_, rounding_.mean_square(x)}, system_, rotations_);
+  rest_.fit(x, shape_, anchors_, rounding_.mean_square(x), system_, rotations_);
 }
 
 void NonrigidStep::keep_rows(std::span<const SurfaceRow> rows, Field x) {
@@ -159,8 +171,7 @@ void NonrigidStep::measure_errors(const Generations& generations, Field x, doubl
 
 void NonrigidStep::remember(Field completed) {
   rotations_.fit(completed);
-  std::ranges::copy(rotations_.quaternions(), remembered_.begin());
-  rest_.remember();
+  keep();
   find_shape(completed);
 }
 
@@ -170,16 +181,15 @@ void NonrigidStep::find_shape(Field frame) {
 }
 
 void NonrigidStep::write_memory(Writer& writer) const {
-  write_fields(writer, *this);
+  writer.write(std::span<const double>(remembered_));
   error_bars_.write_memory(writer);
 }
 
 void NonrigidStep::read_memory(Reader& reader, Field last) {
-  read_fields(reader, *this);
+  reader.read_finite(std::span(remembered_));
   error_bars_.read_memory(reader);
-  check_stored(remembered_);
-  rest_.recall();
   begin_frame();
+  check_stored(rotations_.quaternions());
   find_shape(last);
 }
 

@@ -68,19 +68,20 @@ class NonrigidStep {
   [[nodiscard]] const Rotations& rotations() const { return rotations_; }
   [[nodiscard]] const ErrorBars& error_bars() const { return error_bars_; }
 
-  /// What later frames depend on, beside frame 0, the last frame and the error bars, which write
-  /// themselves.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto& q : self.remembered_) visit(std::span(&q.w, 4));
-    RestShape::fields(self.rest_, visit);
-  }
+  /// What later frames depend on, beside frame 0 and the last frame.
   void write_memory(Writer& writer) const;
   /// Reads what `write_memory` wrote, with the last frame. Refuses other numbers, and is of no use
   /// then.
   void read_memory(Reader& reader, Field last);
 
  private:
+  /// What a frame changes and `begin_frame` returns to.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
+    RestShape::fields(self.rest_, visit);
+  }
+  void keep();
   void find_forces(Field x);
   void observe_planes(std::span<const SurfaceRow> rows, Field x);
   void fit_modes(std::span<const SurfaceRow> rows, double mode_weights, Field x);
@@ -95,8 +96,8 @@ class NonrigidStep {
   ErrorBars error_bars_;
   Membrane membrane_;
   SurfaceSystem surface_system_;
-  std::vector<double> pulls_;           // (k,) the share of frame 0 in the wanted shape
-  std::vector<Quaternion> remembered_;  // Q of the last frame
+  std::vector<double> pulls_;       // (k,) the share of frame 0 in the wanted shape
+  std::vector<double> remembered_;  // the fields, as of the last frame
 
   // Of the current frame:
   Anchors anchors_;

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "detail/blend.hpp"
+#include "detail/detail_operator.hpp"
 #include "support/geometry.hpp"
+#include "support/stored_numbers.hpp"
 
 namespace dynmesh {
 
@@ -12,65 +14,35 @@ namespace dynmesh {
 // parts as they were, and modes that keep them as well would confirm what was found wrongly.
 RestShape::RestShape(const Cells& cells, Workers& workers, bool is_trained, Modes modes,
                      Field first_shape)
-    : cells_(cells),
-      is_trained_(is_trained),
+    : is_trained_(is_trained),
       fit_(ShapeFit::Of::rest, cells, workers, 0, std::move(modes)),
       first_(first_shape.begin(), first_shape.end()),
-      shape_(first_),
-      generations_(is_trained ? cells.size() : 0),
-      known_(is_trained ? cells.size() : 0),
-      kx_(known_.size()),
-      wanted_(known_.size()),
-      steps_(known_.size()),
-      k_steps_(known_.size()) {
-  std::size_t n = 0;
-  known_fields(*this, [&](const auto& visited) { n += numbers_of(visited).size(); });
-  remembered_.resize(n);
-  remember();
-}
+      shape_(first_) {}
 
-void RestShape::fit(const Surface& surface, ShapeSystem& system, const Rotations& rotations) {
-  const Anchors& anchors = surface.anchors;
+void RestShape::fit(Field x, Field shape, const Anchors& anchors, double rounding,
+                    ShapeSystem& system, const Rotations& rotations) {
   if (!fit_.exists() || anchors.number == 0) return;
-  for (std::size_t v = 0; v < known_.size(); ++v) {
-    known_[v] = anchors.weights[v] > 0 ? 1 : 0;
-    wanted_[v] = {surface.shape[v], first_[v] - surface.shape[v], {}};
-  }
-  generations_.classify(cells_, known_);
-  rotations.turn(wanted_, wanted_);
-  system.apply(surface.x, 1, kx_);
-  system.solve_terms(wanted_, surface.x, kx_, anchors);
-  system.keep_steps(steps_);
-  system.apply(steps_, k_steps_);
-  const ResidualField residuals = {anchors,  surface.x,       kx_, wanted_, steps_,
-                                   k_steps_, surface.rounding};
-  const FittedModes found = fit_.find(residuals, system, rotations, generations_);
+  std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());
+  std::vector<Vector3<double>> kx(x.size());
+  for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {shape[v], first_[v] - shape[v], {}};
+  rotations.turn(wanted, wanted);
+  system.apply(x, 1, kx);
+  system.solve_terms(wanted, x, kx, anchors);
+  system.keep_steps(steps);  // the next solutions overwrite them
+  system.apply(steps, k_steps);
+  const FittedModes found =
+      fit_.find({anchors, x, kx, wanted, steps, k_steps, rounding}, system, rotations);
   prior_weight_ = found.prior_weight;
   prior_share_ = found.prior_share;
   set_shape();
 }
 
 void RestShape::recall() {
-  begin_frame();
+  if (!is_trained()) return;
   const auto is_share = [](double x) { return x >= 0 && x <= 1; };
   if (!is_share(prior_weight_) || !is_share(prior_share_)) {
     refuse_state("does not contain a valid rest shape");
   }
-}
-
-void RestShape::remember() {
-  auto number = remembered_.begin();
-  known_fields(*this, [&](const auto& visited) {
-    number = std::ranges::copy(numbers_of(visited), number).out;
-  });
-}
-
-void RestShape::begin_frame() {
-  if (!is_trained()) return;
-  auto number = remembered_.begin();
-  known_fields(*this, [&](auto& visited) {
-    for (double& x : numbers_of(visited)) x = *number++;
-  });
   fit_.recall();
   set_shape();
 }

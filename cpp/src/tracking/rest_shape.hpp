@@ -2,19 +2,15 @@
 /// sequence shows it.
 #pragma once
 
-#include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
 
-#include "detail/detail_operator.hpp"
 #include "detail/modes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_system.hpp"
-#include "mesh/generations.hpp"
-#include "support/stored_numbers.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -40,51 +36,31 @@ class RestShape {
   /// The share of the residual that the modes explain.
   [[nodiscard]] double prior_share() const { return prior_share_; }
 
-  /// The positions X of a frame, its anchors, for which `system` is factored, and what is known of
-  /// its shape.
-  struct Surface {
-    Field x;      ///< (k,)
-    Field shape;  ///< (k,) m, of the last frame
-    const Anchors& anchors;
-    double rounding = 0;  ///< the mean square of rounding errors of a shape
-  };
-  /// Fits the rest shape by what the anchors say. `rotations` are those of X.
-  void fit(const Surface& surface, ShapeSystem& system, const Rotations& rotations);
+  /// Fits the rest shape by what the anchors say of the positions X of a frame. (k,) `shape` is m,
+  /// that of the last frame, and `rounding` the mean square of rounding errors of a shape. `system`
+  /// is factored for the anchors, `rotations` are those of X.
+  void fit(Field x, Field shape, const Anchors& anchors, double rounding, ShapeSystem& system,
+           const Rotations& rotations);
 
-  /// What later frames depend on, as of the last `remember`. Call `recall` after reading it.
+  /// What later frames depend on. Call `recall` after other numbers took its place.
   template <class Self, class Visit>
   static void fields(Self& self, const Visit& visit) {
-    visit(self.remembered_);
-  }
-  void recall();
-
-  /// Keeps what is known after a frame, and returns to it. Neither throws.
-  void remember();
-  void begin_frame();
-
- private:
-  template <class Self, class Visit>
-  static void known_fields(Self& self, const Visit& visit) {
     if (!self.is_trained()) return;
     visit(self.prior_weight_);
     visit(self.prior_share_);
     ShapeFit::fields(self.fit_, visit);
   }
+  void recall();
+
+ private:
   void set_shape();
 
-  const Cells& cells_;
   bool is_trained_;
   ShapeFit fit_;
   double prior_weight_ = 0;
   double prior_share_ = 0;
-  std::vector<double> remembered_;      // what was known after the last frame
   std::vector<Vector3<double>> first_;  // m_first
   std::vector<Vector3<double>> shape_;
-  // With training:
-  Generations generations_;
-  std::vector<std::uint8_t> known_;
-  std::vector<Vector3<double>> kx_;
-  std::vector<ShapeTerms> wanted_, steps_, k_steps_;
 };
 
 }  // namespace dynmesh
