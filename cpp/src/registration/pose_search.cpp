@@ -218,7 +218,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
 /// The share of the points that are farther from the surface than their noise.
 double PoseSearch::unexplained_share(double far_share) const {
   std::vector<double> distances;
-  fine_.matches().for_each_near(fine_.constants().far_distance, [&](const Place& place) {
+  fine_.matches().for_each_near([&](const Place& place) {
     distances.push_back(std::sqrt(place.squared) / fine_.mean_edge());
   });
   if (distances.empty()) return 1;

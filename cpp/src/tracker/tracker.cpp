@@ -39,9 +39,8 @@ void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found
   const double far_share = found.agreements.all.far_share;
   const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
                           static_cast<double>(found.observed.size());
-  const TrackingConstants& constants = surface.constants();
-  if (!(far_share > constants.most_far_at_first)) return;
-  if (!(observed < constants.least_observed_at_first)) return;
+  const bool are_most_far = far_share > 0.5;  // false without points: the share is NaN
+  if (!are_most_far || !(observed < surface.constants().least_observed_at_first)) return;
   const auto distance = std::sqrt(squared_norm(median_of(scan.points) - median_of(surface.last())));
   refuse("points", "the template is far from the first scan: it is more than a mean edge from ",
          to_text(100 * far_share, 3), " % of the points, and their middles are ",

@@ -11,12 +11,14 @@ struct TrackingConstants {
   /// (the heavy ball, Polyak 1964).
   double prediction = 0.6;
 
-  /// How often at most the whole surface is moved rigidly before it bends, and the distance at
-  /// which a point counts half there.
+  /// A distance below which nothing matters: the surface lies still if a rigid step moves no vertex
+  /// farther, a place that agrees with its point is near enough to need no search of the whole
+  /// surface, and points that are nearer than this count at least a quarter.
+  double resolution = 0.3;
+
+  /// How often at most the whole surface is moved rigidly before it bends. A point at half the
+  /// radius counts half there.
   int rigid_steps = 6;
-  double rigid_scale = 4;
-  /// It lies still where a step moves no vertex farther.
-  double rigid_rest = 0.3;
 
   /// How often points are matched: so often at least, and so many times more for each mean edge
   /// within which this share of the vertices has a point at first; and at most, as always with
@@ -45,15 +47,11 @@ struct TrackingConstants {
   double weight_growth = 2.2;
   double first_weight = 0.05;
   double cloth_weights = 60;
-  /// How near a place must be, and agree with its point, to be taken for the nearest one without a
-  /// search of the whole surface.
-  double walked = 0.3;
   /// How far from the surface points are matched.
   double radius = 8;
   /// A point counts a quarter at so many times the median of the distances of the vertices around
-  /// it from their nearest points, within these bounds.
+  /// it from their nearest points, at least at the resolution and at most at `largest_scale`.
   double usual_distances = 6;
-  double least_scale = 0.3;
   double largest_scale = 1.5;
   /// The least cosine between the normal of a point and that of the surface at its place. A point
   /// that is farther than `near` looks for a place that agrees if the nearest one does not, and
@@ -85,20 +83,16 @@ struct TrackingConstants {
   /// and components whose points have a smaller sum of weights are not drawn to them.
   std::size_t fewest = 12;
 
-  /// A measured point is far from the surface beyond this, and vertices of triangles that are
-  /// nearer to one are observed.
-  double far_distance = 1;
-  /// It is stray, and of no surface, if the so manyth nearest of all points around it is at
-  /// least so many times farther from it than usual.
+  /// A point that is far from the surface is stray, and of no surface, if the so manyth nearest of
+  /// all points around it is at least so many times farther from it than usual.
   int stray_neighbours = 4;
   double stray_spacing = 2;
   /// The normal of a point whose direction is undecided disagrees with the surface below this
   /// cosine; others do if they are on its other side.
   double least_undecided_cosine = 0.3;
 
-  /// A first scan is refused if a larger share of its points is far, and a smaller one of the
-  /// vertices is observed.
-  double most_far_at_first = 0.5;
+  /// A first scan is refused if most of its points are far, and a smaller share of the vertices is
+  /// observed.
   double least_observed_at_first = 0.1;
   /// A frame of which a larger share of the points is far from the surface is lost, and the number
   /// of frames of which at most one is registered anew for that.

@@ -267,7 +267,7 @@ std::vector<double> Matches::usual_distances() const {
     while (bin < n_bins && left > around[bin]) left -= around[bin++];
     const double in_bin = around[bin] > 0 ? left / around[bin] : 0;
     const double median = width * (static_cast<double>(bin) + in_bin);
-    usual[c] = std::clamp(constants_.usual_distances * median, constants_.least_scale,
+    usual[c] = std::clamp(constants_.usual_distances * median, constants_.resolution,
                           constants_.largest_scale);
   }
   return usual;
@@ -287,12 +287,11 @@ void Matches::follow(Field x) {
 }
 
 double Matches::distance_of_far() const {
-  const double squared_far = std::pow(constants_.far_distance * mean_edge_, 2);
   const double squared_widest = std::pow(constants_.radius * mean_edge_, 2);
   double sum = 0;
   double n = 0;
   for (const Place& place : found_) {
-    if (place.squared <= squared_far) continue;
+    if (!is_far(place)) continue;
     sum += std::min(place.squared, squared_widest);
     n += 1;
   }
@@ -303,9 +302,8 @@ Agreements Matches::agreements() const {
   const PointScan& scan = *measurement_;
   std::vector<Place> places(found_.size());
   for (std::size_t i = 0; i < found_.size(); ++i) places[order_[i]] = found_[i];
-  const double squared_far = std::pow(constants_.far_distance * mean_edge_, 2);
   std::vector<std::uint8_t> is_near;
-  for (const Place& place : places) is_near.push_back(place.squared <= squared_far ? 1 : 0);
+  for (const Place& place : places) is_near.push_back(is_far(place) ? 0 : 1);
   const auto agrees = [&](std::size_t i) {
     const auto corner = places[i].nearest_corner();
     const double cosine = dot(scan.normals[i], normals_[corner]);

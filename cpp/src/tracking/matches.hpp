@@ -64,11 +64,11 @@ class Matches {
 
   /// Lets the nearest places of the points, whatever their normals, follow X without a search.
   void follow(Field x);
-  /// Visits those that are so near, in mean edges, and whose normals agree.
+  /// Visits those that are not far from their points, and whose normals agree.
   template <class Visit>
-  void for_each_near(double within, const Visit& visit) const {
+  void for_each_near(const Visit& visit) const {
     for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (found_[i].squared > within * within * mean_edge_ * mean_edge_) continue;
+      if (is_far(found_[i])) continue;
       if (squared_norm(agreeing_normal(found_[i], i)) > 0) visit(found_[i]);
     }
   }
@@ -81,6 +81,11 @@ class Matches {
   [[nodiscard]] Agreements agreements() const;
 
  private:
+  /// Whether its point is far from the surface: more than one mean edge, as reports promise. Nearer
+  /// points that agree tell which vertices are observed.
+  [[nodiscard]] bool is_far(const Place& place) const {
+    return place.squared > mean_edge_ * mean_edge_;
+  }
   [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
   void find_normals(Field x);
   /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.

@@ -77,12 +77,12 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
 /// the farther the points are, the more slowly their weight grows.
 int SurfaceTracking::approach() {
   const Search search = {
-      .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.rigid_scale};
+      .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.radius / 2};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (is_all_cloth_ || rows.size() < constants_.fewest) break;
-    if (move_by(fit_to_planes(rows, x_), x_) < constants_.rigid_rest * mean_edge_) break;
+    if (move_by(fit_to_planes(rows, x_), x_) < constants_.resolution * mean_edge_) break;
   }
   if (any_cloth_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
@@ -97,7 +97,7 @@ bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
   const double weight = std::max(
       constants_.first_weight, constants_.last_weight * std::pow(constants_.weight_growth, -left));
   const Matches::Rows& rows =
-      matches_.find(x_, {.walked = constants_.walked,
+      matches_.find(x_, {.walked = constants_.resolution,
                          .weight = weight,
                          .cloth_weight = constants_.cloth_weights * weight,
                          .has_arrived = left < constants_.final_iterations,
@@ -114,7 +114,7 @@ bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
 SurfaceTracking::Found SurfaceTracking::observe() {
   matches_.follow(x_);
   std::ranges::fill(observed_, std::uint8_t{0});
-  matches_.for_each_near(constants_.far_distance, [&](const Place& place) {
+  matches_.for_each_near([&](const Place& place) {
     for (std::size_t s = 0; s < 3; ++s) {
       if (place.shares[s] > 0) observed_[place.corners[s]] = 1;
     }
@@ -137,7 +137,7 @@ void SurfaceTracking::place(Field frame, bool has_own_shape) {
 SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
   std::ranges::copy(last_, x_.begin());
   matches_.begin(measurement);
-  matches_.find(x_, {.scale = constants_.rigid_scale});
+  matches_.find(x_, {.scale = constants_.radius / 2});
   return observe();
 }
 
