@@ -397,6 +397,10 @@ TEST_CASE("C refuses what a tracker cannot use") {
   refused.with_nulls(dynmesh_register, {"request", "vertices", nullptr, nullptr, nullptr}, &request,
                      &out, nullptr, nullptr, nullptr);
   refused({"template:", "null pointer"}, registered([](auto& r) { r.positions = nullptr; }));
+  refused({"faces:", "null pointer"}, registered([](auto& r) { r.faces = nullptr; }));
+  refused({"faces:", "is empty"}, registered([](auto& r) { r.n_faces = 0; }));
+  refused({"faces:", "4611686018427387904"},
+          registered([](auto& r) { r.n_faces = std::int64_t{1} << 62; }));
   refused({"points:", "null pointer"}, registered([](auto& r) { r.points = nullptr; }));
   refused({"points:", "type"}, registered([&](auto& r) { r.points = &given.single; }));
   refused({"landmark_vertices:", "null pointer"},

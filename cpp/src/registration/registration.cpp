@@ -83,8 +83,8 @@ class Work {
        const RegistrationSettings& settings, const Training<Real>* training)
       : settings_(settings), workers_(checked(settings).threads, task_sharing_of_tracking()) {
     template_.frame = widened(first_frame_of(positions, "template"));
-    template_.faces = triangles_of(faces);
     topology_ = topology_of(faces, positions.count);
+    template_.faces = triangles_of(faces);
     check_landmarks(landmarks, positions.count);
     for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
       targets_.add(landmarks.vertices[i], in_double(row(landmarks.positions, i)));
