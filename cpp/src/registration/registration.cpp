@@ -5,6 +5,7 @@
 
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
+#include "registration/rigid_starts.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
@@ -19,29 +20,32 @@ namespace {
 
 /// Refuses landmarks that contradict each other, or are not of a template with this many vertices.
 template <class Real>
-void check_landmarks(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
+Targets targets_of(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
   if (landmarks.positions.count != landmarks.vertices.size()) {
     refuse("landmarks", "there are ", landmarks.vertices.size(), " vertices, but ",
            landmarks.positions.count, " positions");
   }
   check_scan("landmarks", landmarks.positions);
-  const auto position = [&](std::size_t i) { return row(landmarks.positions, i); };
+  Targets targets;
   for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
     const Index vertex = landmarks.vertices[i];
+    const auto position = in_double(row(landmarks.positions, i));
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
       refuse("landmarks", "landmark ", i, " is of vertex ", vertex, ", but the template has ",
              n_vertices, " vertices, counted from 0");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      const Index other = landmarks.vertices[j];
+      const Index other = targets.vertices[j];
       const auto both = joined("landmarks ", j, " and ", i, " contradict each other: ");
       if (other == vertex) refuse("landmarks", both, "both are of vertex ", vertex);
-      if (squared_norm(position(i) - position(j)) == 0) {
+      if (squared_norm(position - targets.positions[j]) == 0) {
         refuse("landmarks", both, "vertices ", other, " and ", vertex, " are both at ",
-               to_text(position(i)));
+               to_text(position));
       }
     }
+    targets.add(vertex, position);
   }
+  return targets;
 }
 
 /// Refuses positions that are farther outside the box around a scan than a template of this size
@@ -60,113 +64,95 @@ void check_places(std::span<const Vector3<double>> positions, const PointScan& s
   }
 }
 
-/// A scan in another unit.
-PointScan scaled_scan(const PointScan& scan, double factor) {
-  const auto multiplied = [&](std::vector<Vector3<double>> points) {
-    for (auto& point : points) point = factor * point;
-    return points;
-  };
-  PointScan scaled;
-  scaled.points = multiplied(scan.points);
-  scaled.normals = scan.normals;
-  scaled.undecided = scan.undecided;
-  scaled.sensors = multiplied(scan.sensors);
-  scaled.sensor_numbers = scan.sensor_numbers;
-  return scaled;
+/// How many times as large as a template a scan is. Refuses scans and targets of another unit or
+/// place, and too few points.
+double checked_ratio(const PointScan& scan, const Targets& targets,
+                     std::span<const Vector3<double>> frame, bool scale) {
+  if (scan.size() < TrackingConstants{}.fewest) {
+    refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
+           TrackingConstants{}.fewest);
+  }
+  const double size = size_of(frame);
+  const double ratio = size > 0 ? size_of(scan.points) / size : 1;
+  if (!(ratio > 0) || !std::isfinite(ratio)) {
+    refuse("points", "all are at the same position, as far as can be computed");
+  }
+  const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
+  if (is_other_unit && !scale) {
+    refuse("points", "are ", to_text(ratio, 4), " times as large as the template; both must be ",
+           "in the same unit of length, unless scale is set");
+  }
+  check_places(targets.positions, scan, scale ? ratio * size : size);
+  return ratio;
 }
 
-/// A template and how it is registered.
+/// A scan in another unit.
+PointScan scaled(const PointScan& scan, double factor) {
+  PointScan other = sample_scan(scan, scan.size());  // all of it
+  for (auto& point : other.points) point = factor * point;
+  for (auto& sensor : other.sensors) sensor = factor * sensor;
+  other.sensor_numbers = scan.sensor_numbers;
+  return other;
+}
+
+Targets scaled(Targets targets, double factor) {
+  for (auto& position : targets.positions) position = factor * position;
+  return targets;
+}
+
+/// `unit` is the length of that of the template in that of the scan.
 template <class Real>
-class Work {
- public:
-  Work(Faces faces, Points<const Real> positions, const Landmarks<Real>& landmarks,
-       const RegistrationSettings& settings, const Training<Real>* training)
-      : settings_(settings), workers_(checked(settings).threads, task_sharing_of_tracking()) {
-    template_.frame = widened(first_frame_of(positions, "template"));
-    topology_ = topology_of(faces, positions.count);
-    template_.faces = triangles_of(faces);
-    check_landmarks(landmarks, positions.count);
-    for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
-      targets_.add(landmarks.vertices[i], in_double(row(landmarks.positions, i)));
-    }
-    template_.training = frames_of(training, positions);
+Registration<Real> registration_of(const Pose& pose, double unit) {
+  Registration<Real> result;
+  for (const auto& x : pose.x) {
+    for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(unit * c));
   }
-
-  [[nodiscard]] Workers& workers() { return workers_; }
-  [[nodiscard]] double mean_edge() const {
-    return mean_edge_length<double>(topology_.cells, template_.frame);
+  result.observed = pose.observed;
+  for (const double error : pose.standard_errors) {
+    result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
+                                                      : saturated<Real>(unit * error));
   }
+  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
+  transform = pose.motion.matrix();
+  transform.topRows<3>() *= unit;
+  result.far_share = pose.agreement.far_share;
+  result.unexplained = pose.unexplained;
+  result.stretch = pose.stretch;
+  result.hole = pose.coverage.hole;
+  result.overlap = pose.coverage.overlap;
+  result.distance = unit * pose.agreement.distance;
+  result.rounds = pose.rounds;
+  result.converged = pose.converged;
+  result.quality = pose.quality;
+  return result;
+}
 
-  Registration<Real> run(const PointScan& scan) {
-    if (scan.size() < TrackingConstants{}.fewest) {
-      refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
-             TrackingConstants{}.fewest);
-    }
-    const double size = size_of(template_.frame);
-    const double ratio = size > 0 ? size_of(scan.points) / size : 1;  // of the scan to the template
-    if (!(ratio > 0) || !std::isfinite(ratio)) {
-      refuse("points", "all are at the same position, as far as can be computed");
-    }
-    const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
-    if (is_other_unit && !settings_.scale) {
-      refuse("points", "are ", to_text(ratio, 4), " times as large as the template; both must be ",
-             "in the same unit of length, unless scale is set");
-    }
-    check_places(targets_.positions, scan, settings_.scale ? ratio * size : size);
-    PoseSearch search(template_, topology_, workers_, settings_,
-                      std::numeric_limits<Real>::epsilon());
-    if (!settings_.scale) return registration_of(search.run(scan, targets_), 1);
-    // The search is in the unit of the template.
-    double unit = ratio;
-    for (int i = 0;; ++i) {
-      const PointScan scaled = scaled_scan(scan, 1 / unit);
-      Targets targets = targets_;
-      for (auto& position : targets.positions) position = 1 / unit * position;
-      if (i == registration_constants.scalings)
-        return registration_of(search.run(scaled, targets), unit);
-      unit *= search.growth(scaled, targets);
-    }
+/// `scan_of(workers, mean_edge)` checks and converts the scan.
+template <class Real, class ScanOf>
+Registration<Real> registered(Faces faces, Points<const Real> positions,
+                              const Landmarks<Real>& landmarks,
+                              const RegistrationSettings& settings, const Training<Real>* training,
+                              const ScanOf& scan_of) {
+  check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
+  Workers workers(settings.threads, task_sharing_of_tracking());
+  Template given;
+  given.frame = widened(first_frame_of(positions, "template"));
+  const Topology topology = topology_of(faces, positions.count);
+  given.faces = triangles_of(faces);
+  const Targets targets = targets_of(landmarks, positions.count);
+  given.training = frames_of(training, positions);
+  const PointScan scan = scan_of(workers, mean_edge_length<double>(topology.cells, given.frame));
+  const double ratio = checked_ratio(scan, targets, given.frame, settings.scale);
+
+  PoseSearch search(given, topology, workers, settings, std::numeric_limits<Real>::epsilon());
+  if (!settings.scale) return registration_of<Real>(search.run(scan, targets), 1);
+  // The search is in the unit of the template.
+  double unit = ratio;
+  for (int i = 0; i < registration_constants.scalings; ++i) {
+    unit *= search.growth(scaled(scan, 1 / unit), scaled(targets, 1 / unit));
   }
-
- private:
-  static const RegistrationSettings& checked(const RegistrationSettings& settings) {
-    check_settings(
-        TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
-    return settings;
-  }
-
-  /// `unit` is the length of that of the template in that of the scan.
-  Registration<Real> registration_of(const Pose& pose, double unit) {
-    Registration<Real> result;
-    for (const auto& x : pose.x) {
-      for (const double c : {x.x, x.y, x.z}) result.vertices.push_back(saturated<Real>(unit * c));
-    }
-    result.observed = pose.observed;
-    for (const double error : pose.standard_errors) {
-      result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
-                                                        : saturated<Real>(unit * error));
-    }
-    Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
-    transform = pose.motion.matrix();
-    transform.topRows<3>() *= unit;
-    result.far_share = pose.agreement.far_share;
-    result.unexplained = pose.unexplained;
-    result.stretch = pose.stretch;
-    result.hole = pose.coverage.hole;
-    result.overlap = pose.coverage.overlap;
-    result.distance = unit * pose.agreement.distance;
-    result.rounds = pose.rounds;
-    result.converged = pose.converged;
-    result.quality = pose.quality;
-    return result;
-  }
-
-  RegistrationSettings settings_;
-  Workers workers_;
-  Topology topology_;
-  Template template_;
-  Targets targets_;
-};
+  return registration_of<Real>(search.run(scaled(scan, 1 / unit), scaled(targets, 1 / unit)), unit);
+}
 
 }  // namespace
 
@@ -175,9 +161,11 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Scan<Real>& scan, const Landmarks<Real>& landmarks,
                                      const RegistrationSettings& settings,
                                      const Training<Real>* training) {
-  Work<Real> work(faces, positions, landmarks, settings, training);
-  check_scan(scan);
-  return work.run(point_scan_of(scan, work.workers()));
+  return registered(faces, positions, landmarks, settings, training,
+                    [&](Workers& workers, double /*mean_edge*/) {
+                      check_scan(scan);
+                      return point_scan_of(scan, workers);
+                    });
 }
 
 template <class Real>
@@ -186,11 +174,13 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Landmarks<Real>& landmarks,
                                      const RegistrationSettings& settings,
                                      const Training<Real>* training) {
-  Work<Real> work(faces, positions, landmarks, settings, training);
-  check_depth_images(images);
-  const TrackingConstants constants;
-  return work.run(point_scan_of(images, constants.jump * work.mean_edge(),
-                                constants.pixels_per_vertex * positions.count));
+  constexpr TrackingConstants constants;
+  return registered(faces, positions, landmarks, settings, training,
+                    [&](Workers& /*workers*/, double mean_edge) {
+                      check_depth_images(images);
+                      return point_scan_of(images, constants.jump * mean_edge,
+                                           constants.pixels_per_vertex * positions.count);
+                    });
 }
 
 template Registration<float> register_template(Faces, Points<const float>, const Scan<float>&,
