@@ -25,25 +25,24 @@ Targets targets_of(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
     refuse("landmarks", "there are ", landmarks.vertices.size(), " vertices, but ",
            landmarks.positions.count, " positions");
   }
-  check_scan("landmarks", landmarks.positions);
+  const auto positions = checked_rows("landmarks", landmarks.positions);
   Targets targets;
   for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
     const Index vertex = landmarks.vertices[i];
-    const auto position = in_double(row(landmarks.positions, i));
     if (vertex < 0 || static_cast<std::size_t>(vertex) >= n_vertices) {
       refuse("landmarks", "landmark ", i, " is of vertex ", vertex, ", but the template has ",
              n_vertices, " vertices, counted from 0");
     }
     for (std::size_t j = 0; j < i; ++j) {
-      const Index other = targets.vertices[j];
+      const Index other = landmarks.vertices[j];
       const auto both = joined("landmarks ", j, " and ", i, " contradict each other: ");
       if (other == vertex) refuse("landmarks", both, "both are of vertex ", vertex);
-      if (squared_norm(position - targets.positions[j]) == 0) {
+      if (squared_norm(positions[i] - positions[j]) == 0) {
         refuse("landmarks", both, "vertices ", other, " and ", vertex, " are both at ",
-               to_text(position));
+               to_text(positions[i]));
       }
     }
-    targets.add(vertex, position);
+    targets.add(vertex, positions[i]);
   }
   return targets;
 }
@@ -161,11 +160,9 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Scan<Real>& scan, const Landmarks<Real>& landmarks,
                                      const RegistrationSettings& settings,
                                      const Training<Real>* training) {
-  return registered(faces, positions, landmarks, settings, training,
-                    [&](Workers& workers, double /*mean_edge*/) {
-                      check_scan(scan);
-                      return point_scan_of(scan, workers);
-                    });
+  return registered(
+      faces, positions, landmarks, settings, training,
+      [&](Workers& workers, double /*mean_edge*/) { return point_scan_of(scan, workers); });
 }
 
 template <class Real>

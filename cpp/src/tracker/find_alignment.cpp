@@ -82,15 +82,13 @@ template <class Real>
 Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<const Real> scan) {
   const auto frame = widened(first_frame_of(first_frame));
   const Topology topology = topology_of(faces, frame.size());
-  check_scan("scan", scan);
-  if (scan.count == 0) refuse("scan", "has no points");
+  const auto points = checked_rows("scan", scan);
+  if (points.empty()) refuse("scan", "has no points");
   const auto triangles = triangles_of(faces);
 
   PointScan measured;
-  const std::size_t step = 1 + scan.count / AlignmentConstants().most_points;
-  for (std::size_t i = 0; i < scan.count; i += step) {
-    measured.points.push_back(in_double(row(scan, i)));
-  }
+  const std::size_t step = 1 + points.size() / AlignmentConstants().most_points;
+  for (std::size_t i = 0; i < points.size(); i += step) measured.points.push_back(points[i]);
   Workers alone(1);
   measured.estimate_normals(alone);
   return align(triangles, frame, mean_edge_length<double>(topology.cells, frame), measured);

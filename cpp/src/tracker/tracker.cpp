@@ -304,12 +304,12 @@ void Tracker<Real>::reset(Points<const Real> frame) {
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
   const auto start = Clock::now();
-  check_scan(scan);
+  const PointScan measured = point_scan_of(scan, parts_->mesh->workers);
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
                 {"viewpoints", Extent::of(scan.viewpoints)}});
-  return parts_->track(point_scan_of(scan, parts_->mesh->workers), tracked, start);
+  return parts_->track(measured, tracked, start);
 }
 
 template <class Real>

@@ -1,4 +1,4 @@
-/// Checks and converts positions of scans and templates, and depth images.
+/// Checks and converts scans and depth images.
 #pragma once
 
 #include <algorithm>
@@ -18,63 +18,45 @@
 
 namespace dynmesh {
 
-/// More points than 32-bit indices can count are refused.
+/// Rows in double precision. Refuses more than 32-bit indices can count, and positions that are not
+/// finite.
 template <class Real>
-void check_scan(const char* argument, const Points<const Real>& rows) {
+std::vector<Vector3<double>> checked_rows(const char* argument, const Points<const Real>& rows) {
   if (rows.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     refuse(argument, "has ", rows.count, " rows, more than 32-bit indices can count");
   }
   check_view(argument, rows);
+  std::vector<Vector3<double>> checked;
   for (std::size_t i = 0; i < rows.count; ++i) {
     check_position(argument, "row", i, row(rows, i), "all rows must be finite");
+    checked.push_back(in_double(row(rows, i)));
   }
+  return checked;
 }
 
-template <class Real>
-std::vector<Vector3<double>> rows_in_double(const Points<const Real>& rows) {
-  std::vector<Vector3<double>> copies;
-  for (std::size_t i = 0; i < rows.count; ++i) copies.push_back(in_double(row(rows, i)));
-  return copies;
+/// A normal at unit length. One of length 0 stays 0.
+inline Vector3<double> direction_of(const Vector3<double>& normal) {
+  // Divided by the largest coordinate first, so that squares stay in range.
+  const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
+  if (!(largest > 0)) return normal;
+  const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
+  return (1 / std::sqrt(squared_norm(scaled))) * scaled;
 }
 
-/// Normals at unit length. Those of length 0 stay 0.
-template <class Real>
-std::vector<Vector3<double>> directions_of(const Points<const Real>& normals) {
-  auto directions = rows_in_double(normals);
-  for (auto& normal : directions) {
-    // Divided by the largest coordinate first, so that squares stay in range.
-    const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
-    if (!(largest > 0)) continue;
-    const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
-    normal = (1 / std::sqrt(squared_norm(scaled))) * scaled;
-  }
-  return directions;
-}
-
-/// Checks a scan, whose normals and viewpoints may be missing.
-template <class Real>
-void check_scan(const Scan<Real>& scan) {
-  check_scan("points", scan.points);
-  if (scan.normals.data != nullptr) {
-    if (scan.normals.count != scan.points.count) {
-      refuse("normals", "has ", scan.normals.count, " rows, but points has ", scan.points.count);
-    }
-    check_scan("normals", scan.normals);
-  }
-  check_scan("viewpoints", scan.viewpoints);
-}
-
-/// The points of a scan that has been checked. Normals that are not given are estimated.
+/// Checks and converts a scan, whose normals and viewpoints may be missing. Normals that are not
+/// given are estimated.
 template <class Real>
 PointScan point_scan_of(const Scan<Real>& scan, Workers& workers) {
   PointScan measured;
-  measured.points = rows_in_double(scan.points);
-  measured.sensors = rows_in_double(scan.viewpoints);
-  if (scan.normals.data != nullptr) {
-    measured.normals = directions_of(scan.normals);
-  } else {
-    measured.estimate_normals(workers);
+  measured.points = checked_rows("points", scan.points);
+  const bool has_normals = scan.normals.data != nullptr;
+  if (has_normals && scan.normals.count != scan.points.count) {
+    refuse("normals", "has ", scan.normals.count, " rows, but points has ", scan.points.count);
   }
+  if (has_normals) measured.normals = checked_rows("normals", scan.normals);
+  for (auto& normal : measured.normals) normal = direction_of(normal);
+  measured.sensors = checked_rows("viewpoints", scan.viewpoints);
+  if (!has_normals) measured.estimate_normals(workers);
   return measured;
 }
 
