@@ -174,7 +174,6 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
   constexpr TrackingConstants constants;
   return registered(faces, positions, landmarks, settings, training,
                     [&](Workers& /*workers*/, double mean_edge) {
-                      check_depth_images(images);
                       return point_scan_of(images, constants.jump * mean_edge,
                                            constants.pixels_per_vertex * positions.count);
                     });

@@ -316,7 +316,6 @@ template <class Real>
 TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  check_depth_images(images);
   const TrackingConstants& constants = parts_->surface.constants();
   return parts_->track(point_scan_of(images, constants.jump * parts_->surface.mean_edge(),
                                      constants.pixels_per_vertex * n_vertices()),

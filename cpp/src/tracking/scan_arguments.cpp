@@ -110,34 +110,20 @@ Vector3<double> point_of(const DepthImage& image, const Pixel& pixel) {
          depth * axis(image.pose, 2);
 }
 
-/// The pixels of the same surface around one: itself where there is none on that side.
-struct PixelsAround {
-  Pixel left, right, above, below;
-
-  PixelsAround(const DepthImage& image, const Pixel& pixel, double jump) {
-    const auto [row, column] = pixel;
-    const float here = measured_depth(image, row, column);
-    const auto near = [&](bool is_inside, const Pixel& other) {
-      const float depth = is_inside ? measured_depth(image, other.row, other.column) : 0;
-      const bool is_near = depth > 0 && std::abs(static_cast<double>(depth - here)) <= jump;
-      return is_near ? other : pixel;
-    };
-    left = near(column > 0, {row, column - 1});
-    right = near(column + 1 < image.width, {row, column + 1});
-    above = near(row > 0, {row - 1, column});
-    below = near(row + 1 < image.height, {row + 1, column});
-  }
-
-  [[nodiscard]] bool have_a_plane() const { return left != right && above != below; }
-};
+/// The pixel beside one if it measured the same surface; otherwise that one itself.
+Pixel beside(const DepthImage& image, const Pixel& pixel, const Pixel& other, double jump) {
+  // The row and column before the first are unsigned numbers that have wrapped to beyond the last.
+  if (other.row >= image.height || other.column >= image.width) return pixel;
+  const float here = measured_depth(image, pixel.row, pixel.column);
+  const float there = measured_depth(image, other.row, other.column);
+  const bool is_near = there > 0 && std::abs(static_cast<double>(there - here)) <= jump;
+  return is_near ? other : pixel;
+}
 
 }  // namespace
 
-void check_depth_images(std::span<const DepthImage> images) {
-  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
-}
-
 PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
+  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
   double measured = 0;
   for (const DepthImage& image : images) {
     for (std::size_t r = 0; r < image.height; ++r) {
@@ -154,11 +140,15 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
     for (std::size_t row = 0; row < image.height; row += step) {
       for (std::size_t column = 0; column < image.width; column += step) {
         if (!(measured_depth(image, row, column) > 0)) continue;
-        const PixelsAround around(image, {row, column}, jump);
-        if (!around.have_a_plane()) continue;
-        const auto point = point_of(image, {row, column});
-        const auto normal = cross(point_of(image, around.below) - point_of(image, around.above),
-                                  point_of(image, around.right) - point_of(image, around.left));
+        const Pixel here = {row, column};
+        const Pixel left = beside(image, here, {row, column - 1}, jump);
+        const Pixel right = beside(image, here, {row, column + 1}, jump);
+        const Pixel above = beside(image, here, {row - 1, column}, jump);
+        const Pixel below = beside(image, here, {row + 1, column}, jump);
+        if (left == right || above == below) continue;
+        const auto point = point_of(image, here);
+        const auto normal = cross(point_of(image, below) - point_of(image, above),
+                                  point_of(image, right) - point_of(image, left));
         const double length = std::sqrt(squared_norm(normal));
         const bool is_plane = length > 0 && std::isfinite(length);
         const bool is_away = dot(normal, sensor - point) < 0;

@@ -60,14 +60,13 @@ PointScan point_scan_of(const Scan<Real>& scan, Workers& workers) {
   return measured;
 }
 
+/// The points of the pixels of images. A normal is that of the differences to the neighbouring
+/// pixels of the same surface, which are at most `jump` nearer or farther. A pixel without such a
+/// neighbour in its row or in its column says nothing. If there are more than `most` points, only
+/// every second, third ... row and column counts.
+///
 /// Throws std::invalid_argument, which names the number of an image, unless all intrinsics are
 /// those of a pinhole camera, all poses are rigid, and no depth is negative.
-void check_depth_images(std::span<const DepthImage> images);
-
-/// The points of the pixels of images that have been checked. A normal is that of the differences
-/// to the neighbouring pixels of the same surface, which are at most `jump` nearer or farther. A
-/// pixel without such a neighbour in its row or in its column says nothing. If there are more than
-/// `most` points, only every second, third ... row and column counts.
 PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most);
 
 }  // namespace dynmesh
