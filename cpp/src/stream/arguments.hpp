@@ -1,10 +1,8 @@
 /// Checks the arguments of a completer before anything changes.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
@@ -12,7 +10,6 @@
 #include <initializer_list>
 #include <limits>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -110,12 +107,10 @@ void check_training(const Training<Real>& training, const Points<const Real>& fi
   }
   const double size = size_of(first_frame);
   if (trained <= most * size && size <= most * trained) return;
-  std::array<char, 200> text{};
-  (void)std::snprintf(text.data(), text.size(),
-                      "its size, the root mean square distance from the centre, is %.4g, "
-                      "but that of first_frame is %.4g; both must be in the same unit of length",
-                      trained, size);
-  throw SettingError("training", text.data());
+  throw SettingError("training",
+                     joined("its size, the root mean square distance from the centre, is ",
+                            to_text(trained, 4), ", but that of first_frame is ", to_text(size, 4),
+                            "; both must be in the same unit of length"));
 }
 
 inline Topology topology_of(Faces faces, std::size_t n_vertices) {

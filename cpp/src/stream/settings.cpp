@@ -1,6 +1,4 @@
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <dynmesh/settings.hpp>
 #include <optional>
 
@@ -21,9 +19,7 @@ void check_value(const Setting& setting, const Index& value) {
 
 void check_value(const Setting& setting, const std::optional<double>& value) {
   if (!value || (*value > 0 && std::isfinite(*value))) return;
-  std::array<char, 32> text{};
-  (void)std::snprintf(text.data(), text.size(), "%.9g", *value);
-  throw SettingError(setting.name, joined("must be positive and finite, not ", text.data()));
+  throw SettingError(setting.name, joined("must be positive and finite, not ", to_text(*value)));
 }
 
 }  // namespace

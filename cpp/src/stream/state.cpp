@@ -6,7 +6,6 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/version.hpp>
 #include <optional>
-#include <sstream>
 #include <type_traits>
 #include <utility>
 
@@ -30,8 +29,6 @@ double stored(const Value& value) {
 /// A stored value as it is written in Python. The bytes may hold any number.
 template <class Value>
 std::string text_of(double number) {
-  std::ostringstream text;
-  text.precision(9);
   if constexpr (std::is_enum_v<Value>) {
     const auto& names = names_of<Value>;
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -42,8 +39,7 @@ std::string text_of(double number) {
   } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
     if (number == 0) return "None";
   }
-  text << number;
-  return text.str();
+  return to_text(number);
 }
 
 /// A state can be restored only for a mesh of the same connectivity.
