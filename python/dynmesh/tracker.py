@@ -108,9 +108,10 @@ def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Ali
     motion is found by iterative closest points in position and normal, of which the farthest fifth
     is ignored (Chetverikov et al. 2002), from 64 rotations; points are first drawn to points (Besl
     and McKay 1992), and the best results then to tangent planes (Chen and Medioni 1991). Shapes
-    with symmetries match in several rotations, of which one is returned. At most 1500 points and
-    4000 places of the template are compared, so the time is linear in the size of both, for reading
-    them, plus some tenths of a second. Computes in double precision.
+    with symmetries match in several rotations, of which one is returned. The motion is found from
+    about 1500 points and 3000 places of the template, and its distances from about 1000 and 4000,
+    so the time is linear in the size of both, for reading them, plus some tenths of a second.
+    Computes in double precision.
 
     Args:
         faces: the triangles of the template, (m, 3) integers.

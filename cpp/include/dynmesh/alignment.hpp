@@ -42,9 +42,10 @@ struct Alignment {
 /// which one is returned.
 ///
 /// `faces` are triangles of the template, `first_frame` (k, 3) are its vertices, and `scan` (n, 3)
-/// are points of the surface, both in the same unit of length. At most 1500 points and 4000 places
-/// of the template are compared, evenly chosen by their numbers, so the time is linear in the size
-/// of both, for reading them, plus some tenths of a second. Equal input gives equal results.
+/// are points of the surface, both in the same unit of length. The motion is found from about 1500
+/// of them and 3000 places of the template, and its distances from about 1000 and 4000, so the time
+/// is linear in the size of both, for reading them, plus some tenths of a second. Equal input gives
+/// equal results.
 ///
 /// Throws std::invalid_argument if there are no faces, vertices or points, if a face refers to a
 /// vertex that does not exist, and for a coordinate that is not finite or beyond 1e18 for float or

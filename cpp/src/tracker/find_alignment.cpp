@@ -33,16 +33,9 @@ double distance_of(const PointScan& points, double share, const Motion& motion,
 }
 
 /// How far the surface is from the scan after a motion; see Alignment.
-double distance_between(const PointScan& surface, const Motion& motion, const PointScan& scan,
-                        double seen) {
+double distance_between(const PointScan& surface, const Motion& motion, const PointScan& scan) {
   return std::min(distance_of(scan, 0.5, motion.inverse(), surface),
-                  distance_of(surface, seen, motion, scan));
-}
-
-void store(const Motion& motion, Alignment& found) {
-  using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Map<Matrix>(found.rotation.data()) = motion.linear();
-  Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
+                  distance_of(surface, AlignmentConstants{}.seen, motion, scan));
 }
 
 /// The scan has normals.
@@ -63,14 +56,15 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   found.ratio = size > 0 ? size_of(many.points) / size : 1;
   found.other_unit =
       !(found.ratio < constants.other_unit && found.ratio > 1 / constants.other_unit);
-  const double before = distance_between(surface, Motion::Identity(), many, constants.seen);
+  const double before = distance_between(surface, Motion::Identity(), many);
   found.before = found.after = before / mean_edge;
   found.lies_in_scan = found.matches = before <= within && !found.other_unit;
   if (found.lies_in_scan || found.other_unit) return found;
 
-  const auto starts = rigid_starts(faces, frame, scan);
-  store(starts.front(), found);
-  const double after = distance_between(surface, starts.front(), many, constants.seen);
+  const Motion motion = rigid_starts(faces, frame, scan).front();
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found.rotation.data()) = motion.linear();
+  Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
+  const double after = distance_between(surface, motion, many);
   found.after = after / mean_edge;
   found.matches = after <= std::min(within, far);
   return found;
