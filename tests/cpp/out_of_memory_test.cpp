@@ -131,7 +131,7 @@ void check_every_call(const Subject& subject) {
   }) >= least);
   CHECK(world.leaves_all_as_it_was([&](C& c) { c.skip(world.out()); }) == 0);
   CHECK(world.leaves_all_as_it_was([&](C& c) { c.reset({world.moved.data(), k}); }) >= 2);
-  CHECK(world.leaves_all_as_it_was([&](C& c) { (void)c.state(); }) >= 2);
+  CHECK(world.leaves_all_as_it_was([&](C& c) { (void)c.state(); }) >= 1);
   C other = world.begun();
   world.push(other);
   const auto state = other.state();

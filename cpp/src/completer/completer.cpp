@@ -22,7 +22,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'C'}, "completer"};
+template <class Real>
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'C'}, "completer", sizeof(Real)};
 
 /// Lets a method that computes in double precision estimate frames of single precision. Converts
 /// frames on the way in and out. Allocates memory only in the constructor, beside what the
@@ -148,7 +149,7 @@ struct Completer<Real>::Parts {
 
   /// Writes everything that later frames depend on.
   void write(Writer& writer) const {
-    begin_state(writer, kind, traits());
+    begin_state(writer, kind<Real>, *mesh, settings);
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
@@ -164,10 +165,6 @@ struct Completer<Real>::Parts {
     stream.keep(estimator->standard_error());
     stream.count(report);
     report.standard_error = mean_standard_error();
-  }
-
-  [[nodiscard]] std::vector<Trait> traits() const {
-    return traits_of(kind, sizeof(Real), *mesh, settings);
   }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
@@ -329,7 +326,7 @@ std::vector<std::byte> Completer<Real>::state() const {
 
 template <class Real>
 void Completer<Real>::restore(std::span<const std::byte> state) {
-  Reader reader = open_state(state, state_size(), kind, parts_->traits());
+  Reader reader = open_state(state, state_size(), kind<Real>, *parts_->mesh, settings());
   auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
                                           stored_frame<Real>(reader, n_vertices()));
   restored->read(reader);

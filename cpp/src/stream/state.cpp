@@ -6,8 +6,8 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/version.hpp>
 #include <optional>
+#include <string>
 #include <type_traits>
-#include <utility>
 
 #include "stream/settings_table.hpp"
 #include "support/checks.hpp"
@@ -48,51 +48,51 @@ std::uint64_t hash_of_cells(const Cells& cells) {
          hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
 }
 
-}  // namespace
-
-template <class Settings>
-std::vector<Trait> traits_of(const StateKind& kind, std::size_t real_size, const StreamMesh& mesh,
-                             const Settings& settings) {
-  const char* const name = kind.name;
-  const std::uint64_t n_vertices = mesh.topology.cells.size();
-  const std::uint64_t training = mesh.training_hash;
-  std::vector<Trait> traits;
-  const auto add = [&](std::uint64_t value, std::function<std::string(std::uint64_t)> why) {
-    traits.push_back({value, std::move(why)});
-  };
-  add(real_size, [=](std::uint64_t found) {
-    return joined("has ", 8 * found, "-bit positions, but this ", name, " has ", 8 * real_size,
+/// Calls `visit(value, why)` for each number that must agree between the stream that wrote a state
+/// and the one that reads it. `why(found)` says what is wrong if another value was found.
+template <class Settings, class Visit>
+void for_each_trait(const StateKind& kind, const StreamMesh& mesh, const Settings& settings,
+                    const Visit& visit) {
+  const std::uint64_t real_size = kind.real_size;
+  visit(real_size, [&](std::uint64_t found) {
+    return joined("has ", 8 * found, "-bit positions, but this ", kind.name, " has ", 8 * real_size,
                   "-bit ones");
   });
-  add(n_vertices, [=](std::uint64_t found) {
+  const std::uint64_t n_vertices = mesh.topology.cells.size();
+  visit(n_vertices, [&](std::uint64_t found) {
     return joined("belongs to a mesh of ", found, " vertices, but this mesh has ", n_vertices);
   });
-  add(hash_of_cells(mesh.topology.cells),
-      [](std::uint64_t) { return "of a mesh with other faces"; });
-  add(training, [=](std::uint64_t found) {
-    const auto which = training == 0 ? " with training" : " with another training sequence";
-    return joined("of a ", name, found == 0 ? " without training" : which);
+  visit(hash_of_cells(mesh.topology.cells),
+        [](std::uint64_t) { return "of a mesh with other faces"; });
+  visit(mesh.training_hash, [&](std::uint64_t found) {
+    const auto which =
+        mesh.training_hash == 0 ? " with training" : " with another training sequence";
+    return joined("of a ", kind.name, found == 0 ? " without training" : which);
   });
   for_each_setting<Settings>([&]<class Value>(const Setting& setting, Value Settings::*member,
                                               auto...) {
     if (!setting.is_stored) return;
     // Not as a number: -0 equals 0, but would not be written again.
     const double value = stored(settings.*member);
-    add(std::bit_cast<std::uint64_t>(value), [=](std::uint64_t found) {
-      return joined("of a ", name, " with other settings: ", setting.name, " is ",
+    visit(std::bit_cast<std::uint64_t>(value), [&](std::uint64_t found) {
+      return joined("of a ", kind.name, " with other settings: ", setting.name, " is ",
                     text_of<Value>(std::bit_cast<double>(found)), ", not ", text_of<Value>(value));
     });
   });
-  return traits;
 }
 
-void begin_state(Writer& writer, const StateKind& kind, const std::vector<Trait>& traits) {
+}  // namespace
+
+template <class Settings>
+void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+                 const Settings& settings) {
   writer.write(std::span<const char>(kind.format));
-  for (const Trait& trait : traits) writer.write(trait.value);
+  for_each_trait(kind, mesh, settings, [&](std::uint64_t value, auto) { writer.write(value); });
 }
 
+template <class Settings>
 Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                  const std::vector<Trait>& traits) {
+                  const StreamMesh& mesh, const Settings& settings) {
   Reader reader(state);
   StateFormat format{};
   reader.read(std::span<char>(format));
@@ -104,10 +104,10 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
                  ", but dynmesh " DYNMESH_VERSION " reads format " + kind.format.back() +
                  "; create the " + kind.name + " anew");
   }
-  for (const Trait& trait : traits) {
+  for_each_trait(kind, mesh, settings, [&](std::uint64_t value, const auto& why) {
     const auto found = reader.read<std::uint64_t>();
-    if (found != trait.value) refuse_state(trait.why(found));
-  }
+    if (found != value) refuse_state(why(found));
+  });
   const std::string bytes = joined(state.size(), " bytes");
   if (state.size() < size) refuse_state("truncated: its " + bytes + " are too few");
   if (state.size() > size) refuse_state(joined(state.size() - size, " bytes too long"));
@@ -138,9 +138,11 @@ template std::vector<Vector3<float>> stored_frame(Reader&, std::size_t);
 template std::vector<Vector3<double>> stored_frame(Reader&, std::size_t);
 template void check_stored_frame(const std::vector<Vector3<float>>&);
 template void check_stored_frame(const std::vector<Vector3<double>>&);
-template std::vector<Trait> traits_of(const StateKind&, std::size_t, const StreamMesh&,
-                                      const Settings&);
-template std::vector<Trait> traits_of(const StateKind&, std::size_t, const StreamMesh&,
-                                      const TrackerSettings&);
+template void begin_state(Writer&, const StateKind&, const StreamMesh&, const Settings&);
+template void begin_state(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
+template Reader open_state(std::span<const std::byte>, std::size_t, const StateKind&,
+                           const StreamMesh&, const Settings&);
+template Reader open_state(std::span<const std::byte>, std::size_t, const StateKind&,
+                           const StreamMesh&, const TrackerSettings&);
 
 }  // namespace dynmesh

@@ -7,9 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
-#include <functional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "stream/stream.hpp"
@@ -23,28 +21,21 @@ using StateFormat = std::array<char, 8>;
 /// What a state is of.
 struct StateKind {
   StateFormat format;
-  const char* name;  ///< in messages
+  const char* name;       ///< in messages
+  std::size_t real_size;  ///< of a coordinate, in bytes
 };
 
-/// A number that must agree between the stream that wrote a state and the one that reads it.
-struct Trait {
-  std::uint64_t value;
-  /// What is wrong if another value was found.
-  std::function<std::string(std::uint64_t found)> why;
-};
-
-/// `real_size` is that of a coordinate in bytes. `Settings` are those of a completer or a tracker.
+/// Writes the beginning of a state: its kind, and what the stream that reads it must share.
+/// `Settings` are those of a completer or a tracker.
 template <class Settings>
-std::vector<Trait> traits_of(const StateKind& kind, std::size_t real_size, const StreamMesh& mesh,
-                             const Settings& settings);
+void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+                 const Settings& settings);
 
-/// Writes the beginning of a state.
-void begin_state(Writer& writer, const StateKind& kind, const std::vector<Trait>& traits);
-
-/// Reads it again. Refuses a state of another kind or with other traits, and one that is damaged or
+/// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or
 /// not of `size` bytes.
+template <class Settings>
 Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                  const std::vector<Trait>& traits);
+                  const StreamMesh& mesh, const Settings& settings);
 
 /// Reads a frame. Refuses positions that are not finite, or too large.
 template <class Real>

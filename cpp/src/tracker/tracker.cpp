@@ -30,7 +30,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '9'}, "tracker"};
+template <class Real>
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '9'}, "tracker", sizeof(Real)};
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
@@ -227,7 +228,7 @@ struct Tracker<Real>::Parts {
 
   /// Writes everything that later frames depend on.
   void write(Writer& writer) const {
-    begin_state(writer, kind, traits());
+    begin_state(writer, kind<Real>, *mesh, settings);
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
@@ -251,10 +252,6 @@ struct Tracker<Real>::Parts {
     stream.keep(surface.shape().error_bars().of_vertices());
     stream.count(report);
     report.standard_error = mean_standard_error();
-  }
-
-  [[nodiscard]] std::vector<Trait> traits() const {
-    return traits_of(kind, sizeof(Real), *mesh, settings);
   }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
@@ -392,7 +389,7 @@ std::vector<std::byte> Tracker<Real>::state() const {
 
 template <class Real>
 void Tracker<Real>::restore(std::span<const std::byte> state) {
-  Reader reader = open_state(state, state_size(), kind, parts_->traits());
+  Reader reader = open_state(state, state_size(), kind<Real>, *parts_->mesh, settings());
   auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
                                           stored_frame<Real>(reader, n_vertices()));
   restored->read(reader);
