@@ -170,7 +170,8 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
     batch = ("batch", tmp_path / "jobs.csv", "--overwrite")
     assert "0 done, 1 doubtful" in run(*batch, code=3).stderr
-    assert "1 doubtful of 1 job" in run(*batch, "--quiet", code=3).stderr
+    told = run(*batch, "--quiet", code=3).stderr
+    assert f"1 doubtful of 1 job: {tmp_path / 'batch.npz'}: " in told
 
 
 @pytest.mark.parametrize(

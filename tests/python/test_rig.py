@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -128,6 +129,13 @@ def test_how_far_the_points_are_is_told_where_nothing_explains_it(
     words = ("--template", folder / "body.obj", "--cameras", tmp_path / "wrong.json")
     said = run("rig", folder / "depth", *words, code=3).stdout
     assert min(map(float, re.findall(r"far and (\S+) edges away", said))) > 10
+
+
+def test_a_camera_without_an_image_is_not_judged(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "depth", tmp_path / "depth")
+    (tmp_path / "depth" / "depth_00000_1.png").write_bytes(b"")
+    told = run("rig", tmp_path / "depth", "--template", folder / "body.obj").stdout
+    assert told.endswith("those without an image in it are not judged: 1\n")
 
 
 def test_a_template_without_a_unit_gets_one(folder: Path, tmp_path: Path) -> None:

@@ -37,7 +37,8 @@ namespace dynmesh {
 /// If a call throws any exception, including std::bad_alloc, the completer stays as it was before
 /// the call and nothing is written to `completed`.
 ///
-/// A completer may be used by one thread at a time. Different completers are independent.
+/// A completer may be used by one thread at a time. Different completers are independent. One that
+/// was moved from may only be destroyed or assigned to.
 template <class Real>
 class DYNMESH_EXPORT Completer {
  public:

@@ -105,7 +105,8 @@ struct TrackingReport : FrameReport {
 /// empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
-/// written to `tracked`. A tracker may be used by one thread at a time.
+/// written to `tracked`. A tracker may be used by one thread at a time. One that was moved from may
+/// only be destroyed or assigned to.
 template <class Real>
 class DYNMESH_EXPORT Tracker {
  public:

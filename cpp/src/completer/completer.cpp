@@ -190,7 +190,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
                            const Training<Real>& training) {
   check_settings(settings);
   if (settings.method != Method::detail) {
-    throw SettingError("training", "requires method='detail'");
+    throw SettingError("training", "requires method detail");
   }
   if (settings.learn) {
     throw SettingError("learn",
@@ -304,7 +304,7 @@ std::span<const Index> Completer<Real>::age() const {
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {
-  if (!settings().uncertainty) refuse("standard_error", "requires uncertainty=True");
+  if (!settings().uncertainty) refuse("standard_error", "requires uncertainty");
   return parts_->stream.standard_error;
 }
 template <class Real>

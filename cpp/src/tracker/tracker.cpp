@@ -361,7 +361,7 @@ std::span<const Index> Tracker<Real>::age() const {
 template <class Real>
 std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
-    refuse("standard_error", "requires uncertainty=True");
+    refuse("standard_error", "requires uncertainty");
   }
   return parts_->stream.standard_error;
 }

@@ -305,7 +305,7 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
         told = " and of ".join(f"{name!r} ({f.name})" for name, f in sorted(not_described.items()))
         raise ValueError(
             f"holds images of camera {told}, which the cameras file does not describe; describe "
-            "it there, or name the other images by a pattern such as '*_0.png'"
+            "it there, or move its images elsewhere"
         )
     for file, (name, before) in zip(images, owners, strict=True):
         if name is None:

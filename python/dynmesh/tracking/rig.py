@@ -282,7 +282,9 @@ class RigReport(Report):
         if self.meant is not None:
             return f"{self.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
         if self.rig is not None:
-            return f"the cameras fit: {far}"
+            blind = [one.name for one in self.rig.cameras if one.name not in self.cameras]
+            more = f"; those without an image in it are not judged: {', '.join(blind)}"
+            return f"the cameras fit: {far}{more if blind else ''}"
         wrong = [self.cameras[number] for number in sorted(self.stated.wrong)]
         why = "the cameras or the template's pose, shape or unit are not those of the scan"
         if len(wrong) == 1 < len(self.cameras):

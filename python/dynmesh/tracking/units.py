@@ -14,7 +14,7 @@ from ..sequence import Positions
 _ALIKE = 1.5
 """Sizes that differ by less than this factor need no other unit."""
 
-_EXPLAINED = 1.3
+_EXPLAINED = 1.15
 """Units explain a ratio of sizes up to this factor, as a scan shows a part or other things, too."""
 
 _SUBJECTS = (1e-3, 100.0)

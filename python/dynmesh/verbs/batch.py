@@ -150,9 +150,14 @@ def batch(
         results = tuple(tracked(made, len(rows), "completing", progress))
     found = Counter(one.status for one in results)
     wrong = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
+    told = [
+        f"{one.output}: {one.reason}" for one in results if one.status in ("failed", "doubtful")
+    ]
     return BatchReport(
         quality="failed" if found["failed"] else "doubtful" if found["doubtful"] else "good",
-        reason=f"{' and '.join(wrong)} of {counted(len(results), 'job')}" if wrong else "",
+        reason=f"{' and '.join(wrong)} of {counted(len(results), 'job')}: {'; '.join(told)}"
+        if wrong
+        else "",
         output=table,
         results=results,
     )

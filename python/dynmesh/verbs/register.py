@@ -152,7 +152,9 @@ def register_file(
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 told = "; ".join(filter(None, [str(error), sizes]))
                 raise InputError(told, file=about) from error
-            if sizes and found.quality != "good" and not scale:
+            if scale:
+                sizes = f"the template became {found.growth:.3g} times as large"
+            elif sizes and found.quality != "good":
                 sizes += "; `scale` finds it in any size"
         header = replace(
             mesh.header,

@@ -102,7 +102,8 @@ class TrackFileReport(OutputReport):
                 yield f"good; {self.far:.2%} of the points are far from the mesh"
             yield (
                 f"{self.frames - self.empty} frames tracked in "
-                f"{1e3 * self.seconds_per_frame:.3g} ms each (median); {100 * self.observed:.3g} % of the vertices were seen"
+                f"{1e3 * self.seconds_per_frame:.3g} ms each (median); "
+                f"{100 * self.observed:.3g} % of the vertices were seen"
             )
         if self.recovered:
             yield (

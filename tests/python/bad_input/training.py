@@ -61,7 +61,7 @@ cases = [
     _completer("`training`: a row too few in frame 1", _make(lambda w: [w.vertices, w.vertices[:48]]), ValueError, "training: frame 1:", "48 rows"),
     _completer("`training`: NaN in frame 1", _make(lambda w: [w.vertices, w.with_value(np.nan)]), ValueError, _three, "nan"),
     _completer("`training`: in another unit", _make(lambda w: 1000 * w.sequence.vertices), ValueError, "training: its size", "unit"),
-    _completer("`training` with method motion", _make(lambda w: w.sequence.vertices, method="motion"), ValueError, "training:", "method='detail'"),
+    _completer("`training` with method motion", _make(lambda w: w.sequence.vertices, method="motion"), ValueError, "training:", "method detail"),
     _completer("`training` and `learn=True`", _make(lambda w: w.sequence.vertices, learn=True), ValueError, "learn:", "training"),
     _restore("`state`: of another training sequence", lambda w: _restored(w, w.sequence.vertices), ValueError, "state:", "another training sequence"),
     _restore("`state`: of a completer that learns", lambda w: w.make().restore(w.make(learn=True).state()), ValueError, "learn is True, not False"),
