@@ -29,9 +29,6 @@ _TABLES = {
 }  # fmt: skip
 """What is in a table of jobs, and what is said of it."""
 
-_COORDINATES = "".join(f"property float {name}\n" for name in "xyz")
-_PLY = f"ply\nformat ascii 1.0\nelement vertex 1\n{_COORDINATES}end_header\n"
-
 
 def prepare(world: World) -> None:
     """Creates further files that the cases read, in addition to those of `files.prepare`."""
@@ -69,9 +66,9 @@ def prepare(world: World) -> None:
     arrays = {"vertices": world.sequence.vertices, "faces": world.faces + 99}
     np.savez(folder / "far_faces.npz", **arrays)
     (folder / "clouds").mkdir()
-    for name, text in {"clouds/a_0.xyz": "0 0 0\n", "clouds/a_1.xyz": "0 x 0\n"}.items():
+    points = {"clouds/a_0.xyz": "0 0 0\n", "clouds/a_1.xyz": "0 x 0\n", "foo.ply": "ply\nfoo\n"}
+    for name, text in points.items():
         (folder / name).write_text(text)
-    (folder / "foo.ply").write_text(f"{_PLY}foo 0 0\n")
 
 
 def dynmesh_command(*arguments: str) -> None:
@@ -138,7 +135,7 @@ shell = [
     misused(
         f"{_CONVERT} --unit m --to-unit mm --scale 1e306", "frame 0: --scale: takes points out of"
     ),
-    refused("convert foo.ply new.npz", "foo.ply: line 8:", "'foo'"),
+    refused("convert foo.ply new.npz", "foo.ply: line 2:", "foo"),
     refused("convert clouds new", "clouds/a_1.xyz: line 1:"),
     misused("convert clouds/a_0.xyz new.ply --output-format obj", "--output-format: must be ply"),
     misused(f"{_COMPLETE} --start half", "--start:", "'half'"),
