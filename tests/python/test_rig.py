@@ -256,7 +256,7 @@ def test_the_page_shows_cameras_and_what_was_found(
     assert sorted(objects) == 4 * ["Lines"] + ["Mesh"] + 4 * ["Points"]
     assert complaints == []
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
-    bare = run(*words, "--page", tmp_path / "bare.html").stderr
+    bare = run(*words, "--page", tmp_path / "bare.html").stdout
     assert "nothing is judged" in bare
 
 
