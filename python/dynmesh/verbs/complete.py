@@ -148,7 +148,7 @@ def complete_file(
             method detail learns how it varies; one file or several.
         learn: whether to learn from the completed frames; twice as slow.
         bidirectional: whether to complete each frame from both sides, which lowers errors by a
-            quarter and takes three to four times as long; estimates standard errors and,
+            quarter and takes two to four times as long; estimates standard errors and,
             without `training`, implies `learn`.
         threads: the number of threads that may work on a frame.
         uncertainty: whether to write the standard error of each vertex; implies `provenance`.

@@ -28,7 +28,7 @@ class Evaluation(Report):
         rms: the root mean square of the distances in a frame, mean over the frames.
         p99: the 99th percentile of the distances in a frame, mean over the frames.
         maximum: the largest distance.
-        frames: the number of frames that were measured.
+        frames: the number of frames in which vertices were measured.
         bounding_box_diagonal: the diagonal, in the unit of the positions.
         calibration: how well the standard errors of the completed sequence describe its errors;
             None if it has none of positions.
