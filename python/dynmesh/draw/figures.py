@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from .._checks import check_complete
 from .._errors import InputError
 from .._extras import require
+from ..normals import unit
 from ..sequence import Mask, Positions
 from ..topology import cells
 
 Image = NDArray[np.uint8]
-Vector = tuple[float, float, float]
 
 SURFACE_COLOUR = "#d7dce3"
 KNOWN_COLOUR = "#0072b2"
@@ -34,15 +34,15 @@ class View:
     """The direction and the extent from which a mesh is drawn.
 
     Attributes:
-        towards_viewer: direction from the mesh to the viewer.
-        up: direction that is up in the picture.
+        axes: unit vectors: right in the picture, up in the picture, towards the viewer.
         box: (2, 3) the corners of the axis-aligned box that fills the picture.
+        up: "x", "y" or "z", the axis that is up in the picture.
         size: width and height in pixels.
     """
 
-    towards_viewer: Vector
-    up: Vector
+    axes: NDArray[np.float64]
     box: NDArray[np.floating[Any]]
+    up: str
     size: tuple[int, int] = (480, 640)
 
     @classmethod
@@ -64,27 +64,9 @@ class View:
         flat = extent[axis] < 0.25 * extent.max()
         angle = np.radians(azimuth)
         towards = np.roll([0.9 if flat else 0.25, np.cos(angle), np.sin(angle)], axis)
-        return cls(_vector(towards), _vector(np.eye(3)[axis]), box, size)
-
-    @property
-    def axes(self) -> NDArray[np.float64]:
-        """Returns unit vectors: right in the picture, up in the picture, towards the viewer."""
-        towards = np.asarray(self.towards_viewer) / np.linalg.norm(self.towards_viewer)
-        right = np.cross(self.up, towards)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(towards, right), towards])
-
-    @property
-    def reach(self) -> float:
-        """Returns how much the picture shows above and below its middle."""
-        width, height, _ = np.abs(self.axes) @ self.half
-        return float(1.04 * max(height, width * self.size[1] / self.size[0]))
-
-    @property
-    def half(self) -> NDArray[np.floating[Any]]:
-        """Returns (3,), half of the extent of the box."""
-        half = (self.box[1] - self.box[0]) / 2
-        return half if half.any() else np.ones(3)  # a single point has no extent
+        right = np.cross(np.eye(3)[axis], towards)
+        axes = unit(np.stack([right, np.cross(towards, right), towards]))
+        return cls(axes, box, up, size)
 
     def around(self, points: Positions) -> "View":
         """Returns the same view at the same scale, moved to other (k, 3) positions."""
@@ -140,11 +122,14 @@ def render(
             size = {"point_size": max(view.size) / 120, "render_points_as_spheres": True}
             plotter.add_mesh(cloud, scalars=surface["places"][dots], **size, **style)
         camera, centre = plotter.camera, view.box.mean(axis=0)
+        half = (view.box[1] - view.box[0]) / 2
+        half = half if half.any() else np.ones(3)  # a single point has no extent
+        width, height, _ = np.abs(view.axes) @ half
         camera.focal_point = centre
-        camera.position = centre + 4 * np.linalg.norm(view.half) * view.axes[2]
-        camera.up = view.up
+        camera.position = centre + 4 * np.linalg.norm(half) * view.axes[2]
+        camera.up = view.axes[1]
         camera.parallel_projection = True
-        camera.parallel_scale = view.reach
+        camera.parallel_scale = 1.04 * max(height, width * view.size[1] / view.size[0])
         plotter.reset_camera_clipping_range()
         return np.asarray(plotter.screenshot(return_img=True), np.uint8)[..., :3]
 
@@ -165,8 +150,3 @@ def load_pyvista() -> Any:
         # Otherwise VTK looks for a screen and prints an error if there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     return require("pyvista", extra="view")
-
-
-def _vector(values: NDArray[np.floating[Any]]) -> Vector:
-    x, y, z = (float(v) for v in values)
-    return x, y, z

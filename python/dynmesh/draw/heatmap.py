@@ -1,7 +1,7 @@
 """What is drawn of a sequence: its frames, its missing vertices, and values of the vertices."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from itertools import repeat
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import InputError
-from ..files import Frame, Reader
+from ..files import Reader
 from ..files.reader import check_comparable
 from ..scans import ScanReader
 from ..sequence import Mask, Positions
@@ -45,50 +45,41 @@ class ShownFrame:
         )
 
 
-class Heatmap:
+@dataclass(eq=False, kw_only=True)
+class Heatmap(Sources):
     """The frames of a sequence with the values that their colours can show.
 
+    It determines what can be shown, and the colour that is shown at first: `wanted`, or else the
+    error if there is a reference, otherwise the generation or the known mask if the sequence has
+    them, otherwise the distance if there are scans, otherwise "plain". Errors are in millimetres if
+    a file states its unit, otherwise in per cent of the bounding-box diagonal of frame 0 of the
+    reference.
+
     Attributes:
-        reader: of the sequence.
         colours: what the colours can show: "plain", which is one colour, comes last.
         colour: what they show at first.
+
+    Raises:
+        ValueError: the sequence does not hold what `wanted` requires, or does not match the
+            reference or the input, and the message names the file.
     """
 
-    def __init__(
-        self,
-        reader: Reader,
-        *,
-        reference: Reader | None = None,
-        input: Reader | None = None,
-        scans: ScanReader | None = None,
-        scan_factor: float = 1.0,
-        colour: Colour | None = None,
-    ) -> None:
-        """Determines what can be shown, and the colour that is shown at first.
+    wanted: InitVar[Colour | None] = None
+    colours: tuple[Colour, ...] = field(init=False)
+    colour: Colour = field(init=False)
 
-        That is the error if there is a reference, otherwise the generation or the known mask if the
-        sequence has them, otherwise the distance if there are scans, otherwise "plain". Errors are
-        in millimetres if a file states its unit, otherwise in per cent of the bounding-box diagonal
-        of frame 0 of the reference. The unit of the scans is `scan_factor` times that of the
-        sequence.
-
-        Raises:
-            ValueError: the sequence does not hold what `colour` requires, or does not match the
-                reference or the input, and the message names the file.
-        """
-        self.reader = reader
-        self._sources = Sources(reader, reference, input, scans, scan_factor)
-        for other in (input, reference):
+    def __post_init__(self, wanted: Colour | None) -> None:
+        """Refuses sources that do not match, or lack something."""
+        for other in (self.input, self.reference):
             if other is not None:
-                check_comparable(reader, other)
-        lacks = {name: row.lacks(self._sources) for name, row in QUANTITIES.items()}
-        if colour is not None and (reason := lacks.get(colour)) is not None:
-            raise InputError(reason, argument="colour", value=colour)
-        has: list[Colour] = [name for name, reason in lacks.items() if reason is None]
-        self.colours: tuple[Colour, ...] = (*has, "plain")
-        self.colour = colour or self.colours[0]
+                check_comparable(self.reader, other)
+        lacks = {name: row.lacks(self) for name, row in QUANTITIES.items()}
+        if wanted is not None and (reason := lacks.get(wanted)) is not None:
+            raise InputError(reason, argument="colour", value=wanted)
+        self.colours = (*(name for name, reason in lacks.items() if reason is None), "plain")
+        self.colour = wanted or self.colours[0]
         if {"error", "standard_error"} & set(self.colours):
-            _ = self._sources.unit  # refuses errors without a unit before any frame is read
+            _ = self.unit  # refuses errors without a unit before any frame is read
 
     def frames(self, numbers: range) -> Iterator[ShownFrame]:
         """Yields frames of ascending numbers.
@@ -96,37 +87,27 @@ class Heatmap:
         Raises:
             ValueError: the reference lacks a vertex.
         """
-        place = (numbers.start, numbers.stop, numbers.step)
-
-        def frames_of(other: Reader | None) -> Iterator[Frame | None]:
-            return repeat(None) if other is None else other.frames(*place)
-
-        sources = self._sources
-        ours, truths = self.reader.frames(*place), frames_of(sources.reference)
-        clouds = repeat(None) if sources.scans is None else self._clouds(sources.scans, place)
-        for number, frame, truth, given, cloud in zip(
-            numbers, ours, truths, frames_of(sources.input), clouds, strict=False
+        given = (self.reader, self.reference, self.input, self.scans)
+        for number, frame, truth, partial, scan in zip(
+            numbers, *(_frames_of(one, numbers) for one in given), strict=False
         ):
-            moment = Moment(number, frame, truth, given, cloud)
+            cloud = None
+            if self.scans is not None:  # in the unit of the sequence; empty if a scan is missing
+                cloud = np.zeros((0, 3)) if scan is None else scan.scaled(self.scan_factor).cloud
+            moment = Moment(number, frame, truth, partial, cloud)
             values = {
-                name: row.values(sources, moment)
+                name: row.values(self, moment)
                 for name, row in QUANTITIES.items()
                 if name in self.colours
             }
             beside = {
                 name: ShownFrame(number, other.points, other.observed, {}, {})
-                for name, other in (("input", given), ("reference", truth))
+                for name, other in (("input", partial), ("reference", truth))
                 if other is not None
             }
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
             yield ShownFrame(number, frame.points, frame.observed, values, beside, cloud)
-
-    def _clouds(self, scans: ScanReader, place: tuple[int, int, int]) -> Iterator[Positions]:
-        """Yields the points of scans in the unit of the sequence; none of one that is missing."""
-        for scan in scans.frames(*place):
-            empty = np.zeros((0, 3))
-            yield empty if scan is None else scan.scaled(self._sources.scan_factor).cloud
 
     def scale(self, colour: Colour, frames: Iterable[ShownFrame]) -> Scale | None:
         """Returns the scale of this colour for frames, or None for the colour "plain"."""
@@ -134,11 +115,15 @@ class Heatmap:
             return None
         # Standard errors are shown on the scale of the errors, so that the two compare.
         source = "error" if colour == "standard_error" and "error" in self.colours else colour
-        telling = QUANTITIES[source].telling
-        told = [
-            telling(frame.values[source][frame.visible]) for frame in frames if telling is not None
-        ]
-        return QUANTITIES[colour].scale(self._sources, np.concatenate([np.zeros(0), *told]))
+        seen = [frame.values[source][frame.visible] for frame in frames]
+        return QUANTITIES[colour].scale(self, seen)
+
+
+def _frames_of(reader: Reader | ScanReader | None, numbers: range) -> Iterator[Any]:
+    """Yields what is read at these numbers; None forever without a reader."""
+    if reader is None:
+        return repeat(None)
+    return reader.frames(numbers.start, numbers.stop, numbers.step)
 
 
 def stated_up(*readers: Reader | None) -> str | None:

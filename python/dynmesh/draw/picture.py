@@ -21,7 +21,7 @@ _LINE = 20
 _INK = "#222222"
 _PROPORTION = 1.6  # of a sheet, width to height
 _BAR_WIDTH = 22
-_LEGEND_WIDTH = 190
+_LARGEST_LEGEND = (400, 800)  # what is white around it is cropped
 
 
 def evenly_spaced(n_frames: int, count: int) -> list[int]:
@@ -59,7 +59,7 @@ def drawn(
     figures.load_pyvista()
     if reference is not None and colour not in (None, "error", "standard_error"):
         raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")
-    heatmap = Heatmap(reader, reference=reference, colour=colour)
+    heatmap = Heatmap(reader, reference=reference, wanted=colour)
     each = (one for index in indices for one in heatmap.frames(range(index, index + 1)))
     frames = list(tracked(each, len(indices), "reading", progress))
     seen = np.concatenate([frame.points[frame.visible] for frame in frames])
@@ -91,8 +91,7 @@ def contact_sheet(
     The caption of each is below what it shows, or in the middle if there is but one picture. The
     scale has a colour bar at the right; None for no bar.
     """
-    image_module = require("PIL.Image", extra="view")
-    drawing = require("PIL.ImageDraw", extra="view")
+    pillow, drawing = (require(f"PIL.{name}", extra="view") for name in ("Image", "ImageDraw"))
     fonts = require("PIL.ImageFont", extra="view")
     title_font, font = fonts.load_default(20), fonts.load_default(15)
     height, width = images[0].shape[:2]
@@ -100,31 +99,24 @@ def contact_sheet(
     # As many columns as give the sheet about the desired proportion.
     rows = max(1, round(math.sqrt(len(images) * cell_width / cell_height / _PROPORTION)))
     columns = math.ceil(len(images) / rows)
-    rows = math.ceil(len(images) / columns)
     top = _LINE + 2 * _MARGIN
     right = _MARGIN + max(columns * cell_width, math.ceil(title_font.getlength(heading)))
-    bottom = top + rows * cell_height
-    if scale is not None:
-        lines = len(_title_lines(scale))
-        bottom = max(bottom, top + lines * _LINE + _bar_height(scale) + 3 * _MARGIN)
-    total_width = right + _MARGIN
-    if scale is not None:
-        widest = math.ceil(max(font.getlength(label) for _, label in scale.ticks))
-        total_width += max(_LEGEND_WIDTH, _BAR_WIDTH + 2 * _MARGIN + widest)
-    sheet = image_module.new("RGB", (total_width, bottom), "white")
+    largest = (right + _LARGEST_LEGEND[0], top + rows * cell_height + _LARGEST_LEGEND[1])
+    sheet = pillow.new("RGB", largest, "white")
     draw = drawing.Draw(sheet)
     draw.text((_MARGIN, _MARGIN), heading, fill=_INK, font=title_font)
     for i, (image, caption) in enumerate(zip(images, captions, strict=True)):
         row, column = divmod(i, columns)
         x, y = _MARGIN + column * cell_width, top + row * cell_height
-        sheet.paste(image_module.fromarray(np.ascontiguousarray(image)), (x, y))
+        sheet.paste(pillow.fromarray(np.ascontiguousarray(image)), (x, y))
         room = math.ceil(font.getlength(caption) / 2)
         middle = width // 2 if len(images) == 1 else _middle(image)
         middle = max(min(middle, width - room), room)
         draw.text((x + middle, y + height), caption, fill=_INK, font=font, anchor="ma")
     if scale is not None:
         _draw_legend(draw, font, scale, right, top)
-    return sheet
+    (drawn,) = figures.cropped([np.asarray(sheet)])
+    return pillow.fromarray(drawn)
 
 
 def _middle(image: Image) -> int:
@@ -133,20 +125,12 @@ def _middle(image: Image) -> int:
     return int(marked[[0, -1]].mean()) if len(marked) else image.shape[1] // 2
 
 
-def _bar_height(scale: Scale) -> int:
-    return max(min(260, 36 * len(scale.colours)), _LINE * len(scale.ticks))
-
-
-def _title_lines(scale: Scale) -> list[str]:
-    return textwrap.wrap(scale.title, 22)
-
-
 def _draw_legend(draw: Any, font: Any, scale: Scale, x: int, y: int) -> None:
-    for line in _title_lines(scale):
+    for line in textwrap.wrap(scale.title, 22):
         draw.text((x, y), line, fill=_INK, font=font)
         y += _LINE
     y += _MARGIN
-    width, height = _BAR_WIDTH, _bar_height(scale)
+    width, height = _BAR_WIDTH, max(min(260, 36 * len(scale.colours)), _LINE * len(scale.ticks))
     edges = np.linspace(y + height, y, len(scale.colours) + 1).round().astype(int).tolist()
     for colour, below, above in zip(scale.colours, edges, edges[1:], strict=False):
         draw.rectangle((x, above, x + width, below - 1), fill=colour)

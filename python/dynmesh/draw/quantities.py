@@ -3,8 +3,8 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Literal, NamedTuple
+from functools import cached_property, partial
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from ..sequence import Positions
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
-from .scales import CountScale, MeasureScale, Scale, StepScale, Values
+from .scales import Scale, Values, count_scale, measure_scale, step_scale
 
 Alone = Literal["error", "generation", "age", "standard_error", "known", "plain"]
 """What the colour of a vertex shows; plain is one colour for all."""
@@ -40,7 +40,7 @@ class LengthUnit(NamedTuple):
     """So many are a unit of the positions."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Sources:
     """The shown sequence, the true one, that with the vertices that were observed, and scans.
 
@@ -88,15 +88,18 @@ class Sources:
         return LengthUnit("%", "% of the bounding-box diagonal", 100 / self.diagonal)
 
 
-@dataclass(frozen=True, eq=False)
-class Moment:
+class Moment(NamedTuple):
     """A frame of each of the :class:`Sources`; the cloud is in the unit of the sequence."""
 
     number: int
     frame: Frame
     truth: Frame | None
     given: Frame | None
-    cloud: Positions | None = None
+    cloud: Positions | None
+
+
+Seen: TypeAlias = list[Values]
+"""The values of the visible vertices of each frame."""
 
 
 class Quantity(NamedTuple):
@@ -105,30 +108,23 @@ class Quantity(NamedTuple):
     Attributes:
         lacks: returns what the sources lack to have it, as a sentence, or None.
         values: returns the (k,) values of a moment, arbitrary where the vertex is missing.
-        scale: returns a colour scale for what `telling` keeps of all frames.
-        telling: returns what determines the scale of the values of the visible vertices of a frame;
-            None if they do not.
+        scale: returns a colour scale for what is seen in all frames.
     """
 
     lacks: Callable[[Sources], str | None]
     values: Callable[[Sources, Moment], Values]
-    scale: Callable[[Sources, Values], Scale]
-    telling: Callable[[Values], Values] | None = None
+    scale: Callable[[Sources, Seen], Scale]
 
 
 def _lacks_reference(sources: Sources) -> str | None:
     return "error requires a `reference`" if sources.reference is None else None
 
 
-def _lacks(name: str, by: str) -> Callable[[Sources], str | None]:
+def _lacks(name: str, by: str, sources: Sources) -> str | None:
     """Tells of a sequence without an attribute, and what writes it."""
-
-    def lacks(sources: Sources) -> str | None:
-        if name in sources.reader.header.attributes:
-            return None
-        return f"{sources.reader.path}: holds no {name}; {by}"
-
-    return lacks
+    if name in sources.reader.header.attributes:
+        return None
+    return f"{sources.reader.path}: holds no {name}; {by}"
 
 
 def _lacks_masks(sources: Sources) -> str | None:
@@ -136,6 +132,10 @@ def _lacks_masks(sources: Sources) -> str | None:
     if reader.has_known or reader.has_provenance or sources.input is not None:
         return None
     return f"{reader.path}: holds no known masks"
+
+
+def _lacks_scans(sources: Sources) -> str | None:
+    return "colour: distance requires scans" if sources.scans is None else None
 
 
 def _error(sources: Sources, moment: Moment) -> Values:
@@ -150,6 +150,10 @@ def _error(sources: Sources, moment: Moment) -> Values:
     return np.asarray(np.linalg.norm(difference, axis=1) * sources.unit.per_unit)
 
 
+def _attribute(name: str, _: Sources, moment: Moment) -> Values:
+    return moment.frame.attributes()[name]
+
+
 def _known(_: Sources, moment: Moment) -> Values:
     frame, given = moment.frame, moment.given
     if frame.known is not None:
@@ -160,10 +164,6 @@ def _known(_: Sources, moment: Moment) -> Values:
         assert given is not None  # as _lacks_masks says
         known = given.observed
     return known.astype(np.int8)
-
-
-def _lacks_scans(sources: Sources) -> str | None:
-    return "colour: distance requires scans" if sources.scans is None else None
 
 
 def _distance(sources: Sources, moment: Moment) -> Values:
@@ -181,11 +181,6 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     return distances
 
 
-def _distance_scale(_: Sources, __: Values) -> Scale:
-    title = "distance from the nearest point in mean edges"
-    return MeasureScale(title, "edges", 0.0, _FARTHEST)
-
-
 def _standard_error(sources: Sources, moment: Moment) -> Values:
     """Returns those of distances, to compare with errors; the largest where disconnected."""
     bars = moment.frame.standard_error
@@ -196,69 +191,57 @@ def _standard_error(sources: Sources, moment: Moment) -> Values:
     return np.where(finite, of_distances, of_distances.max(initial=0.0, where=finite))
 
 
-def _standard_error_scale(sources: Sources, values: Values) -> Scale:
+def _length_scale(name: str, sources: Sources, seen: Seen) -> Scale:
+    unit = sources.unit
+    # Less than the maximum: with one outlier, everything else would have one colour.
+    most = max((float(np.percentile(values, 99)) for values in seen if len(values)), default=0.0)
+    smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
+    high = round_up(max(most, smallest))
+    return measure_scale(f"{name} in {unit.words}", unit.sign, HEATMAP_RANGE * high, high)
+
+
+def _standard_error_scale(sources: Sources, seen: Seen) -> Scale:
     is_of_surface = sources.reader.header.standard_error_of == "surface"
     name = "standard error from the surface" if is_of_surface else "standard error"
-    return _length_scale(name)(sources, values)
+    return _length_scale(name, sources, seen)
 
 
-def _most(values: Values) -> Values:
-    """Returns less than the maximum: with one outlier, everything else would have one colour."""
-    return np.percentile(values, [99]) if len(values) else values
+def _count_scale(title: str, _: Sources, seen: Seen) -> Scale:
+    values = np.unique(np.concatenate([[0], *seen]))
+    below = "disconnected" if -1 in values else None
+    if FUSED in values:
+        below = "not from this frame" if below else "put together"
+    return count_scale(title, int(values[-1]), zero="observed", minus_one=below)
 
 
-def _length_scale(name: str) -> Callable[[Sources, Values], Scale]:
-    def scale(sources: Sources, values: Values) -> Scale:
-        unit = sources.unit
-        limit = values.max(initial=0)
-        smallest = _SMALLEST_LIMIT * sources.diagonal * unit.per_unit or math.ulp(0.0)
-        high = round_up(max(float(limit), smallest))
-        return MeasureScale(f"{name} in {unit.words}", unit.sign, HEATMAP_RANGE * high, high)
-
-    return scale
-
-
-def _count_scale(title: str) -> Callable[[Sources, Values], Scale]:
-    def scale(_: Sources, values: Values) -> Scale:
-        fused, disconnected = ((values == g).any() for g in (FUSED, -1))
-        below = "disconnected" if disconnected else None
-        if fused:
-            below = "not from this frame" if disconnected else "put together"
-        largest = int(values.max(initial=0))
-        return CountScale(title, largest, zero="observed", minus_one=below)
-
-    return scale
-
-
-def _known_scale(sources: Sources, *_: object) -> Scale:
+def _known_scale(sources: Sources, _: Seen) -> Scale:
     labels, colours = ["observed"], [KNOWN_COLOUR]
     if sources.reader.has_provenance or sources.input is not None:
         labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
-    return StepScale("known vertices", range(len(labels)), labels, colours)
+    return step_scale("known vertices", range(len(labels)), labels, colours)
 
+
+def _distance_scale(_: Sources, __: Seen) -> Scale:
+    return measure_scale("distance from the nearest point in mean edges", "edges", 0.0, _FARTHEST)
+
+
+_COMPLETION = "a completion with `provenance` writes it"
+_UNCERTAINTY = "completion and tracking write it with `uncertainty`"
 
 QUANTITIES: dict[Colour, Quantity] = {
-    "error": Quantity(_lacks_reference, _error, _length_scale("error"), _most),
+    "error": Quantity(_lacks_reference, _error, partial(_length_scale, "error")),
     "generation": Quantity(
-        _lacks("generation", "a completion with `provenance` writes it"),
-        lambda _, moment: moment.frame.attributes()["generation"],
-        _count_scale("generation: steps from the observed"),
-        np.unique,
+        partial(_lacks, "generation", _COMPLETION),
+        partial(_attribute, "generation"),
+        partial(_count_scale, "generation: steps from the observed"),
     ),
     "age": Quantity(
-        _lacks("age", "a completion with `provenance` writes it"),
-        lambda _, moment: moment.frame.attributes()["age"],
-        _count_scale("age: frames since last observed"),
-        np.unique,
+        partial(_lacks, "age", _COMPLETION),
+        partial(_attribute, "age"),
+        partial(_count_scale, "age: frames since last observed"),
     ),
     "standard_error": Quantity(
-        _lacks(
-            "standard_error",
-            "completion and tracking write it with `uncertainty`",
-        ),
-        _standard_error,
-        _standard_error_scale,
-        _most,
+        partial(_lacks, "standard_error", _UNCERTAINTY), _standard_error, _standard_error_scale
     ),
     "known": Quantity(_lacks_masks, _known, _known_scale),
     "distance": Quantity(_lacks_scans, _distance, _distance_scale),

@@ -19,7 +19,7 @@ from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
-from .player import compose
+from .player import player
 from .thin import thin
 
 
@@ -126,9 +126,7 @@ def page(
                 f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
             )
         factor = _factor(scans, scan_unit, reader)
-    heatmap = Heatmap(
-        reader, reference=reference, input=input, scans=scans, scan_factor=factor, colour=colour
-    )
+    heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
@@ -149,23 +147,20 @@ def page(
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
-    html = compose(
-        faces,
-        frames,
-        {name: heatmap.scale(name, frames) for name in heatmap.colours},
-        heatmap.colour,
-        View.of(_corners(frames), up, azimuth),
-        captions,
-        [frame.cloud for frame in frames if frame.cloud is not None],
-        title=title or reader.path.name,
-        note=f"shown: {shown}" if str(shown) else "",
-        numbers=[reader.header.number(index) for index in indices],
-        first=_most_telling(frames),
-        plays=reference is None,
-        last=reader.header.number(reader.n_frames - 1),
-        step=indices.step,
-        fps=mean_rate(reader.header),
-    )
+    told = {
+        "title": title or reader.path.name,
+        "note": f"shown: {shown}" if str(shown) else "",  # above the panes, as the title
+        "numbers": [reader.header.number(index) for index in indices],
+        "first": _most_telling(frames),  # the index of that which is shown first
+        "plays": reference is None,  # at once, from there
+        "last": reader.header.number(reader.n_frames - 1),
+        "step": indices.step,
+        "fps": mean_rate(reader.header),  # of the sequence, or None
+        "colour": heatmap.colour,  # at first
+    }
+    scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
+    view = View.of(_corners(frames), up, azimuth)
+    html = player(faces, frames, scales, view, captions, told)
     guess = () if said else (f"assuming that {up} is up, as no file states it",)
     return Page(html=html, shown=shown, remarks=guess)
 

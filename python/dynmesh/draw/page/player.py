@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import ShownFrame
 from ..quantities import Colour
@@ -30,59 +29,47 @@ _ONE_COLOUR = {"scans": KNOWN_COLOUR, "input": KNOWN_COLOUR, "reference": SURFAC
 _SCRIPTS = ("data.js", "panes.js", "camera.js", "player.js")
 
 
-def compose(
+def player(
     faces: NDArray[np.integer[Any]],
     frames: Sequence[ShownFrame],
     scales: Mapping[Colour, Scale | None],
-    colour: Colour,
-    camera: View,
+    view: View,
     captions: Mapping[str, str],
-    scans: Sequence[Positions] = (),
-    **playback: Any,
+    told: Mapping[str, Any],
 ) -> str:
     """Creates the HTML document.
 
-    At least one vertex is visible in the frames, and `camera.box` contains all that are. The scales
-    are None for one colour, and `colour` is shown at first. The captions are those of the panes,
-    from left to right: "sequence" and those beside it in the frames. Each frame has (n, 3) points
-    of scans if they name "scans".
-
-    For the script, there are also: `title`, above the panes; `note`, what was left out, and what is
-    remarkable; `numbers` of the shown frames, in their file; `first`, the index of that which is
-    shown first; `plays`, whether it plays from there at once; `last`, the number of the last frame
-    of the sequence; `step`, as every so many frames are shown; `fps` of the sequence, or None.
+    At least one vertex is visible in the frames, and the box of the view contains all that are. The
+    scales are None for one colour. The captions are those of the panes, from left to right:
+    "sequence", those beside it in the frames, and "scans" if the frames have clouds. `told` is what
+    the script is told beside that.
 
     Raises:
         ImportError: k3d is not installed.
     """
-    unit = Unit(camera.box)
-    told = playback | {
+    unit = Unit(view.box)
+    told = dict(told) | {
         "n_vertices": len(frames[0].points),
         "faces": packed(faces.astype(np.uint32)),
         "grid": _GRID_CELLS,
-        "panes": _panes(frames, unit, captions, scans),
+        "panes": [_pane(name, caption, frames, unit) for name, caption in captions.items()],
         "scan_dot": _SCAN_DOT_SIZE,
-        "colour": colour,
         "colours": [_told(name, scale, frames) for name, scale in scales.items()],
         "camera": {
-            "axes": camera.axes.tolist(),
-            "up": camera.up,
+            "axes": view.axes.tolist(),
+            "up": np.eye(3)["xyz".index(view.up)].tolist(),
             "field_of_view": FIELD_OF_VIEW,
         },
     }
-    return document(_empty_plot(camera, unit), told, "player.html", *_SCRIPTS)
+    return document(_empty_plot(view, unit), told, "player.html", *_SCRIPTS)
 
 
-def _on_grid(points: NDArray[np.float64]) -> NDArray[np.int16]:
-    return np.asarray(np.round(points * _GRID_CELLS), np.int16)
-
-
-def _empty_plot(camera: View, unit: Unit) -> Any:
+def _empty_plot(view: View, unit: Unit) -> Any:
     """Returns a plot with a mesh and two dots, which the script replaces."""
-    k3d, plot = new_plot("xyz"[int(np.argmax(camera.up))])
+    k3d, plot = new_plot(view.up)
     looks = {"color_map": _colour_map(SURFACE_COLOUR), "color_range": [0, 1], "color": 0xFFFFFF}
     # The mesh extends over the box, from which k3d determines how far one can see.
-    corners, values = unit(camera.box).astype(np.float32), np.zeros(2, np.float32)
+    corners, values = unit(view.box).astype(np.float32), np.zeros(2, np.float32)
     triangle = np.array([[0, 1, 1]], np.uint32)
     solid = {"side": "double", "flat_shading": False, "roughness": 0.8}
     dotted = {"point_size": _DOT_SIZE, "shader": "3d"}
@@ -91,52 +78,41 @@ def _empty_plot(camera: View, unit: Unit) -> Any:
     return plot
 
 
-def _panes(
-    frames: Sequence[ShownFrame],
-    unit: Unit,
-    captions: Mapping[str, str],
-    scans: Sequence[Positions],
-) -> list[dict[str, Any]]:
-    """Returns the sequence and those beside it for the script, in the order of the captions.
+def _pane(name: str, caption: str, frames: Sequence[ShownFrame], unit: Unit) -> dict[str, Any]:
+    """Returns the sequence, one beside it or the scans, for the script."""
+    own_map = {} if name == "sequence" else {"map": _colour_map(_ONE_COLOUR[name])}
+    pane = {"caption": caption, **own_map}
+    if name == "scans":
+        every = [unit(frame.cloud) for frame in frames if frame.cloud is not None]
+        near = [points[(np.abs(points) <= _SCANS_WITHIN).all(axis=1)] for points in every]
+        counts = [len(points) for points in near]
+        return pane | {"points": packed(_on_grid(np.concatenate(near))), "counts": counts}
+    shown, positions = frames, _placed(frames, unit)
+    if name != "sequence":
+        # Relative to the sequence, as most are the same.
+        shown = [frame.beside[name] for frame in frames]
+        positions = _placed(shown, unit, positions) - positions
+    masks = np.stack([frame.visible for frame in shown])
+    return pane | {"positions": packed_positions(positions), "seen": packed_masks(masks)}
 
-    The positions of the others are relative to the sequence, as most are the same.
+
+def _placed(
+    frames: Sequence[ShownFrame], unit: Unit, others: NDArray[np.int16] | None = None
+) -> NDArray[np.int16]:
+    """Returns (n, k, 3) places on the grid.
+
+    A missing vertex has that of the others or of the frame before, either of which takes little
+    space; no triangle shows it.
     """
-    base = np.zeros((len(frames), len(frames[0].points), 3), np.int16)
+    places = np.zeros((len(frames), len(frames[0].points), 3), np.int16)
     for i, frame in enumerate(frames):
-        # A missing vertex keeps its position, which takes little space; no triangle shows it.
-        base[i] = base[max(0, i - 1)]
-        base[i, frame.visible] = _on_grid(unit(frame.points[frame.visible]))
-    panes: list[dict[str, Any]] = []
-    for name, caption in captions.items():
-        if name == "scans":
-            panes.append({"caption": caption, "map": _colour_map(_ONE_COLOUR[name])})
-            panes[-1] |= _clouds(scans, unit)
-            continue
-        shown, positions = frames, base
-        if name != "sequence":
-            shown, positions = [frame.beside[name] for frame in frames], np.zeros_like(base)
-            for i, frame in enumerate(shown):
-                seen = frame.visible
-                positions[i, seen] = _on_grid(unit(frame.points[seen])) - base[i, seen]
-        panes.append(
-            {
-                "caption": caption,
-                "map": _colour_map(_ONE_COLOUR[name]) if name in _ONE_COLOUR else None,
-                "positions": packed_positions(positions),
-                "seen": packed_masks(np.stack([frame.visible for frame in shown])),
-            }
-        )
-    return panes
+        places[i] = places[max(0, i - 1)] if others is None else others[i]
+        places[i, frame.visible] = _on_grid(unit(frame.points[frame.visible]))
+    return places
 
 
-def _clouds(scans: Sequence[Positions], unit: Unit) -> dict[str, Any]:
-    """Returns the points near what the page shows, for the script."""
-    every = [unit(points) for points in scans]
-    near = [points[(np.abs(points) <= _SCANS_WITHIN).all(axis=1)] for points in every]
-    return {
-        "points": packed(_on_grid(np.concatenate(near))),
-        "counts": [len(points) for points in near],
-    }
+def _on_grid(points: NDArray[np.float64]) -> NDArray[np.int16]:
+    return np.asarray(np.round(points * _GRID_CELLS), np.int16)
 
 
 def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
