@@ -1,6 +1,5 @@
 """Problems of a sequence: of its mesh, of what was observed, and of its motion."""
 
-from collections.abc import Iterator
 from contextlib import closing
 from itertools import chain
 from typing import Unpack
@@ -10,13 +9,13 @@ import numpy as np
 from .. import files
 from .._progress import tracked
 from ..draw.heatmap import likely_up
-from ..files import Frame, Header, OneSequence, Source
+from ..files import OneSequence, Source
 from .finding import CODES, SEVERITIES, Diagnosis, Finding, Severity, Where
 from .mesh import Mesh, examine
 from .motion import Motion
 from .presence import Presence, plausible
 
-__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose", "diagnose_frames"]
+__all__ = ["Diagnosis", "Finding", "Severity", "Where", "diagnose"]
 
 
 def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Source]) -> Diagnosis:
@@ -38,20 +37,16 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
         files.naming(reader.path),
         closing(reader.frames()) as frames,
     ):
-        return diagnose_frames(reader.header, tracked(frames, reader.n_frames, "reading", progress))
-
-
-def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
-    """As :func:`diagnose`, of the frames of a sequence with this header."""
-    if header.n_vertices == 0:
-        raise ValueError("has no vertices")
-    first = next(watched)
-    start = Mesh(header.faces, first.points, plausible(first))
-    presence = Presence(header, start, first)
-    motion = Motion(header, start)
-    for number, frame in enumerate(watched, 1):
-        observed = presence.watch(number, frame)
-        motion.watch(number, frame.points, observed)
+        header = reader.header
+        if header.n_vertices == 0:
+            raise ValueError("has no vertices")
+        watched = tracked(frames, header.n_frames, "reading", progress)
+        first = next(watched)
+        start = Mesh(header.faces, first.points, plausible(first))
+        presence = Presence(header, start, first)
+        motion = Motion(header, start)
+        for number, frame in enumerate(watched, 1):
+            motion.watch(number, frame.points, presence.watch(number, frame))
     found = chain(presence.findings(), motion.findings(), examine(start))
     ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
     return Diagnosis(
@@ -62,7 +57,5 @@ def diagnose_frames(header: Header, watched: Iterator[Frame]) -> Diagnosis:
         mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
-        likely_up=likely_up(start.first[start.observed], header.up_axis)
-        if start.observed.any()
-        else header.up_axis or "y",
+        likely_up=likely_up(start.first[start.observed], header.up_axis),
     )

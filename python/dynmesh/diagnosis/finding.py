@@ -100,11 +100,10 @@ class Finding:
     ) -> "Finding":
         """A finding at these indices; without a `count`, of the first of them, or of one thing."""
         places = vertices, faces, frames
-        counts = [len(found) for found in places if len(found)]
         return cls(
             code,
             severity or SEVERITY_OF[code],
-            [*counts, 1][0] if count is None else count,
+            count or next((len(found) for found in places if len(found)), 1),
             Where(*(np.asarray(found, np.int64)[:MOST_PLACES] for found in places)),
             message,
             advice,
@@ -137,6 +136,15 @@ class Places:
     def vertices(self) -> Indices:
         """Those that were met in any frame."""
         return np.flatnonzero(self._met)
+
+    @property
+    def places(self) -> dict[str, Any]:
+        """Where and how many they are, as keywords of a finding."""
+        return {"vertices": self.vertices, "frames": self.frames, "count": self.count}
+
+    def told(self, header: Header) -> str:
+        """Lists the first of them, such as "in frames 3 and 4: vertices 3, 7 and 12 others"."""
+        return f"in {frames_listed(self.frames, header)}: {listed('vertex', self.vertices)}"
 
 
 def listed(what: str, places: Sequence[int] | Indices) -> str:
@@ -236,7 +244,7 @@ class Diagnosis:
 
     def as_dict(self) -> dict[str, Any]:
         """Returns dicts, lists, strings, numbers and None, as JSON has them."""
-        header, shares = self.header, self.known_share[1:]
+        header, topology, shares = self.header, self.topology, self.known_share[1:]
         motion = self.motion[np.isfinite(self.motion)]
         return {
             "schema": "dynmesh-diagnosis",
@@ -252,7 +260,11 @@ class Diagnosis:
                 **{name: as_json(getattr(header, name)) for name in _STATED},
             },
             "mesh": {
-                **_topology_as_dict(self.topology),
+                "components": topology and topology.components,
+                "isolated_vertices": topology and topology.isolated_vertices,
+                "boundary_edges": topology and topology.boundary_edges,
+                "closed": topology and topology.boundary_edges == 0,
+                "refused_faces": topology and len(topology.refused_faces),
                 "triangles": len(header.faces),
                 "polygons": None if header.polygons is None else len(header.polygons.sizes),
                 "diagonal": self.diagonal,
@@ -268,14 +280,6 @@ class Diagnosis:
                 "most": float(motion.max()) if len(motion) else None,
             },
         }
-
-
-def _topology_as_dict(topology: TopologyReport | None) -> dict[str, Any]:
-    names = ("components", "isolated_vertices", "boundary_edges")
-    told = {name: None if topology is None else getattr(topology, name) for name in names}
-    closed = None if topology is None else topology.boundary_edges == 0
-    refused = None if topology is None else len(topology.refused_faces)
-    return {**told, "closed": closed, "refused_faces": refused}
 
 
 def _finding_as_dict(finding: Finding, header: Header) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from .._report import counted
 from ..files import Header
 from ..sequence import Mask, Positions
-from .finding import Finding, Places, frames_listed, listed, percent
+from .finding import Finding, Places, frames_listed, percent
 from .mesh import Mesh
 
 _RECENT = 3  # frames; vertices last seen earlier do not count for the motion
@@ -72,18 +72,14 @@ class Motion:
                 worst=self._worst_share,
             )
         yield from self._leaps()
-        if astray := self._astray.count:
-            places, frames = self._astray.vertices, self._astray.frames
+        if count := self._astray.count:
             yield Finding.at(
                 "outliers",
-                f"{counted(astray, 'outlier')} more than {_FAR} mean edges from the surface around "
-                f"them, at most {self._farthest:.3g}, in {frames_listed(frames, self._header)}: "
-                f"{listed('vertex', places)}.",
+                f"{counted(count, 'outlier')} more than {_FAR} mean edges from the surface around "
+                f"them, at most {self._farthest:.3g}, {self._astray.told(self._header)}.",
                 "They displace the vertices that are estimated around them. Let completion reject "
                 "outliers, or mark them as missing in the known mask.",
-                vertices=places,
-                frames=frames,
-                count=astray,
+                **self._astray.places,
                 worst=self._farthest,
             )
 

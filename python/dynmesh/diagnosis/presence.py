@@ -28,15 +28,12 @@ class Presence:
     def __init__(self, header: Header, mesh: Mesh, first: Frame) -> None:
         """Starts with the first frame of a sequence."""
         self._header = header
-        self._n_frames = header.n_frames
         self.shares: list[float] = []
         self._mesh = mesh
         self._n_vertices = len(mesh.first)
         self._limit = f"{LARGEST[first.points.dtype.itemsize]:.0e}".replace("+", "")
-        self._missing = np.flatnonzero(~mesh.observed)
-        self._first_whole: int | None = None
         self._seen = np.zeros(self._n_vertices, np.bool_)
-        self._best, self._known_in_best = 0, mesh.observed
+        self._best, self._known_in_best = 0, np.count_nonzero(mesh.observed)
         self._unusable = Places(self._n_vertices)
         self._zeros = Places(self._n_vertices)
         self._count(0, first)
@@ -46,21 +43,13 @@ class Presence:
         self._count(number, frame)
         observed = plausible(frame)
         self._seen |= frame.observed
-        if self._is_better(number, observed):
-            self._best, self._known_in_best = number, observed
-        if self._first_whole is None and observed.all():
-            self._first_whole = number
+        # A better start is the first complete frame, or else knows more, or as much and is nearer
+        # to the middle: see :func:`dynmesh.whole_frame`.
+        known, most = np.count_nonzero(observed), self._known_in_best
+        away, least = (abs(2 * n + 1 - self._header.n_frames) for n in (number, self._best))
+        if known > most or (known == most < self._n_vertices and away < least):
+            self._best, self._known_in_best = number, known
         return observed
-
-    def _is_better(self, number: int, observed: Mask) -> bool:
-        """Whether a frame is a better start than the best one so far.
-
-        It knows more, or as much and is nearer to the middle: see :func:`dynmesh.whole_frame`.
-        """
-        ours, best = np.count_nonzero(observed), np.count_nonzero(self._known_in_best)
-        if ours != best:
-            return bool(ours > best)
-        return abs(2 * number + 1 - self._n_frames) < abs(2 * self._best + 1 - self._n_frames)
 
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""
@@ -81,71 +70,55 @@ class Presence:
         self._unusable.add(number, said & ~observed)
 
     def _frame_0(self) -> Iterator[Finding]:
-        missing = self._missing
+        missing = np.flatnonzero(~self._mesh.observed)
         if not len(missing):
             return
-        start = self._best_frame()
-        if self._first_whole is not None:
-            whole = self._header.number(self._first_whole)
-            start = f"Completion starts from frame {whole}, the first complete one. "
-            start += _BACKWARDS
+        k, known = self._n_vertices, self._known_in_best
+        start = f"Completion starts from frame {self._header.number(self._best)}"
+        if known == 0:
+            advice = "Nothing was observed in any frame, so the sequence cannot be completed."
+        elif known == k:
+            advice = f"{start}, the first complete one. {_BACKWARDS}"
+        else:
+            never = np.count_nonzero(~(self._seen | self._mesh.observed))
+            advice = (
+                f"No frame is complete. {start}, which knows most vertices, {percent(known / k)}; "
+                f"{percent((k - known - never) / k)} are put together from other frames, and "
+                f"{percent(never / k)} were seen in no frame. {_BACKWARDS}"
+            )
         yield Finding.at(
             "first_frame_incomplete",
-            f"Frame {self._header.number(0)} lacks {len(missing)} of "
-            f"{counted(self._n_vertices, 'vertex')}: {listed('vertex', missing)}.",
-            start,
+            f"Frame {self._header.number(0)} lacks {len(missing)} of {counted(k, 'vertex')}: "
+            f"{listed('vertex', missing)}.",
+            advice,
             vertices=missing,
             frames=[0],
-            severity="warning" if self._known_in_best.any() else "error",
-        )
-
-    def _best_frame(self) -> str:
-        """Says what the frame that knows most lacks, and who knows it."""
-        known = np.count_nonzero(self._known_in_best)
-        if known == 0:
-            return "Nothing was observed in any frame, so the sequence cannot be completed."
-        ever = np.count_nonzero(self._seen | self._mesh.observed)
-        never = self._n_vertices - ever
-        return (
-            f"No frame is complete. Completion starts from frame "
-            f"{self._header.number(self._best)}, which knows most vertices, "
-            f"{percent(known / self._n_vertices)}; "
-            f"{percent((ever - known) / self._n_vertices)} are put together from other frames, "
-            f"and {percent(never / self._n_vertices)} were seen in no frame. {_BACKWARDS}"
+            severity="warning" if known else "error",
         )
 
     def _not_finite(self) -> Iterator[Finding]:
-        bad = self._unusable
-        if bad.count:
+        if count := self._unusable.count:
             yield Finding.at(
                 "known_not_finite",
-                f"{counted(bad.count, 'position')} marked as known but not finite, or beyond "
-                f"{self._limit}, in "
-                f"{frames_listed(bad.frames, self._header)}: {listed('vertex', bad.vertices)}.",
+                f"{counted(count, 'position')} marked as known but not finite, or beyond "
+                f"{self._limit}, {self._unusable.told(self._header)}.",
                 "The sequence cannot be completed: such a frame is refused. Mark them as missing "
                 "in the known mask, or write them as NaN in a file without masks.",
-                vertices=bad.vertices,
-                frames=bad.frames,
-                count=bad.count,
+                **self._unusable.places,
             )
 
     def _zero_rows(self) -> Iterator[Finding]:
-        zeros = self._zeros
-        if not zeros.count:
-            return
-        share = zeros.count / (self._n_vertices * len(self.shares))
-        yield Finding.at(
-            "zeros",
-            f"{counted(zeros.count, 'position')} of exactly (0, 0, 0), {percent(share)} of all, in "
-            f"{frames_listed(zeros.frames, self._header)}: "
-            f"{listed('vertex', zeros.vertices)}.",
-            "The sensor probably wrote zeros where it observed nothing. Taken as positions, they "
-            "pull the mesh towards the origin. If so, say it: `missing` zero.",
-            vertices=zeros.vertices,
-            frames=zeros.frames,
-            count=zeros.count,
-            worst=share,
-        )
+        if count := self._zeros.count:
+            share = count / (self._n_vertices * len(self.shares))
+            yield Finding.at(
+                "zeros",
+                f"{counted(count, 'position')} of exactly (0, 0, 0), {percent(share)} of all, "
+                f"{self._zeros.told(self._header)}.",
+                "The sensor probably wrote zeros where it observed nothing. Taken as positions, "
+                "they pull the mesh towards the origin. If so, say it: `missing` zero.",
+                **self._zeros.places,
+                worst=share,
+            )
 
     def _empty(self, shares: NDArray[np.float64]) -> Iterator[Finding]:
         none = np.flatnonzero(shares == 0) + 1

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from itertools import islice, repeat
 from typing import Literal, TypeAlias
 
@@ -86,9 +86,10 @@ def measured(
         nmsve = metrics.nmsve(reference.faces, truth, ours)
         distances = metrics.vertex_error(truth, ours)
         for (number, frame, _, there), visual, error in zip(stretch, nmsve, distances, strict=True):
-            counted = error if only == "all" else error[_missing(frame, there)]
-            each.append(_errors_of(completed.header.number(number), float(visual), counted, unit))
             bars, generation = frame.standard_error, frame.generation
+            missing = generation != 0 if there is None else ~there
+            counted = error if only == "all" else error[missing]
+            each.append(_errors_of(completed.header.number(number), float(visual), counted, unit))
             if of_positions and bars is not None and generation is not None:
                 calibrating.add(error, bars, filled=generation > 0, generation=generation)
     if not any(errors.vertices for errors in each):
@@ -137,21 +138,11 @@ def _observed(partial: Reader | None, numbers: range) -> Iterator[NDArray[np.boo
     return (frame.observed & frame.points.any(axis=1) for frame in frames)
 
 
-def _missing(frame: Frame, observed: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
-    if observed is not None:
-        return ~observed
-    assert frame.generation is not None
-    return np.asarray(frame.generation != 0)
-
-
 def _errors_of(
     number: float, visual: float, distances: NDArray[np.floating], unit: float
 ) -> FrameErrors:
-    if not len(distances):
-        return FrameErrors(number, 0, visual / unit, *[math.nan] * 4)
-    found = metrics.summary(distances)
-    measured = (found.mean, found.rms, found.p99, found.maximum)
-    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in measured))
+    found = astuple(metrics.summary(distances)) if len(distances) else [math.nan] * 4
+    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in found))
 
 
 def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[Frame]:

@@ -136,11 +136,12 @@ def evaluate(
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
         remarks = tuple(suspicions(ours, truth))
     counted = [errors for errors in each if errors.vertices]
+    mean, rms, p99 = np.mean([(one.mean, one.rms, one.p99) for one in counted], axis=0).tolist()
     found = Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
-        mean=float(np.mean([errors.mean for errors in counted])),
-        rms=float(np.mean([errors.rms for errors in counted])),
-        p99=float(np.mean([errors.p99 for errors in counted])),
+        mean=mean,
+        rms=rms,
+        p99=p99,
         maximum=max(errors.maximum for errors in counted),
         frames=len(counted),
         bounding_box_diagonal=unit,

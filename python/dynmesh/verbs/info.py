@@ -1,17 +1,14 @@
 """What a sequence is, and what is wrong with it."""
 
 from collections.abc import Iterator, Mapping
-from contextlib import closing
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
 from .. import files
 from .._command import Output, What
-from .._errors import InputError
-from .._progress import tracked
-from .._report import Report
-from ..diagnosis import Diagnosis, diagnose_frames
+from .._report import Quality, Report
+from ..diagnosis import Diagnosis, diagnose
 from ..files import PathLike, Source
 
 _WIDTH = 80  # of findings, which are long
@@ -93,19 +90,10 @@ def info(
     if several and sum(several.values()) != 1 and not strict:
         told = ("describe one of them by its path",)
         return InfoReport(format=name, meshes=several, remarks=told)
-    with files.open(path, format=format, **source) as reader, files.naming(reader.path):
-        if reader.n_vertices == 0:
-            raise InputError("has no vertices")
-        with closing(reader.frames()) as frames:
-            read = tracked(frames, reader.n_frames, "reading", progress)
-            diagnosis = diagnose_frames(reader.header, read)
-    bad = strict and diagnosis.severity in ("error", "warning")
-    return InfoReport(
-        quality="failed" if bad else "good",
-        format=name,
-        meshes=several,
-        diagnosis=diagnosis,
-    )
+    with files.open(path, format=format, **source) as reader:
+        diagnosis = diagnose(reader, progress=progress)
+    quality: Quality = "failed" if strict and diagnosis.findings else "good"
+    return InfoReport(quality=quality, format=name, meshes=several, diagnosis=diagnosis)
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
