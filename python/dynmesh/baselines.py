@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_integer
-from ._errors import KindError
 from .polygons import Faces
 
 __all__ = [
@@ -108,7 +107,8 @@ def least_squares_mesh(
 
     The arguments and errors are those of the class and of its method `complete`.
     """
-    return LeastSquaresMesh(faces, _rows(points)).complete(points, known, previous=previous)
+    points = _arrays.points("points", points, np.float64)
+    return LeastSquaresMesh(faces, len(points)).complete(points, known, previous=previous)
 
 
 def laplacian_interpolation(
@@ -125,14 +125,8 @@ def laplacian_interpolation(
 
     The arguments and errors are those of the class and of its method `complete`.
     """
+    points = _arrays.points("points", points, np.float64)
     system = LaplacianInterpolation(
-        faces, _rows(points), objective=objective, weights=weights, reference=reference
+        faces, len(points), objective=objective, weights=weights, reference=reference
     )
     return system.complete(points, known, previous=previous)
-
-
-def _rows(points: Positions) -> int:
-    shape: tuple[int, ...] = np.shape(points)
-    if not shape:
-        raise KindError(f"must be (k, 3) positions, not {points!r}", argument="points")
-    return shape[0]

@@ -86,16 +86,11 @@ def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary:
 
 def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:
     """Both as packed arrays (n, k, 3)."""
-    given = {
-        "reference": floats("reference", reference),
-        "completed": floats("completed", completed),
-    }
-    for name, array in given.items():
+    true, found = floats("reference", reference), floats("completed", completed)
+    for name, array in (("reference", true), ("completed", found)):
         if array.ndim not in (2, 3) or array.shape[-1] != 3:
-            raise InputError(
-                f"must have shape (k, 3) or (n, k, 3), not {array.shape}", argument=name
-            )
-    true, found = given.values()
+            told = f"must have shape (k, 3) or (n, k, 3), not {array.shape}"
+            raise InputError(told, argument=name)
     if true.shape != found.shape:
         raise InputError(
             f"has shape {found.shape}, but the reference has {true.shape}", argument="completed"

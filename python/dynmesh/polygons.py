@@ -37,7 +37,10 @@ def check_polygons(polygons: Polygons) -> None:
             )
     if len(polygons.sizes) and polygons.sizes.min() < 3:
         index = int(polygons.sizes.argmin())
-        raise ValueError(f"face {index}: has {polygons.sizes[index]} corners, but needs 3")
+        raise InputError(
+            f"polygon {index} has {polygons.sizes[index]} corners, but needs at least 3",
+            argument="faces",
+        )
     if polygons.sizes.sum() != len(polygons.corners):
         raise InputError(
             f"sizes announce {polygons.sizes.sum()} corners, "
@@ -46,11 +49,14 @@ def check_polygons(polygons: Polygons) -> None:
         )
 
 
-def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
+def split_polygons(
+    polygons: Polygons,
+) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
     """Cuts every polygon into a fan of triangles around its first corner.
 
     Returns:
-        (m, 3) in the order of the polygons, with the same winding.
+        (m, 3) in the order of the polygons, with the same winding, and also the polygons unless all
+        of them are triangles.
 
     Raises:
         TypeError, ValueError: the polygons are inconsistent.
@@ -61,16 +67,8 @@ def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
     first = np.repeat(np.cumsum(sizes) - sizes, n_triangles)  # where each fan's polygon begins
     begin = np.cumsum(n_triangles) - n_triangles
     step = np.arange(n_triangles.sum()) - np.repeat(begin, n_triangles)
-    fans = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return np.asarray(polygons.corners[fans])
-
-
-def split_polygons(
-    polygons: Polygons,
-) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
-    """Returns the triangles, and also the polygons unless all of them are triangles."""
-    faces = triangulate(polygons)
-    return faces, None if len(faces) == len(polygons.sizes) else polygons
+    faces = polygons.corners[np.stack([first, first + step + 1, first + step + 2], axis=1)]
+    return faces, None if len(faces) == len(sizes) else polygons
 
 
 def split_faces(
@@ -113,13 +111,8 @@ def _corners_of(index: int, polygon: Any) -> NDArray[np.integer[Any]]:
 
 
 def _check_corners(polygons: Polygons, n_vertices: int | None) -> None:
-    sizes, corners = polygons
-    if len(sizes) and sizes.min() < 3:
-        index = int(sizes.argmin())
-        raise InputError(
-            f"polygon {index} has {sizes[index]} corners, but needs at least 3", argument="faces"
-        )
     check_polygons(polygons)
+    sizes, corners = polygons
     owner = np.repeat(np.arange(len(sizes)), sizes)
     outside, vertices = corners < 0, "vertices are"
     if n_vertices is not None:

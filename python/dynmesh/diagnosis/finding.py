@@ -185,8 +185,6 @@ def _joined(what: str, shown: list[str], count: int, others: int) -> str:
     return f"{noun} {joined(shown)}"
 
 
-SCHEMA_VERSION = 1
-
 _STATED = (
     "name", "fps", "start", "times", "up_axis", "metres_per_unit", "has_known", "has_provenance"
 )  # fmt: skip
@@ -248,7 +246,7 @@ class Diagnosis:
         motion = self.motion[np.isfinite(self.motion)]
         return {
             "schema": "dynmesh-diagnosis",
-            "version": SCHEMA_VERSION,
+            "version": 1,
             "severity": self.severity,
             "counts": {severity: self.count(severity) for severity in SEVERITIES},
             "findings": [_finding_as_dict(one, header) for one in self.findings],

@@ -1,7 +1,7 @@
 """The errors of a completed sequence, frame by frame, in constant memory."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 from itertools import islice, repeat
 from typing import Literal, TypeAlias
@@ -72,14 +72,9 @@ def measured(
     calibrating = Calibrating()
     of_positions = completed.header.standard_error_of == "position"
     each: list[FrameErrors] = []
-    ours_read = tracked(_frames(completed, numbers), len(numbers), "measuring", progress)
-    rows = zip(
-        numbers,
-        _whole(ours_read, numbers, completed),
-        _whole(_frames(reference, numbers), numbers, reference),
-        _observed(partial, numbers),
-        strict=True,
-    )
+    ours_read = tracked(_whole(completed, numbers), len(numbers), "measuring", progress)
+    truths, observed = _whole(reference, numbers), _observed(partial, numbers)
+    rows = zip(numbers, ours_read, truths, observed, strict=True)
     while stretch := list(islice(rows, _FRAMES_AT_ONCE)):
         ours = np.stack([frame.points for _, frame, _, _ in stretch])
         truth = np.stack([true.points for _, _, true, _ in stretch])
@@ -115,7 +110,7 @@ def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
 
 
 def _diagonal(reference: Reader) -> float:
-    (first,) = _whole(reference.frames(0, 1), range(1), reference)
+    (first,) = _whole(reference, range(1))
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
         raise InputError(
@@ -124,15 +119,11 @@ def _diagonal(reference: Reader) -> float:
     return unit
 
 
-def _frames(reader: Reader, numbers: range) -> Iterator[Frame]:
-    return reader.frames(numbers.start, numbers.stop, numbers.step)
-
-
 def _observed(partial: Reader | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
     """The vertices that were observed in each frame; None where nothing says so."""
     if partial is None:
         return repeat(None, len(numbers))
-    frames = _frames(partial, numbers)
+    frames = partial.frames(numbers.start, numbers.stop, numbers.step)
     if partial.has_known:
         return (frame.observed for frame in frames)
     return (frame.observed & frame.points.any(axis=1) for frame in frames)
@@ -145,7 +136,8 @@ def _errors_of(
     return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in found))
 
 
-def _whole(frames: Iterable[Frame], numbers: range, reader: Reader) -> Iterator[Frame]:
+def _whole(reader: Reader, numbers: range) -> Iterator[Frame]:
+    frames = reader.frames(numbers.start, numbers.stop, numbers.step)
     for number, frame in zip(numbers, frames, strict=True):
         with locating(file=reader.path, frame=reader.header.number(number)):
             check_whole(frame, "; the error is measured between complete sequences")

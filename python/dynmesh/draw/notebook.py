@@ -29,11 +29,18 @@ def shown(sequence: Sequence) -> str:
         "known": known,
         "generation and age": "no" if sequence.generation is None else "yes",
     }
+    player = ""
     try:
-        return _player(sequence) + _table(rows)
+        player = _player(sequence)
     except (ImportError, ValueError) as error:
         # For a notebook, this is not an error: the table describes every sequence.
-        return _table(rows | {"no player": str(error)})
+        rows["no player"] = str(error)
+    lines = "".join(
+        f'<tr><th style="text-align: left">{escape(name)}</th>'
+        f'<td style="text-align: left">{escape(value)}</td></tr>'
+        for name, value in rows.items()
+    )
+    return f"{player}<table><caption>Sequence</caption>{lines}</table>"
 
 
 def _player(sequence: Sequence) -> str:
@@ -54,12 +61,3 @@ def _player(sequence: Sequence) -> str:
         if len(player.encode()) <= LARGEST_PLAYER:
             return player
     raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")
-
-
-def _table(rows: dict[str, str]) -> str:
-    lines = "".join(
-        f'<tr><th style="text-align: left">{escape(name)}</th>'
-        f'<td style="text-align: left">{escape(value)}</td></tr>'
-        for name, value in rows.items()
-    )
-    return f"<table><caption>Sequence</caption>{lines}</table>"

@@ -2,6 +2,7 @@
 
 import html
 from collections.abc import Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -65,9 +66,7 @@ def rig_page(
         return unit(points).astype(np.float32)
 
     k3d, plot = new_plot(up)
-    images = zip(clouds, *scan, strict=True)
-    for number, (cloud, depth, intrinsics, pose) in enumerate(images):
-        colour = _colour(number)
+    for colour, cloud, depth, intrinsics, pose in zip(cycle(_COLOURS), clouds, *scan, strict=False):
         if len(cloud):
             plot += k3d.points(shown(cloud), point_size=0.004, color=colour, shader="flat")
         vertices, edges = _frustum(depth.shape, intrinsics, pose, _FRUSTUM * unit.length)
@@ -85,19 +84,14 @@ def rig_page(
     seat = direction / np.linalg.norm(direction) * radius
     plot.camera = [*seat.tolist(), 0, 0, 0, *np.eye(3)[axis].tolist()]
     rows = "".join(
-        f'<tr><td><i style="background:#{_colour(number):06x}"></i>{html.escape(name)}</td></tr>'
-        for number, name in enumerate(names)
+        f'<tr><td><i style="background:#{colour:06x}"></i>{html.escape(name)}</td></tr>'
+        for colour, name in zip(cycle(_COLOURS), names, strict=False)
     )
     heading = f"<h1>{html.escape(title)}</h1><p>{html.escape(told)}</p>"
     panel = f'<style>{_STYLE}</style><div id="rig">{heading}<table>{rows}</table></div>'
     script = f"document.body.insertAdjacentHTML('beforeend', {embedded(panel)});"
     script += f"document.title = {embedded(title)};"
     return str(plot.get_snapshot(compression_level=6, additional_js_code=script))
-
-
-def _colour(number: int) -> int:
-    """Returns the colour of a camera as 0xRRGGBB."""
-    return _COLOURS[number % len(_COLOURS)]
 
 
 def _frustum(

@@ -220,11 +220,10 @@ def _opened(
     """Opens a sequence, its reference and its input, of those that there are."""
     shared: Source = {"faces": source.get("faces"), "prim": source.get("prim")}
     with ExitStack() as stack:
-        truth = partial = None
-        if reference is not None:
-            truth = stack.enter_context(files.opened_beside(reference, "reference", shared))
-        if given is not None:
-            partial = stack.enter_context(files.opened_beside(given, "input", source))
-            source = shared
-        own = stack.enter_context(files.opened_beside(sequence, "sequence", source))
+        how = source if given is None else shared
+        own = stack.enter_context(files.opened_beside(sequence, "sequence", how))
+        truth, partial = (
+            None if one is None else stack.enter_context(files.opened_beside(one, name, how))
+            for name, one, how in (("reference", reference, shared), ("input", given, source))
+        )
         yield own, truth, partial

@@ -78,12 +78,11 @@ class _Side:
     """One of the two plots, in units of the longest side of what it shows, around its middle."""
 
     def __init__(self, points: Positions, up: str, azimuth: float) -> None:
-        box = np.stack([points.min(axis=0), points.max(axis=0)])
-        self.shown = Unit(box)(points).astype(np.float32)
+        view = View.of(points, up, azimuth)
+        self.shown = Unit(view.box)(points).astype(np.float32)
         self.k3d, self.plot = new_plot(up)
-        axes = View.of(self.shown, up, azimuth).axes
         self.told = {
             "points": packed(self.shown),
-            "camera": (_DISTANCE * axes[2]).tolist(),
-            "up": axes[1].tolist(),
+            "camera": (_DISTANCE * view.axes[2]).tolist(),
+            "up": view.axes[1].tolist(),
         }
