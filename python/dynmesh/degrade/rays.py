@@ -6,8 +6,7 @@ projected: a ray is compared with the planes through the camera and the sides of
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +22,6 @@ TOLERANCE = 1e-9
 _PAIRS_AT_ONCE = 1 << 18
 """The number of pairs of a triangle and a ray that are compared at a time. It bounds the memory;
 more pairs would not fit in the processor's cache."""
-
-
-class Hits(NamedTuple):
-    """Pairs of a triangle and a ray that meets it, at `volume` / `whole` times the ray.
-
-    Attributes:
-        pair: (n,) the numbers of these pairs among all that were compared.
-        volume: (n,) six times the volume between the triangle and the camera, positive.
-        whole: (n,) the sum of `shares`, positive.
-        shares: (3, n) the part of each corner in the point where they meet, times `whole`.
-    """
-
-    pair: _Integers
-    volume: _Floats
-    whole: _Floats
-    shares: _Floats
 
 
 class Triangles:
@@ -78,11 +61,15 @@ class Triangles:
         self._volumes = np.abs(volumes[self.number])  # both sides are met
         self._normals = normals[:, self.number] * np.sign(volumes[self.number])[:, None]
 
-    def meet(self, triangle: _Integers, ray: _Floats) -> Hits:
+    def meet(
+        self, triangle: _Integers, ray: _Floats
+    ) -> tuple[_Integers, _Floats, _Floats, _Floats]:
         """Compares (n,) of these triangles with (n, 3) rays, pair by pair.
 
         A ray p meets the triangle at p times volume / (u + v + w), where u, v, w are the volumes
-        that p spans with the sides: none is negative if it passes inside.
+        that p spans with the sides: none is negative if it passes inside. Returns the numbers of
+        the pairs that meet, their volumes, their sums u + v + w, and (3, n) u, v and w, which are
+        the parts of the corners in the point where they meet, times the sum.
         """
         # Here, numpy takes rows several times as fast as it indexes them.
         normals = (np.take(normal, triangle, axis=0) for normal in self._normals)
@@ -91,7 +78,7 @@ class Triangles:
         inside = (whole > 0) & (np.minimum(np.minimum(u, v), w) >= -TOLERANCE * whole)
         pair = np.flatnonzero(inside)
         shares = np.stack([u[pair], v[pair], w[pair]])
-        return Hits(pair, self._volumes[triangle[pair]], whole[pair], shares)
+        return pair, self._volumes[triangle[pair]], whole[pair], shares
 
 
 def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
@@ -101,21 +88,29 @@ def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
     return np.asarray((np.where(finite, points, np.nan) - origin) @ axes)
 
 
-def ranges(starts: _Integers, lengths: _Integers) -> _Integers:
+def pairs(
+    low: _Integers, high: _Integers, columns: int, starts: _Integers
+) -> Iterator[tuple[_Integers, _Integers]]:
+    """Yields pairs of a box and an item in one of its cells, a portion at a time.
+
+    Boxes reach from the cells `low` to `high`, (n, 2) columns and rows of a grid. The items of its
+    cells, row by row, are those from `starts` of a cell to that of the next.
+    """
+    # Runs of consecutive items, one for each row of cells of each box.
+    n_rows = high[:, 1] - low[:, 1] + 1
+    box = np.repeat(np.arange(len(low)), n_rows)
+    row = _ranges(low[:, 1], n_rows)
+    first = starts[row * columns + low[box, 0]]
+    lengths = starts[row * columns + high[box, 0] + 1] - first
+    filled = lengths > 0
+    box, first, lengths = box[filled], first[filled], lengths[filled]
+    ends = np.cumsum(lengths)
+    limits = np.searchsorted(ends, np.arange(0, int(lengths.sum()), _PAIRS_AT_ONCE))
+    for run in map(slice, limits, [*limits[1:], len(ends)]):
+        yield np.repeat(box[run], lengths[run]), _ranges(first[run], lengths[run])
+
+
+def _ranges(starts: _Integers, lengths: _Integers) -> _Integers:
     """Returns consecutive integers from each start, as many as its length, as one array."""
     before = np.cumsum(lengths) - lengths
     return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))
-
-
-def rows_of(first: _Integers, last: _Integers) -> tuple[_Integers, _Integers]:
-    """Returns the rows from `first` to `last` of each box, as one array, preceded by its box."""
-    n_rows = last - first + 1
-    return np.repeat(np.arange(len(first)), n_rows), ranges(first, n_rows)
-
-
-def portions(lengths: _Integers) -> Iterator[slice]:
-    """Divides runs of these lengths into portions of about equally many pairs."""
-    ends = np.cumsum(lengths)
-    limits = np.searchsorted(ends, np.arange(0, int(lengths.sum()), _PAIRS_AT_ONCE))
-    for begin, end in pairwise([*limits, len(ends)]):
-        yield slice(begin, end)

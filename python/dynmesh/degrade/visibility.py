@@ -26,7 +26,7 @@ from .._checks import (
 )
 from .._errors import InputError
 from ..sequence import Mask, Positions
-from .rays import TOLERANCE, Triangles, in_axes, portions, ranges, rows_of
+from .rays import TOLERANCE, Triangles, in_axes, pairs
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]
@@ -149,48 +149,31 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
     if among is not None:
         seen &= among
     triangles = Triangles(local[faces.T], -1, 1)
-    for triangle, vertex in _pairs(triangles, local, np.flatnonzero(seen)):
+    for triangle, vertex in _near_in_image(triangles, local, np.flatnonzero(seen)):
         # Most pairs are of a triangle behind the vertex.
         nearer = np.take(triangles.depth, triangle) < np.take(z, vertex)
         triangle, vertex = triangle[nearer], vertex[nearer]
-        hits = triangles.meet(triangle, np.take(local, vertex, axis=0))
-        hidden = hits.pair[hits.volume < (1 - _CONTACT) * hits.whole]
+        pair, volume, whole, _ = triangles.meet(triangle, np.take(local, vertex, axis=0))
+        hidden = pair[volume < (1 - _CONTACT) * whole]
         # A triangle never hides its own corners, except by rounding if it is seen edge-on.
         own = (faces[triangles.number[triangle[hidden]]] == vertex[hidden, None]).any(axis=1)
         seen[vertex[hidden[~own]]] = False
     return seen
 
 
-def _pairs(
+def _near_in_image(
     triangles: Triangles, local: _Floats, vertices: _Integers
 ) -> Iterator[tuple[_Integers, _Integers]]:
     """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
-    grid = _cells_along_a_side(len(vertices))
-    column, row = _cell(local[vertices, :2] / local[vertices, 2:], grid).T
-    cell = row * grid + column
+    # About sixteen cells for each vertex: with fewer, triangles meet more vertices in vain; with
+    # more, counting the vertices in them takes longer than what it saves.
+    grid = min(4 * math.isqrt(len(vertices)) + 1, _MOST_CELLS)
+    cell = _cell(local[vertices, :2] / local[vertices, 2:], grid) @ [1, grid]
     in_cells = vertices[np.argsort(cell, kind="stable")]
     starts = np.concatenate([[0], np.cumsum(np.bincount(cell, minlength=grid * grid))])
-    # Runs of consecutive vertices, one for each row of cells of each bounding box.
     low, high = _cell(triangles.low - TOLERANCE, grid), _cell(triangles.high + TOLERANCE, grid)
-    triangle, row = rows_of(low[:, 1], high[:, 1])
-    first = starts[row * grid + low[triangle, 0]]
-    lengths = starts[row * grid + high[triangle, 0] + 1] - first
-    filled = lengths > 0
-    triangle, first, lengths = triangle[filled], first[filled], lengths[filled]
-    for run in portions(lengths):
-        yield (
-            np.repeat(triangle[run], lengths[run]),
-            in_cells[ranges(first[run], lengths[run])],
-        )
-
-
-def _cells_along_a_side(n_vertices: int) -> int:
-    """Returns a size of the grid, which affects only speed and memory.
-
-    There are about sixteen cells for each vertex: with fewer, triangles meet more vertices in vain;
-    with more, counting the vertices in them takes longer than what it saves.
-    """
-    return min(4 * math.isqrt(n_vertices) + 1, _MOST_CELLS)
+    for triangle, place in pairs(low, high, grid, starts):
+        yield triangle, in_cells[place]
 
 
 def _cell(image: _Floats, grid: int) -> NDArray[np.int64]:
@@ -282,7 +265,16 @@ def depth_buffer(
     depth = np.full(height * width, np.inf)
     triangle = np.full(height * width, -1)
     weights = np.zeros((height * width, 3))
-    for pixel, number, near, shares in _hits(local[faces.T], width, height):
+    last = np.array([width - 1, height - 1])
+    triangles = Triangles(local[faces.T], 0, last)
+    low = np.ceil(np.clip(triangles.low, 0, last) - TOLERANCE).astype(np.int64)
+    high = np.floor(np.clip(triangles.high, 0, last) + TOLERANCE).astype(np.int64)
+    for covering, covered in pairs(low, high, width, np.arange(height * width + 1)):
+        row, column = np.divmod(covered, width)
+        rays = np.stack([column, row, np.ones_like(row)], axis=1).astype(np.float64)
+        pair, volume, whole, shares = triangles.meet(covering, rays)
+        pixel, number = covered[pair], triangles.number[covering[pair]]
+        near, shares = volume / whole, (shares / whole).T
         nearer = near < depth[pixel]
         pixel, number, near = pixel[nearer], number[nearer], near[nearer]
         # Of several values for one pixel, NumPy keeps the last; here it is the nearest.
@@ -292,24 +284,3 @@ def depth_buffer(
         weights[pixel[order]] = shares[nearer][order]
     shape = (height, width)
     return DepthBuffer(depth.reshape(shape), triangle.reshape(shape), weights.reshape(*shape, 3))
-
-
-def _hits(
-    corners: _Floats, width: int, height: int
-) -> Iterator[tuple[_Integers, _Integers, _Floats, _Floats]]:
-    """Intersects the rays of the pixels with triangles, whose (3, m, 3) corners are in pixels.
-
-    Yields pixels, the triangle that the ray of each hits, its depth, and the shares of its corners.
-    """
-    last = np.array([width - 1, height - 1])
-    triangles = Triangles(corners, 0, last)
-    low = np.ceil(np.clip(triangles.low, 0, last) - TOLERANCE).astype(np.int64)
-    high = np.floor(np.clip(triangles.high, 0, last) + TOLERANCE).astype(np.int64)
-    triangle, row = rows_of(low[:, 1], high[:, 1])
-    lengths = (high - low)[triangle, 0] + 1
-    for run in portions(lengths):
-        which = np.repeat(triangle[run], lengths[run])
-        x, y = ranges(low[triangle[run], 0], lengths[run]), np.repeat(row[run], lengths[run])
-        hits = triangles.meet(which, np.stack([x, y, np.ones_like(x)], axis=1).astype(np.float64))
-        pixel, number = (y * width + x)[hits.pair], triangles.number[which[hits.pair]]
-        yield pixel, number, hits.volume / hits.whole, (hits.shares / hits.whole).T
