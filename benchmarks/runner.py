@@ -2,15 +2,17 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dynmesh import metrics
 from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.scans import Scan
 from dynmesh.sequence import Mask, Positions
 
 from .harness import progress
@@ -18,8 +20,7 @@ from .methods import Method
 from .subjects import Subject
 
 Floats = NDArray[np.float64]
-
-_FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
+S = TypeVar("S", bound=Scan)
 
 
 @dataclass(eq=False)
@@ -27,22 +28,16 @@ class Run:
     """One method on one sequence; entry i belongs to frame i + 1.
 
     Attributes:
-        nmsve: NMSVE in bounding-box diagonals, or NaN if it was not measured.
+        nmsve: NMSVE in bounding-box diagonals, NaN where a position is not finite.
         seconds: the time of the method alone.
         iterations: the number of iterations, or 0 if the method does not iterate.
-        unknown: the number of unknown vertices.
         frames: the completed frames that were to be kept, by number.
-        masks: the known masks of these frames.
-        complete: whether every position of every frame is finite.
     """
 
     nmsve: Floats
     seconds: Floats
     iterations: NDArray[np.int64]
-    unknown: NDArray[np.int64]
     frames: dict[int, Positions]
-    masks: dict[int, Mask]
-    complete: bool = True
 
     @property
     def error(self) -> float:
@@ -62,10 +57,9 @@ Runs = dict[tuple[Method, str], Run]
 def run(
     subject: Subject,
     method: Method,
-    masks: Iterable[Mask],
+    masks: Sequence[Mask],
     *,
     keep: Iterable[int] = (),
-    with_error: bool = True,
     clock: Callable[[], float] = time.thread_time,
 ) -> Run:
     """Complete the frames after frame 0, and measure.
@@ -75,40 +69,22 @@ def run(
         method: the method.
         masks: (k,) bool for every frame, that of frame 0 included.
         keep: the numbers of the frames to keep.
-        with_error: whether NMSVE is measured.
         clock: tells the seconds, by default the processor time.
 
     Raises:
         ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
     """
-    n = subject.n_frames - 1
-    none = np.zeros(n, np.int64)
-    result = Run(np.full(n, np.nan), np.zeros(n), none, none.copy(), {}, {})
-    kept = set(keep)
+    truth = subject.vertices[1:]
+    completed = np.empty_like(truth)
+    seconds, iterations = np.zeros(len(truth)), np.zeros(len(truth), np.int64)
     complete = method.begin(subject.faces, subject.vertices[0])
-    waiting: list[Positions] = []
-    for number, known in enumerate(masks):
-        if number == 0:
-            continue
-        points = subject.vertices[number]
+    for i, (points, known) in enumerate(zip(truth, masks[1:], strict=True)):
         start = clock()
-        frame, result.iterations[number - 1] = complete(points, known)
-        result.seconds[number - 1] = clock() - start
-        completed = frame.astype(points.dtype)  # a copy, as the method may overwrite the frame
-        result.unknown[number - 1] = len(known) - np.count_nonzero(known)
-        if number in kept:
-            result.frames[number] = completed
-            result.masks[number] = known
-        result.complete = result.complete and bool(np.isfinite(completed).all())
-        waiting.append(completed)
-        if len(waiting) == _FRAMES_AT_ONCE or number == n:
-            if with_error:
-                first = number - len(waiting) + 1
-                truth = subject.vertices[first : number + 1]
-                nmsve = metrics.nmsve(subject.faces, truth, np.stack(waiting))
-                result.nmsve[first - 1 : number] = nmsve / subject.diagonal
-            waiting = []
-    return result
+        frame, iterations[i] = complete(points, known)
+        seconds[i] = clock() - start
+        completed[i] = frame
+    nmsve = metrics.nmsve(subject.faces, truth, completed) / subject.diagonal
+    return Run(nmsve, seconds, iterations, {n: completed[n - 1].copy() for n in keep})
 
 
 def run_all(
@@ -116,18 +92,17 @@ def run_all(
     methods: Iterable[Method],
     losses: Mapping[str, list[Mask]],
     *,
-    keep: Iterable[int] = (),
+    keep: Sequence[int] = (),
 ) -> Runs:
     """Run every method with every loss; what cannot run is left out, with a message.
 
     Methods of libraries that are not installed cannot run, nor those that find no solution.
     """
     found: Runs = {}
-    kept = list(keep)
     cases = list(product(losses.items(), methods))
     for (loss, masks), method in progress(cases, subject.name):
         try:
-            found[method, loss] = run(subject, method, masks, keep=kept)
+            found[method, loss] = run(subject, method, masks, keep=keep)
         except (ImportError, RuntimeError) as error:
             print(f"{subject.name}, {loss}: {method.label} is left out: {error}", file=sys.stderr)
     return found
@@ -139,7 +114,17 @@ def vertex_error(subject: Subject, number: int, completed: Positions) -> Floats:
     return np.asarray(metrics.vertex_error(truth, completed) / subject.diagonal)
 
 
-def edge_errors(subject: Subject, tracked: Positions, truth: Positions) -> Floats:
-    """Return (k,) distances from the true vertices, in mean edges of frame 0 of a subject."""
-    edge = mean_edge_of(subject.vertices[0], subject.faces)
-    return np.asarray(np.linalg.norm(tracked - truth, axis=1) / edge)
+def followed(
+    subject: Subject, scans: Iterable[S], track: Callable[[Positions, S], Positions]
+) -> Floats:
+    """Track the frames after frame 0, each from the mesh of the last one and a scan.
+
+    Returns (n, 2), for each frame the mean error in mean edges of frame 0, and the seconds.
+    """
+    edge, last, rows = mean_edge_of(subject.vertices[0], subject.faces), subject.vertices[0], []
+    for truth, scan in zip(subject.vertices[1:], scans, strict=True):
+        start = time.perf_counter()
+        last = track(last, scan)
+        seconds = time.perf_counter() - start
+        rows.append((metrics.vertex_error(truth, last).mean() / edge, seconds))
+    return np.array(rows)

@@ -67,7 +67,7 @@ def times(subject: Subject, masks: list[Mask], methods: Iterable[Method]) -> dic
             continue
         frames = replace(subject, vertices=subject.vertices[:n])
         try:
-            new = run(frames, method, masks[:n], with_error=False, clock=time.perf_counter)
+            new = run(frames, method, masks[:n], clock=time.perf_counter)
         except (ImportError, ValueError) as error:
             print(f"left out: {method.label}: {error}", file=sys.stderr)
             continue

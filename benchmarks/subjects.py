@@ -44,6 +44,11 @@ class Subject:
         return metrics.bounding_box_diagonal(self.vertices[0])
 
     @property
+    def box(self) -> Positions:
+        """Two corners of the bounding box of all frames."""
+        return np.stack([self.vertices.min(axis=(0, 1)), self.vertices.max(axis=(0, 1))])
+
+    @property
     def up_vector(self) -> tuple[float, float, float]:
         """The unit vector along the axis that points up."""
         return float(self.up == "x"), float(self.up == "y"), float(self.up == "z")
@@ -108,8 +113,7 @@ def scenario_masks(name: str, subject: Subject, seed: int = 0) -> list[Mask]:
     """Return the known mask of every frame for one of `SCENARIOS`."""
     if name == "camera":
         # The camera circles the positions of all frames, so that no vertex leaves the picture.
-        everywhere = subject.vertices.reshape(-1, 3)
-        cameras = degrade.orbit(everywhere, up=subject.up_vector)
+        cameras = degrade.orbit(subject.box, up=subject.up_vector)
         return list(degrade.camera_known(subject.vertices, subject.faces, cameras))
     shape = (subject.n_frames, subject.n_vertices)
     return list(degrade.patch_known(subject.faces, *shape, 0.3, seed=seed))

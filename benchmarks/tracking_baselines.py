@@ -8,7 +8,6 @@ frame takes other libraries up to a minute. Errors are mean distances from the t
 vertex, in mean edges of frame 0.
 """
 
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -22,7 +21,7 @@ from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
 from .harness import Line, Table, number, parser, progress, sequences, show
-from .runner import edge_errors
+from .runner import followed
 from .subjects import Subject
 
 registration: Any = trimesh.registration  # has no types
@@ -54,18 +53,6 @@ def methods(subject: Subject) -> dict[str, Register]:
     }
 
 
-def measure(subject: Subject, scans: list[PointScan], register: Register) -> tuple[float, float]:
-    """Return the mean error over the scans, which begin with that of frame 1, and the seconds."""
-    last = subject.vertices[0]
-    rows = []
-    for truth, scan in zip(subject.vertices[1:], scans, strict=True):
-        begun = time.perf_counter()
-        last = register(last, scan)
-        rows.append((edge_errors(subject, last, truth).mean(), time.perf_counter() - begun))
-    found = np.array(rows)
-    return float(found[:, 0].mean()), float(np.median(found[:, 1]))
-
-
 def main() -> None:
     """Measure, and print the table."""
     made = parser(__doc__)
@@ -74,13 +61,13 @@ def main() -> None:
     arguments = made.parse_args()
     lines: list[Line] = [("sequence", "cameras", "method", "error", "times dynmesh")]
     for subject in sequences(arguments, arguments.frames + 1):
-        box = np.stack([subject.vertices.min(axis=(0, 1)), subject.vertices.max(axis=(0, 1))])
         for n in arguments.cameras:
-            around = degrade.orbit(box, n, up=subject.up_vector)(0)
+            around = degrade.orbit(subject.box, n, up=subject.up_vector)(0)
             _, *scans = degrade.scan_points(subject.vertices, subject.faces, around)
             usual = 0.0
             for label, register in progress(methods(subject).items(), f"{subject.name}, {n}"):
-                error, seconds = measure(subject, scans, register)
+                found = followed(subject, scans, register)
+                error, seconds = found[:, 0].mean(), np.median(found[:, 1])
                 usual = usual or seconds  # of dynmesh, the first one
                 lines.append((subject.name, str(n), label, number(error), number(seconds / usual)))
     show(arguments, Table("tracking-baselines", lines))

@@ -36,7 +36,7 @@ from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
 from .harness import Line, Table, number, parser, sequences, show
-from .runner import edge_errors
+from .runner import followed
 from .subjects import Subject
 
 POINTS = 15_000
@@ -47,17 +47,11 @@ HELD = (0, 992)
 """The corners of the recorded cloth that were held."""
 
 
-def cameras_of(subject: Subject, n: int) -> list[degrade.Camera]:
-    """Return cameras around everywhere that the subject goes."""
-    box = np.stack([subject.vertices.min(axis=(0, 1)), subject.vertices.max(axis=(0, 1))])
-    return degrade.orbit(box, n, degrees_per_frame=0, distance=FAR, up=subject.up_vector)(0)
-
-
 def with_floor(scan: PointScan, subject: Subject) -> PointScan:
     """Add a floor half an edge below everything that the subject reaches."""
     up = np.array(subject.up_vector)
     rng = np.random.default_rng(0)
-    low, high = subject.vertices.min(axis=(0, 1)), subject.vertices.max(axis=(0, 1))
+    low, high = subject.box
     floor = rng.uniform(low, high, (len(scan.points) // 2, 3))
     height = low @ up - 0.5 * mean_edge_of(subject.vertices[0], subject.faces)
     floor += (height - floor @ up)[:, None] * up
@@ -101,15 +95,10 @@ def with_flying_pixels(scan: DepthScan, subject: Subject) -> DepthScan:
     return DepthScan(images, scan.intrinsics, scan.poses)
 
 
-def followed(subject: Subject, scans: Iterable[Scan]) -> NDArray[np.float64]:
+def tracked(subject: Subject, scans: Iterable[Scan]) -> NDArray[np.float64]:
     """Return the error and the seconds of each frame: (n, 2)."""
     tracker = Tracker(subject.faces, subject.vertices[0])
-    rows = []
-    for truth, scan in zip(subject.vertices[1:], scans, strict=True):
-        begun = time.thread_time()
-        tracked = push_scan(tracker, scan)
-        rows.append((edge_errors(subject, tracked, truth).mean(), time.thread_time() - begun))
-    return np.array(rows)
+    return followed(subject, scans, lambda _, scan: push_scan(tracker, scan))
 
 
 def seconds_of_query() -> float:
@@ -118,26 +107,27 @@ def seconds_of_query() -> float:
     tree = cKDTree(points)
     times = []
     for _ in range(9):
-        begun = time.thread_time()
+        begun = time.perf_counter()
         tree.query(points[:10_000] + 0.005)
-        times.append(time.thread_time() - begun)
+        times.append(time.perf_counter() - begun)
     return float(np.median(times))
 
 
 def rows_of(subject: Subject, n: int) -> Line:
     """Return the row of a subject and a number of cameras."""
-    cameras = cameras_of(subject, n)
+    around = degrade.orbit(subject.box, n, distance=FAR, up=subject.up_vector)
+    cameras = around(0)  # in all frames
     scan = partial(
         degrade.scan_points, faces=subject.faces, cameras=cameras, points=POINTS, noise=NOISE
     )
     still = replace(subject, vertices=np.repeat(subject.vertices[:1], subject.n_frames, axis=0))
-    at_rest = followed(still, scan(still.vertices[1:]))[:, 0]
+    at_rest = tracked(still, scan(still.vertices[1:]))[:, 0]
     clean = list(scan(subject.vertices[1:]))
-    moving = followed(subject, clean)
+    moving = tracked(subject, clean)
     depth = depth_scans(subject, cameras)
 
     def mean(scans: Iterable[Scan]) -> str:
-        return number(float(followed(subject, scans)[:, 0].mean()))
+        return number(float(tracked(subject, scans)[:, 0].mean()))
 
     return (
         subject.name,

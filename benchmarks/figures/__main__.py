@@ -9,14 +9,13 @@ about five minutes; a draft takes seconds, as it shows a small sheet instead.
 """
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 import dynmesh
 
 from ..harness import DOCS
 from ..subjects import Subject
-from . import completions, how_it_works, method, scans
+from . import generations, how_it_works, walker
 
 PAGES = ("how_it_works", "readme", "method", "training", "track")
 
@@ -30,28 +29,23 @@ def main() -> None:
     parser.add_argument("--draft", action="store_true", help="show a small sheet instead")
     arguments = parser.parse_args()
     if arguments.draft:
-        figure = training = dynmesh.synth.ocean(175, grid=16)
+        figure = other = dynmesh.synth.ocean(20, grid=16)
     else:
-        figure, training = dynmesh.synth.walker(), dynmesh.synth.walker(seed=1)
-    walker = Subject("walker", figure.vertices, figure.faces, "z", 20)
-    pictures = {
-        "readme": completions.WALKER,
-        "method": completions.HIDDEN_SIDE,
-        "training": completions.training(training.vertices),
-    }
+        figure, other = dynmesh.synth.walker(), dynmesh.synth.walker(seed=1)
+    subject, out = Subject("walker", figure.vertices, figure.faces, "z", 20), arguments.out
     for page in [arguments.page] if arguments.page else PAGES:
         if page == "how_it_works" and arguments.data is not None:
-            how_it_works.draw(arguments.data, arguments.out)
-        if page == "method":
-            method.draw_generations(arguments.out)
-            method.draw_whole_frame(method.PICTURE, walker, arguments.out)
-        if page in pictures:
-            picture = pictures[page]
-            shown = picture.frames[::20] if arguments.draft else picture.frames
-            completions.draw(replace(picture, frames=shown), walker, arguments.out)
-        if page == "track":
-            shown = [8] if arguments.draft else scans.WALKER.frames
-            scans.draw(replace(scans.WALKER, frames=shown), walker, arguments.out)
+            how_it_works.draw(arguments.data, out)
+        elif page == "readme":
+            walker.readme(subject, out)
+        elif page == "method":
+            generations.draw(out)
+            walker.hidden_side(subject, out)
+            walker.whole_frame(subject, out)
+        elif page == "training":
+            walker.training(subject, out, other.vertices)
+        elif page == "track":
+            walker.track(subject, out)
 
 
 if __name__ == "__main__":

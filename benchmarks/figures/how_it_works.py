@@ -3,11 +3,13 @@
 The steps are computed here as the page describes them, with one blend for the whole mesh.
 """
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from numpy.typing import NDArray
@@ -15,6 +17,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import dynmesh
+from dynmesh.degrade.shared import mean_edge_of
 
 from ..style import new_figure, save
 
@@ -31,13 +34,11 @@ def draw(data: Path, folder: Path) -> None:
     """Completes a leg whose middle is hidden, and draws each step."""
     horse = dynmesh.read(data / "horse_gallop.npz")
     faces = horse.faces
-    i, j = dynmesh.adjacency(faces, horse.vertices.shape[1]).nonzero()
-    frames = horse.vertices.astype(float)
-    frames /= np.linalg.norm(frames[0][i] - frames[0][j], axis=1).mean()
+    frames = horse.vertices / mean_edge_of(horse.vertices[0], faces)
     known = np.zeros(frames.shape[1], bool)
     for axis, (low, high) in enumerate(_LEG):
         known |= (frames[0][:, axis] <= low) | (frames[0][:, axis] >= high)
-    leg = _Steps(faces, (i, j), frames[0], known)
+    leg = _Steps(faces, frames[0], known)
     whole = frames[_LAST]
     remembered = np.einsum("vba,vb->va", leg.rotations(whole), leg.operator @ whole)  # turned back
     start = np.where(known[:, None], frames[_SHOWN], whole)
@@ -52,7 +53,8 @@ def draw(data: Path, folder: Path) -> None:
 
     with new_figure(8.5, 7.4) as figure:
         axes = figure.subplots(2, 2).ravel()
-        colours = np.where(known[faces].all(axis=1)[:, None], to_rgb(_KNOWN), to_rgb(_ESTIMATED))
+        given = known[faces].all(axis=1)
+        colours = np.where(given[:, None], to_rgb(_KNOWN), to_rgb(_ESTIMATED))
         _surface(axes[0], faces, frames[0], np.broadcast_to(to_rgb(_KNOWN), (len(faces), 3)))
         _arrows(axes[0], frames[0], arrows, shown, _ARROWS)
         _surface(axes[1], faces, whole, np.broadcast_to(to_rgb("#eef0f3"), (len(faces), 3)))
@@ -61,28 +63,24 @@ def draw(data: Path, folder: Path) -> None:
         _arrows(axes[2], start, arrows, shown, _FAINT)
         turned = np.einsum("vab,vb->va", leg.rotations(start), arrows)
         _arrows(axes[2], start, turned, shown, _ARROWS)
-        _surface(axes[3], faces[known[faces].all(axis=1)], last, colours[known[faces].all(axis=1)])
-        hidden = faces[~known[faces].all(axis=1)]
+        _surface(axes[3], faces[given], last, colours[given])
+        hidden = faces[~given]
         for at in (0.0, 1.0, blend):
             colour = np.broadcast_to(_BLENDS(at)[:3], (len(hidden), 3))
-            _surface(
-                axes[3],
-                hidden,
-                last + at * (first - last),
-                colour if at == blend else (1 + colour) / 2,
-            )
-        _slider(axes[3], blend)
-        for axis, title in zip(
-            axes,
-            (
-                "1. Frame 0 and its\ndifferential coordinates",
-                f"2. Anchors of frame {_SHOWN} (grey),\nsmooth start (error {error(start)})",
-                "3. The vectors,\nrotated with the surface",
-                f"4. The solve, for three blends\n(error {error(last)}, "
-                f"{error(last + blend * (first - last))} and {error(first)})",
-            ),
-            strict=True,
-        ):
+            shade = colour if at == blend else (1 + colour) / 2
+            _surface(axes[3], hidden, last + at * (first - last), shade)
+        scale = axes[3].inset_axes((0.12, 0.1, 0.7, 0.025))
+        bar = figure.colorbar(ScalarMappable(cmap=_BLENDS), scale, orientation="horizontal")
+        labels = ["0: last\nshape", f"{blend:.2f}", "1: shape\nof frame 0"]
+        bar.set_ticks([0, blend, 1], labels=labels, fontsize=8)
+        errors = [error(last + at * (first - last)) for at in (0.0, blend, 1.0)]
+        titles = (
+            "1. Frame 0 and its\ndifferential coordinates",
+            f"2. Anchors of frame {_SHOWN} (grey),\nsmooth start (error {error(start)})",
+            "3. The vectors,\nrotated with the surface",
+            "4. The solve, for three blends\n(error {}, {} and {})".format(*errors),
+        )
+        for axis, title in zip(axes, titles, strict=True):
             axis.set_title(title, fontsize=11)
             axis.set_xlim(1, 46)
             axis.set_ylim(1, 42)
@@ -94,35 +92,18 @@ def draw(data: Path, folder: Path) -> None:
 class _Steps:
     """Method detail, in lengths of mean edges of frame 0, as docs/how_it_works.md describes it."""
 
-    def __init__(
-        self,
-        faces: NDArray[Any],
-        edges: tuple[NDArray[Any], NDArray[Any]],
-        first: Array,
-        known: Any,
-    ) -> None:
+    def __init__(self, faces: NDArray[Any], first: Array, known: Any) -> None:
         """Makes the operator of frame 0, and factors it for what is unknown."""
-        k = len(first)
-        rows, columns, values, area = [], [], [], np.zeros(k)
-        for corner in range(3):
-            a, b, c = (faces[:, (corner + n) % 3] for n in range(3))
-            u, w = first[b] - first[a], first[c] - first[a]
-            doubled = np.linalg.norm(np.cross(u, w), axis=1)
-            half = (u * w).sum(axis=1) / doubled / 2  # of the cotangent of the angle at a
-            rows += [b, c, b, c]
-            columns += [c, b, b, c]
-            values += [-half, -half, half, half]
-            np.add.at(area, a, doubled / 6)
-        stiffness = sparse.csr_array(
-            (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(k, k)
-        )
-        self.operator = sparse.csr_array(sparse.diags_array(area**-0.5) @ stiffness)
+        igl, triangles = import_module("igl"), faces.astype(np.int64)
+        areas = igl.massmatrix(first, triangles, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
+        stiffness = sparse.csr_array(-igl.cotmatrix(first, triangles))
+        self.operator = sparse.csr_array(sparse.diags_array(areas**-0.5) @ stiffness)
         self._unknown = np.flatnonzero(~known)
         normal = sparse.csc_array(self.operator.T @ self.operator)
         self._factor = splu(normal[:, self._unknown][self._unknown].tocsc())
-        self._edges, self._first = edges, first
-        ring = sparse.csr_array((np.ones(len(edges[0])), edges), shape=(k, k))
-        self._ring = sparse.csr_array(ring + sparse.eye_array(k))
+        self._first, beside = first, dynmesh.adjacency(faces, len(first))
+        self._edges = beside.nonzero()
+        self._ring = sparse.csr_array(beside + sparse.eye_array(len(first)))
 
     def solved(self, start: Array, target: Array) -> Array:
         """Brings the unknown vertices as near to these differential coordinates as possible."""
@@ -184,19 +165,3 @@ def _arrows(axis: Axes, points: Array, vectors: Array, shown: NDArray[Any], colo
         width=0.006,
         zorder=3,
     )
-
-
-def _slider(axis: Axes, blend: float) -> None:
-    """Draws a scale of blends from 0 to 1 with a mark."""
-    left, right, height = 6.0, 38.0, 3.0
-    axis.imshow(
-        np.linspace(0, 1, 100)[None], cmap=_BLENDS, extent=(left, right, height - 0.4, height + 0.4)
-    )
-    at = left + blend * (right - left)
-    axis.plot([at], [height], "o", color=_BLENDS(blend), markeredgecolor="#222222", markersize=10)
-    for place, text in (
-        (left, "0: last\nshape"),
-        (at, f"{blend:.2f}"),
-        (right, "1: shape\nof frame 0"),
-    ):
-        axis.text(place, height + 1.4, text, ha="center", va="bottom", fontsize=8)
