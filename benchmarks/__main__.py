@@ -1,8 +1,10 @@
 """Makes the figures and tables of the documentation: ``script/reproduce``."""
 
+import argparse
 import sys
 from collections.abc import Callable
-from functools import partial
+from pathlib import Path
+from typing import Any
 
 from . import (
     both_sides,
@@ -13,33 +15,47 @@ from . import (
     tracking_conditions,
     whole_frame,
 )
+from .harness import Table, add_arguments, show
 
-TABLES: dict[str, Callable[[], None]] = {
-    "paper": paper.main,
-    **{name: partial(cases.main, name) for name in cases.CASES},
-    "both-sides": both_sides.main,
-    "calibration": calibration.main,
-    "tracking": tracking_baselines.main,
-    "tracking-conditions": tracking_conditions.main,
-    "whole-frame": whole_frame.main,
+OPTIONS: dict[str, dict[str, Any]] = {
+    "--azimuth": {"type": float, "help": "of the pictures, in degrees around up"},
+    "--cameras": {"type": int, "nargs": "+", "default": [4, 1], "help": "numbers of cameras"},
+    "--cloth": {"type": Path, "metavar": "FILE", "help": "a recording of a cloth"},
+    "--known": {"type": float, "nargs": "+", "metavar": "SHARE", "help": "known at random"},
+    "--quick": {"action": "store_true", "help": "at most 30 frames, and fewer shares"},
 }
-"""What makes each table, with arguments of its own."""
+"""Arguments that some tables have."""
+
+TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, ...]]] = {
+    "paper": (paper.tables, ("--azimuth", "--quick")),
+    "two-readings": (cases.two_readings, ("--known",)),
+    "drift": (cases.drift, ("--known",)),
+    "methods": (cases.relative_to_motion, ("--known",)),
+    "training": (cases.training, ("--known",)),
+    "learning": (cases.learning, ("--known",)),
+    "both-sides": (both_sides.tables, ()),
+    "calibration": (calibration.tables, ()),
+    "tracking": (tracking_baselines.tables, ("--cameras",)),
+    "tracking-conditions": (tracking_conditions.tables, ("--cameras", "--cloth")),
+    "whole-frame": (whole_frame.tables, ()),
+}
 
 
 def main() -> None:
     """Make what the first argument names, without one the figures and tables of the paper."""
-    rest = sys.argv[1:]
-    if rest[:1] in (["-h"], ["--help"]):
-        print(
-            "usage: script/reproduce [TABLE] [ARGUMENTS]; TABLE --help lists the arguments of one"
-        )
-        print(f"The tables are {', '.join(TABLES)}; without one, it makes paper.")
-        return
-    name = rest.pop(0) if rest and not rest[0].startswith("-") else "paper"
-    if name not in TABLES:
-        sys.exit(f"{name}: is no table; there are {', '.join(TABLES)}")
-    sys.argv = [f"script/reproduce {name}", *rest]
-    TABLES[name]()
+    parser = argparse.ArgumentParser("script/reproduce", description="Makes tables and figures.")
+    commands = parser.add_subparsers(dest="name", metavar="TABLE", help="paper if there is none")
+    for name, (tables, options) in TABLES.items():
+        words = (tables.__doc__ or "").partition("\n")[0]
+        command = commands.add_parser(name, help=words, description=words)
+        add_arguments(command)
+        for option in options:
+            command.add_argument(option, **OPTIONS[option])
+    first = [*sys.argv, "--"][1]
+    if first.startswith("-") and first not in ("-h", "--help"):
+        sys.argv.insert(1, "paper")
+    arguments = parser.parse_args()
+    show(arguments, *TABLES[arguments.name][0](arguments))
 
 
 if __name__ == "__main__":

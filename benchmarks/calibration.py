@@ -1,6 +1,6 @@
 """Measures how well the standard errors of method detail describe its errors, as a table.
 
-    script/reproduce calibration FOLDER [NAME ...] [--frames N]
+    script/reproduce calibration FOLDER [NAME ...] [--frames 100]
 
 Vertices are known at random (10 % and 30 %), seen by a circling camera, or hidden by patches (30 %,
 each for ten frames). The table shows the share of the filled-in vertices whose error is within the
@@ -8,13 +8,15 @@ interval of 90 %, and the rank correlation of error with standard error and with
 mean over frames.
 """
 
+import argparse
+
 import numpy as np
 
 from dynmesh import Completer, degrade
 from dynmesh.calibration import Calibrating, Calibration
 from dynmesh.sequence import Mask
 
-from .harness import ABSENT, Table, by_row_and_column, parser, progress, sequences, show
+from .harness import ABSENT, Table, by_row_and_column, progress, sequences
 from .subjects import Subject, losses
 
 LIFETIME = 10
@@ -40,13 +42,10 @@ def calibrated(subject: Subject, masks: list[Mask]) -> Calibration | None:
     return calibrating.result()
 
 
-def main() -> None:
-    """Measure, and print the table."""
-    made = parser(__doc__)
-    made.add_argument("--frames", type=int, default=100, help="at most this many, default 100")
-    arguments = made.parse_args()
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """How well the standard errors of method detail describe its errors."""
     cells: dict[tuple[str, str], str] = {}
-    for subject in sequences(arguments, arguments.frames):
+    for subject in sequences(arguments, 100):
         for case, masks in progress(cases(subject).items(), subject.name):
             if (found := calibrated(subject, masks)) is not None:
                 ranks = [
@@ -54,4 +53,4 @@ def main() -> None:
                     for rank in (found.rank_correlation, found.generation_correlation)
                 ]
                 cells[subject.name, case] = f"{found.coverage_90:.2f}; {ranks[0]} ({ranks[1]})"
-    show(arguments, Table("calibration", by_row_and_column("sequence", cells)))
+    return [Table("calibration", by_row_and_column("sequence", cells))]

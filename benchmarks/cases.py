@@ -7,14 +7,13 @@ diagonals of frame 0, or relative to that of another method.
 """
 
 import argparse
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 import dynmesh
 
-from .harness import ABSENT, Line, Table, by_row_and_column, nmsve_cell, parser, sequences, show
+from .harness import ABSENT, Line, Table, by_row_and_column, nmsve_cell, sequences
 from .methods import (
     ARAP_FROM_PREVIOUS,
     BASELINES,
@@ -38,7 +37,7 @@ EXTRA = dynmesh_method(
 LEARNING = dynmesh_method("detail, learning", "#882255", "-", method="detail", learn=True)
 
 
-def two_readings(arguments: argparse.Namespace) -> Table:
+def two_readings(arguments: argparse.Namespace) -> list[Table]:
     """Both readings of the weights, and detail, in double precision, known at random."""
     methods = {"re-estimated": MOTION, "once only": ONCE, "detail": DETAIL}
     lines: list[Line] = [("data", "known", *methods)]
@@ -49,10 +48,10 @@ def two_readings(arguments: argparse.Namespace) -> Table:
         for loss in masks:
             cells = [nmsve_cell(found[method, loss].error) for method in methods.values()]
             lines.append((subject.name, loss, *cells))
-    return Table("two-readings", lines)
+    return [Table("two-readings", lines)]
 
 
-def drift(arguments: argparse.Namespace) -> Table:
+def drift(arguments: argparse.Namespace) -> list[Table]:
     """A sequence played three times, by cycle; the walker, forwards and backwards, by default."""
     walker = dynmesh.synth.walker(44)
     there_and_back = np.concatenate([walker.vertices, walker.vertices[-2:0:-1]])
@@ -73,10 +72,10 @@ def drift(arguments: argparse.Namespace) -> Table:
                 nmsve = np.concatenate([[0.0], found[method, loss].nmsve])
                 by_cycle = nmsve.reshape(len(cycles), -1)[:, 1:].mean(axis=1)
                 lines.append((subject.name, loss, name, *map(nmsve_cell, by_cycle)))
-    return Table("drift", lines)
+    return [Table("drift", lines)]
 
 
-def relative_to_motion(arguments: argparse.Namespace) -> Table:
+def relative_to_motion(arguments: argparse.Namespace) -> list[Table]:
     """Other methods relative to motion."""
     others = (DETAIL, LIA_ON_MOTION, *BASELINES, ARAP_FROM_PREVIOUS)
     labels = ["detail", *(method.label for method in others[1:])]
@@ -88,10 +87,10 @@ def relative_to_motion(arguments: argparse.Namespace) -> Table:
         for loss in masks:
             cells = [_ratio(found, loss, method, MOTION, 3) for method in others]
             lines.append((title, loss, nmsve_cell(found[MOTION, loss].error), *cells))
-    return Table("methods", lines)
+    return [Table("methods", lines)]
 
 
-def training(arguments: argparse.Namespace) -> Table:
+def training(arguments: argparse.Namespace) -> list[Table]:
     """Detail after training relative to that without, on the second halves of sequences.
 
     At most 50 frames of the first half are the training frames, evenly, and the first 50 frames of
@@ -103,13 +102,13 @@ def training(arguments: argparse.Namespace) -> Table:
         chosen = np.unique(np.linspace(0, half - 1, _TRAINING_FRAMES).astype(int))
         second = subject.vertices[half : half + _TRAINING_FRAMES]
         halves.append((replace(subject, vertices=second), trained(subject.vertices[chosen])))
-    return Table("training", _relative_to_detail(arguments, halves))
+    return [Table("training", _relative_to_detail(arguments, halves))]
 
 
-def learning(arguments: argparse.Namespace) -> Table:
+def learning(arguments: argparse.Namespace) -> list[Table]:
     """Detail that learns from the frames that it completed, relative to that without."""
     subjects = [(subject, LEARNING) for subject in sequences(arguments, _FRAMES)]
-    return Table("learning", _relative_to_detail(arguments, subjects))
+    return [Table("learning", _relative_to_detail(arguments, subjects))]
 
 
 def _relative_to_detail(
@@ -129,20 +128,3 @@ def _ratio(found: Runs, loss: str, method: Method, reference: Method, digits: in
     if (method, loss) not in found or error == 0:
         return ABSENT
     return f"{found[method, loss].error / error:.{digits}f}"
-
-
-CASES: dict[str, Callable[[argparse.Namespace], Table]] = {
-    "two-readings": two_readings,
-    "drift": drift,
-    "methods": relative_to_motion,
-    "training": training,
-    "learning": learning,
-}
-
-
-def main(case: str) -> None:
-    """Measure, and print the table."""
-    made = parser(CASES[case].__doc__)
-    made.add_argument("--known", type=float, nargs="+", metavar="SHARE", help="known at random")
-    arguments = made.parse_args()
-    show(arguments, CASES[case](arguments))

@@ -50,7 +50,6 @@ def milliseconds(seconds: float) -> str:
 
 
 DOCS = Path(__file__).parents[1] / "docs"
-QUICK_FRAMES = 30
 
 T = TypeVar("T")
 
@@ -73,14 +72,13 @@ class Table(NamedTuple):
         return "\n".join(rows)
 
 
-def parser(words: str | None, *, folder: bool = True) -> argparse.ArgumentParser:
-    """Return a parser of the arguments that all benchmarks have.
+def add_arguments(made: argparse.ArgumentParser, *, folder: bool = True) -> None:
+    """Add the arguments that all benchmarks have to a parser.
 
     Args:
-        words: the docstring of the benchmark, whose first line describes it.
-        folder: whether it measures sequences, of a folder or the built-in ones.
+        made: the parser.
+        folder: whether sequences are measured, of a folder or the built-in ones.
     """
-    made = argparse.ArgumentParser(description=(words or "").partition("\n")[0])
     if folder:
         made.add_argument(
             "folder",
@@ -94,9 +92,7 @@ def parser(words: str | None, *, folder: bool = True) -> argparse.ArgumentParser
             metavar="NAME[:FRAMES]",
             help="sequences of the folder, or only their first frames; the default is every one",
         )
-        made.add_argument(
-            "--quick", action="store_true", help=f"at most {QUICK_FRAMES} frames of each sequence"
-        )
+        made.add_argument("--frames", type=int, help="at most this many of each sequence")
     made.add_argument(
         "--out",
         type=Path,
@@ -105,17 +101,15 @@ def parser(words: str | None, *, folder: bool = True) -> argparse.ArgumentParser
         help="where each table is written as NAME.csv; the default is build/reproduce",
     )
     made.add_argument("--docs", action="store_true", help="also replace the tables in docs/tables")
-    return made
 
 
 def sequences(arguments: argparse.Namespace, frames: int | None = None) -> list[Subject]:
-    """Read the sequences that the arguments name, and at most so many frames of each.
+    """Read the sequences that the arguments name, of each at most so many frames or --frames.
 
     Raises:
         ValueError, OSError: a sequence cannot be read or is not complete, or there is none.
     """
-    if arguments.quick:
-        frames = min(frames or QUICK_FRAMES, QUICK_FRAMES)
+    frames = arguments.frames or frames
     if arguments.folder is None:
         return built_in(frames)
     files = sorted(arguments.folder.glob("*.npz"))

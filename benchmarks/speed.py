@@ -6,6 +6,7 @@ The table is printed in Markdown. It is also written to FOLDER, as CSV, with the
 --docs to docs. What cannot run here is left out, and standard error names the reason.
 """
 
+import argparse
 import gc
 import sys
 import time
@@ -20,8 +21,7 @@ from matplotlib.artist import Artist
 from dynmesh import synth
 from dynmesh.sequence import Mask
 
-from . import harness
-from .harness import ABSENT, DOCS, Line, Table, milliseconds, show
+from .harness import ABSENT, DOCS, Line, Table, add_arguments, milliseconds, show
 from .methods import ARAP, BIHARMONIC, DETAIL, MOTION, Method, dynmesh_method
 from .runner import run
 from .style import new_figure, save
@@ -130,7 +130,8 @@ def _draw(by_loss: dict[str, Times], folders: Sequence[Path]) -> None:
 
 def main() -> None:
     """Measure, draw, and print the table."""
-    made = harness.parser(__doc__, folder=False)
+    made = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    add_arguments(made, folder=False)
     made.set_defaults(out=Path("build/bench/results"))
     made.add_argument("--quick", action="store_true", help="measure less, in about a minute")
     arguments = made.parse_args()

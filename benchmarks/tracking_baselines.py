@@ -1,6 +1,6 @@
 """Prints how near to the truth other libraries bring a mesh, and in what time, as a table.
 
-    script/reproduce tracking FOLDER [NAME ...] [--cameras 4 1] [--frames 2]
+    script/reproduce tracking FOLDER [NAME ...] [--cameras 4 1] [--frames 3]
 
 The scans are 20 000 points a frame with noise of 0.02 mean edges, by cameras around the subject.
 The template is frame 0, and every frame after it is registered from the result for the last one. A
@@ -8,6 +8,7 @@ frame takes other libraries up to a minute. Errors are mean distances from the t
 vertex, in mean edges of frame 0.
 """
 
+import argparse
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -20,7 +21,7 @@ from dynmesh.scans import PointScan
 from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
-from .harness import Line, Table, number, parser, progress, sequences, show
+from .harness import Line, Table, number, progress, sequences
 from .runner import followed
 from .subjects import Subject
 
@@ -53,14 +54,10 @@ def methods(subject: Subject) -> dict[str, Register]:
     }
 
 
-def main() -> None:
-    """Measure, and print the table."""
-    made = parser(__doc__)
-    made.add_argument("--cameras", type=int, nargs="+", default=[4, 1])
-    made.add_argument("--frames", type=int, default=2, help="to track, default 2")
-    arguments = made.parse_args()
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """How near to the truth other libraries bring a mesh, and in what time."""
     lines: list[Line] = [("sequence", "cameras", "method", "error", "times dynmesh")]
-    for subject in sequences(arguments, arguments.frames + 1):
+    for subject in sequences(arguments, 3):
         for n in arguments.cameras:
             around = degrade.orbit(subject.box, n, up=subject.up_vector)(0)
             _, *scans = degrade.scan_points(subject.vertices, subject.faces, around)
@@ -70,4 +67,4 @@ def main() -> None:
                 error, seconds = found[:, 0].mean(), np.median(found[:, 1])
                 usual = usual or seconds  # of dynmesh, the first one
                 lines.append((subject.name, str(n), label, number(error), number(seconds / usual)))
-    show(arguments, Table("tracking-baselines", lines))
+    return [Table("tracking-baselines", lines)]

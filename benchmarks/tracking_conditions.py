@@ -17,6 +17,7 @@ surface, the share of the edges within 10 % of their length, and how far the two
 held have moved.
 """
 
+import argparse
 import time
 from collections.abc import Iterable
 from dataclasses import replace
@@ -35,7 +36,7 @@ from dynmesh.scans import DepthScan, PointScan, Scan
 from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
-from .harness import Line, Table, number, parser, sequences, show
+from .harness import Line, Table, number, sequences
 from .runner import followed
 from .subjects import Subject
 
@@ -168,22 +169,16 @@ def cloth(path: Path) -> Line:
     return number(1e3 * float(np.median(distance))), f"{kept:.1%}", number(1e3 * float(held.max()))
 
 
-def main() -> None:
-    """Measure, and print the tables."""
-    made = parser(__doc__)
-    made.add_argument("--cameras", type=int, nargs="+", default=[4, 1])
-    made.add_argument("--frames", type=int, default=21)
-    made.add_argument("--cloth", type=Path, metavar="FILE", help="a recording of a cloth")
-    arguments = made.parse_args()
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """How well a mesh is tracked at rest, in motion, and with other things in its scans."""
     lines: list[Line] = [
         ("sequence", "cameras", "still, third", "still, last", "moving", "outliers", "floor",
          "second subject", "depth", "flying pixels", "queries")
     ]  # fmt: skip
-    for sequence in sequences(arguments):
-        subject = replace(sequence, vertices=sequence.vertices[: arguments.frames])
+    for subject in sequences(arguments, 21):
         lines += [rows_of(subject, n) for n in arguments.cameras]
-    tables = [Table("tracking-conditions", lines)]
+    found = [Table("tracking-conditions", lines)]
     if arguments.cloth:
         head = ("points to surface, mm", "edges within 10 %", "corners, mm")
-        tables.append(Table("tracking-cloth", [head, cloth(arguments.cloth)]))
-    show(arguments, *tables)
+        found.append(Table("tracking-cloth", [head, cloth(arguments.cloth)]))
+    return found

@@ -7,6 +7,7 @@ and others know, in mean edges. The smooth fill is what one frame gives alone. T
 compare the sequence completed from the result with that completed from the true frame.
 """
 
+import argparse
 import time
 from dataclasses import replace
 
@@ -17,7 +18,7 @@ from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.metrics import vertex_error
 from dynmesh.sequence import Mask, Positions
 
-from .harness import Line, Table, parser, progress, sequences, show
+from .harness import Line, Table, progress, sequences
 from .subjects import Subject, losses
 
 MOST_FRAMES = 51
@@ -62,9 +63,8 @@ def line(subject: Subject, loss: str, known: Mask) -> Line:
     )  # fmt: skip
 
 
-def main() -> None:
-    """Measure, and print the table."""
-    arguments = parser(__doc__).parse_args()
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """How near to the truth a whole frame is that is put together from incomplete ones."""
     head = ("sequence", "known", "known in the frame", "in any frame", "error", "smooth fill",
             "within 2.5 standard errors", "doubtful", "completed from it / from the truth",
             "seconds")  # fmt: skip
@@ -74,4 +74,4 @@ def main() -> None:
         short = replace(subject, vertices=subject.vertices[1:])
         for loss, masks in progress(kinds.items(), subject.name):
             rows.append(line(short, loss, np.array(masks[1:])))
-    show(arguments, Table("whole-frame", [head, *rows]))
+    return [Table("whole-frame", [head, *rows])]

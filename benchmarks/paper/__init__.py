@@ -7,10 +7,19 @@ detail and libigl; a table of errors and times for each sequence, and the claims
 method of libigl that cannot complete a sequence is left out.
 """
 
+import argparse
 from dataclasses import replace
 
-from .. import harness
-from ..harness import ABSENT, Line, Table, by_row_and_column, milliseconds, nmsve_cell
+from ..harness import (
+    ABSENT,
+    Line,
+    Table,
+    by_row_and_column,
+    milliseconds,
+    nmsve_cell,
+    progress,
+    sequences,
+)
 from ..runner import Run
 from ..subjects import PAPER_SHARES, SCENARIOS, percent
 from . import charts, pictures
@@ -37,25 +46,20 @@ def _error_and_time(run: Run | None) -> str:
     return f"{shown}; {milliseconds(run.usual_seconds)} ms"
 
 
-def main() -> None:
-    """Measure, draw, and print the tables."""
-    made = harness.parser(__doc__)
-    made.add_argument("--frames", type=int, help="at most this many of each sequence")
-    made.add_argument("--azimuth", type=float, help="of the pictures, in degrees around up")
-    arguments = made.parse_args()
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """The evaluation of the paper, its figures 7 to 11 and its claims, and more."""
     studies = []
-    for subject in harness.sequences(arguments, arguments.frames):
+    for subject in sequences(arguments, 30 if arguments.quick else None):
         azimuth = subject.azimuth if arguments.azimuth is None else arguments.azimuth
         studies.append(study(replace(subject, azimuth=azimuth), quick=arguments.quick))
     charts.draw(studies, arguments.out)
-    for done in harness.progress(studies, "drawing"):
+    for done in progress(studies, "drawing"):
         pictures.draw(done, arguments.out)
     claims = {
         (claim, done.subject.name): "holds" if holds else "**does not hold**"
         for done in studies
         for claim, holds in verdicts(done).items()
     }
-    tables = [errors_and_times(done) for done in studies]
     name = "claims" if arguments.folder is None else "claims-recorded"
-    harness.show(arguments, *tables, Table(name, by_row_and_column("claim", claims)))
-    print(f"\n{arguments.out}: written")
+    judged = Table(name, by_row_and_column("claim", claims))
+    return [*map(errors_and_times, studies), judged]

@@ -76,7 +76,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("calibration", "sheet --frames 8", [2]),
         ("whole-frame", "sheet:6", [5]),
         ("both-sides", "sheet:6", [7]),
-        ("tracking", "sheet:4 --cameras 1 --frames 1", [5]),
+        ("tracking", "sheet:4 --cameras 1 --frames 2", [5]),
     ],
 )
 def test_a_table_is_whole(
