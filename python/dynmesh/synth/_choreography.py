@@ -4,9 +4,8 @@ Feet and hands follow paths, on the floor or relative to the trunk, and the limb
 kinematics. World axes: z up, floor at 0; the walk is along y. Angles are in degrees.
 """
 
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,8 +120,7 @@ _BALL, _HEEL = np.array([0.0, 0.155, -0.085]), np.array([0.0, -0.05, -0.085])  #
 _SLACK = 0.006  # metres over which a stretched limb bends
 
 
-@dataclass(frozen=True)
-class Gait:
+class Gait(NamedTuple):
     """What differs from one figure to the next, as factors near one."""
 
     stride: float
@@ -132,11 +130,8 @@ class Gait:
     girth: float
     stature: float
 
-    @classmethod
-    def drawn(cls, seed: int) -> Self:
-        """Return the gait of a `seed`."""
-        spread = np.array([0.06, 0.15, 0.2, 0.12, 0.05, 0.04])
-        return cls(*(1.0 + spread * np.random.default_rng(seed).uniform(-1.0, 1.0, len(spread))))
+
+_GAIT_SPREAD = np.array([0.06, 0.15, 0.2, 0.12, 0.05, 0.04])  # of each of its factors
 
 
 def walk(frames: int, seed: int) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
@@ -144,7 +139,7 @@ def walk(frames: int, seed: int) -> tuple[NDArray[np.float32], NDArray[np.int32]
 
     The choreography always fills the frames; the first and the last are its first and last pose.
     """
-    gait = Gait.drawn(seed)
+    gait = Gait(*(1.0 + _GAIT_SPREAD * np.random.default_rng(seed).uniform(-1.0, 1.0, 6)))
     body = body_of_girth(gait.girth)
     around = np.linspace(0.0, 2.0 * np.pi, frames)
     seconds = _DURATION / (2.0 * np.pi) * (around + (gait.pace - 1.0) * np.sin(around))
