@@ -9,94 +9,231 @@ The known mask is the primvar `known` (bool); `generation` and `age` (int) are p
 each with one value per vertex.
 """
 
-from collections.abc import Iterator
+import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..attributes import flags_of
-from ..polygons import split_polygons
+from .._report import some_of
+from ..polygons import as_polygons
 from .format import Format
 from .frame import Frame
-from .header import Header, MeshFile
-from .reader import Reader
+from .times import frame_numbers
 from .usd_stage import (
+    UsdReader,
     UsdScene,
     errors_of_key,
-    faces_of,
-    frame_times,
-    primvars_of,
-    timing,
+    library_array,
+    primvars,
+    pxr,
     translating,
-    value_at,
 )
-from .usd_writer import UsdOverlayWriter, UsdWriter
+from .writer import Writer
 
 
-class UsdReader(Reader):
-    """The frames of a mesh: the time samples of its points, or else their only value.
+class UsdWriter(Writer):
+    """A stage with a mesh that is being written; positions are rounded to float32.
 
-    Exporters omit samples where nothing moves: if the points before and after a gap are equal, the
-    frames in between are included. If the frames are then evenly spaced, `fps` follows from the
-    time codes per second of the stage; otherwise, `times` are time codes and `fps` is the number of
-    time codes per second. If the stage does not state it, it is None.
+    There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
+    per second. They are saved to a binary layer a few at a time, so memory does not grow with their
+    number; a `.usda` is converted from it in the end.
+    Saving overwrites the table of contents of the layer, so a layer whose saving was interrupted is
+    lost, and the writer cannot be continued.
+
+    A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
+    subdivided, so only the subdivision scheme that a stage states for it is written.
     """
 
-    def __init__(self, path: Path, prim: str | None) -> None:
-        """Composes the stage and reads everything except the frames."""
-        self._scene: UsdScene | None = UsdScene(path)
-        with translating(ValueError, "is damaged: "):
-            self._mesh = self._scene.mesh(prim)
-            super().__init__(path, self._header(path, self._scene), self._scene.files)
+    keeps_float64 = False
+    unsaved_bytes = 1 << 24
+    """Bytes of positions that are held in memory until the next save, plus at most one frame."""
 
-    def _header(self, path: Path, scene: UsdScene) -> Header:
-        stage = scene.stage
-        self._points = self._mesh.GetPointsAttr()
-        self._times = frame_times(self._points)
-        first = self._points.Get(self._times[0])
-        if first is None:
-            raise ValueError("the mesh has no points")
-        faces, polygons = split_polygons(faces_of(self._mesh))
-        up_axis, metres_per_unit = (
-            stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
-            for name in ("upAxis", "metersPerUnit")
-        )
-        self._primvars = primvars_of(self._mesh)
-        bars = self._primvars.get("standard_error")
-        errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
-        scheme = self._mesh.GetSubdivisionSchemeAttr()
-        return Header(
-            faces=faces,
-            n_frames=len(self._times),
-            n_vertices=len(first),
-            dtype=np.dtype(np.float32),
-            polygons=polygons,
-            up_axis=up_axis.lower() if up_axis else None,
-            name=str(self._mesh.GetPath()),
-            metres_per_unit=metres_per_unit,
-            **timing(stage, self._times)._asdict(),
-            **flags_of(self._primvars),
-            standard_error_of="position" if errors is None else errors,
-            mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
-            subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
-        )
+    def _begin(self) -> None:
+        sdf, usd, geometry, header = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom"), self.header
+        self._path = self.folder / "frames.usdc"
+        self._unsaved = 0
+        self._stage: Any = None
+        with translating(OSError):
+            self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
+            self._stage = usd.Stage.Open(self._layer)
+            self._describe_stage()
+            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
+            mesh = self._make_mesh()
+            self._points = mesh.CreatePointsAttr()
+            api = geometry.PrimvarsAPI(mesh)
+            self._primvars = {
+                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
+                for name in header.attributes
+            }
+            if header.has_standard_error:  # always, since those of layers below would be visible
+                attribute = self._primvars["standard_error"].GetAttr()
+                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
 
-    def _frames(self, numbers: range) -> Iterator[Frame]:
-        for number in numbers:
-            time = self._times[number]
-            with translating(ValueError, f"time {time:g}: is damaged: "):
-                points = value_at(self._points, time, (self.n_vertices, 3))
-                values = {
-                    name: value_at(attribute, time, (self.n_vertices,))
-                    for name, attribute in self._primvars.items()
-                }
-            yield Frame(points, **values)
+    def _describe_stage(self) -> None:
+        """Writes what is said of the stage, not of a mesh."""
+        header, geometry = self.header, pxr("UsdGeom")
+        if header.fps is not None:
+            self._stage.SetTimeCodesPerSecond(header.fps)
+            self._stage.SetFramesPerSecond(header.fps)
+        if header.up_axis == "x":
+            raise ValueError("USD has y or z up, not x; a conversion can turn the points")
+        if header.up_axis is not None:
+            geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
+        if header.metres_per_unit is not None:
+            geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
 
-    def close(self) -> None:
-        """Releases the stage."""
-        self._scene = self._mesh = self._points = None
+    def _time_codes(self, rate: float) -> NDArray[np.float64]:
+        """Returns (n,) the time of each frame, in a stage with that many codes per second."""
+        numbers = frame_numbers(self.header)
+        fps = self.header.fps
+        return numbers if fps in (None, rate) else numbers * (rate / fps)
+
+    def _make_mesh(self) -> Any:
+        """Creates the mesh without its points, and the range of the stage."""
+        header, geometry, stage = self.header, pxr("UsdGeom"), self._stage
+        # The prims above become a `def` without a type: over another stage, its types remain
+        # visible; an `over` would leave the mesh undefined without that stage.
+        mesh = geometry.Mesh.Define(stage, _prim_path(header.name))
+        stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
+        stage.SetStartTimeCode(self._times[0])
+        stage.SetEndTimeCode(self._times[-1])
+        scheme = "none" if header.name is None else header.subdivision
+        if scheme is not None:
+            mesh.CreateSubdivisionSchemeAttr(scheme)
+        faces = as_polygons(header.faces, header.polygons)
+        mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
+        mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
+        return mesh
+
+    def _append(self, frame: Frame) -> None:
+        points, time = frame.points, self._times[self._frame]
+        with translating(OSError):
+            self._points.Set(library_array("Vec3fArray", points), time)
+            for name, primvar in self._primvars.items():
+                values = library_array(primvars[name], getattr(frame, name))
+                primvar.Set(values, time)
+            self._unsaved += points.nbytes
+            if self._unsaved > self.unsaved_bytes:
+                self._save()
+
+    def _save(self) -> None:
+        if not self._layer.Save():
+            raise OSError("cannot be saved")
+        self._unsaved = 0
+
+    def _finish(self) -> None:
+        target = self.folder / self.path.name
+        with translating(OSError):
+            self._release_stage()
+            self._complete_layer()
+            self._save()
+            if self.path.suffix.lower() == ".usda":
+                text = self._path.with_suffix(".usda")
+                if not self._layer.Export(str(text.absolute())):
+                    raise OSError("cannot be saved as text")
+                self._path.unlink()
+                self._path = text
+        self._close()
+        self._path.replace(target)
+
+    def _complete_layer(self) -> None:
+        """Changes the layer after everything else was written to it."""
+
+    def _release_stage(self) -> None:
+        self._stage = self._points = None
         self._primvars = {}
+
+    def _close(self) -> None:
+        self._release_stage()
+        self._layer = None
+
+
+def _prim_path(name: str | None) -> str:
+    """Returns the path for the name, with underscores for characters that USD does not allow."""
+    sdf, tf = pxr("Sdf"), pxr("Tf")
+    parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
+    valid = sdf.Path.IsValidIdentifier
+    return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)
+
+
+_of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
+"""What a layer says of itself, not of the stage of which it is the root."""
+
+_derived = ("extent", "normals", "primvars:normals", "velocities", "accelerations")
+"""The attributes of a mesh that follow from its points."""
+
+
+class UsdOverlayWriter(UsdWriter):
+    """A layer that is being written, with the mesh file of its header, a stage, as its sublayer.
+
+    It only has opinions on one mesh: its points, and what no longer fits them, which it blocks.
+    Everything else is that of the stage, whose time codes, units and default prim are repeated, as
+    USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
+    both files can be moved together.
+    """
+
+    def _describe_stage(self) -> None:
+        assert self.header.mesh_file is not None
+        self._scene = UsdScene(self.header.mesh_file.path)
+        self._original = self._scene.mesh(self.header.name)
+        original = self._scene.stage.GetRootLayer().pseudoRoot
+        for name in original.ListInfoKeys():
+            if name not in _of_layers:
+                self._layer.pseudoRoot.SetInfo(name, original.GetInfo(name))
+
+    def _time_codes(self, rate: float) -> NDArray[np.float64]:
+        """Returns the times of the samples themselves, which the conversion may round."""
+        codes = super()._time_codes(rate)
+        samples = np.array(self._original.GetPointsAttr().GetTimeSamples())
+        if len(samples) == 0:
+            return codes
+        after = np.searchsorted(samples, codes).clip(1, max(1, len(samples) - 1)) % len(samples)
+        before = samples[after - 1]
+        nearest = np.where(codes - before < samples[after] - codes, before, samples[after])
+        return np.where(np.isclose(codes, nearest, rtol=1e-9, atol=1e-9), nearest, codes)
+
+    def _make_mesh(self) -> Any:
+        stage, path = self._stage, self._original.GetPath()
+        instances = []
+        for prim in map(self._scene.stage.GetPrimAtPath, path.GetPrefixes()):
+            if prim.IsInstanceable():  # otherwise nothing below it can be changed
+                stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
+                instances.append(str(prim.GetPath()))
+            self._block(prim, "extentsHint")
+        if instances:
+            self.remarks.append(f"no longer instances: {some_of(instances)}")
+        original = self._original.GetPrim()
+        if derived := self._block(original, *_derived):
+            self.remarks.append(
+                f"{some_of(derived)} of {self._scene.path.name} are blocked, since they no "
+                "longer fit the points, and are not computed anew"
+            )
+        stale = [name for name in primvars if name not in self.header.attributes]
+        self._block(original, *(f"primvars:{name}" for name in stale))
+        return pxr("UsdGeom").Mesh(stage.OverridePrim(path))
+
+    def _block(self, prim: Any, *names: str) -> list[str]:
+        """Hides the values of attributes of the stage; returns the names of those that have one."""
+        found = [one for one in map(prim.GetAttribute, names) if one and one.HasAuthoredValue()]
+        for one in found:
+            over = self._stage.OverridePrim(prim.GetPath())
+            over.CreateAttribute(one.GetName(), one.GetTypeName(), custom=False).Block()
+        return [one.GetName() for one in found]
+
+    def _complete_layer(self) -> None:
+        scene = self._scene.path
+        try:  # without following links, as USD does
+            relative = f"./{Path(os.path.relpath(scene, self.path.parent)).as_posix()}"
+        except ValueError:  # on another drive of Windows
+            relative = scene.absolute().as_posix()
+        self._layer.subLayerPaths.append(relative)
+
+    def _close(self) -> None:
+        super()._close()
+        self._scene = self._original = None  # type: ignore[assignment]
 
 
 usd = Format(
