@@ -16,7 +16,7 @@ from sequences import assert_refused, sea
 import dynmesh
 from dynmesh import files
 from dynmesh._command import slice_of
-from dynmesh.files.header import header_of
+from dynmesh.files.memory import SequenceReader
 from dynmesh.files.times import frame_numbers, indices_of
 
 
@@ -347,7 +347,7 @@ def test_completion_and_evaluation(tmp_path: Path) -> None:
 def test_ranges_are_half_open(
     text: str, times: np.ndarray | None, expected: list[int] | None
 ) -> None:
-    numbers = frame_numbers(header_of(replace(TRUTH, times=times)))
+    numbers = frame_numbers(SequenceReader(replace(TRUTH, times=times)).header)
     if expected is None:
         with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
             indices_of(numbers, slice_of(text))

@@ -28,8 +28,8 @@ from .choice import (
     target_over,
 )
 from .format import Gaps, NoFacesError, Template, template_of
-from .frame import Frame, frame_of
-from .header import Header, header_of
+from .frame import Frame
+from .header import Header
 from .masks import MaskedReader
 from .memory import Collected, SequenceReader
 from .reader import Reader
@@ -49,8 +49,6 @@ __all__ = [
     "create",
     "format_of",
     "formats",
-    "frame_of",
-    "header_of",
     "meshes_of",
     "named_like",
     "naming",

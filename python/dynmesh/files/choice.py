@@ -18,9 +18,9 @@ from ..attributes import ATTRIBUTES
 from ..sequence import Sequence
 from .alembic import alembic
 from .format import Format
-from .frame import frame_of
 from .hdf5 import hdf5
-from .header import Header, header_of
+from .header import Header
+from .memory import SequenceReader
 from .model import model
 from .new_output import check_folder, identity, refuse_inputs
 from .npy import npy
@@ -119,9 +119,9 @@ class Target:
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""
-        with self.create(header_of(sequence), overwrite=overwrite) as writer:
-            for number in range(len(sequence.vertices)):
-                frame = frame_of(sequence, number)
+        reader = SequenceReader(sequence)
+        with self.create(reader.header, overwrite=overwrite) as writer:
+            for frame in reader:
                 writer.append(frame.points, **frame.attributes())
         return writer.remarks
 

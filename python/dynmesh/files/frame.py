@@ -8,7 +8,7 @@ import numpy as np
 
 from .._errors import InputError
 from ..attributes import VertexAttributes
-from ..sequence import Mask, Positions, Sequence
+from ..sequence import Mask, Positions
 
 LARGEST = {4: 1e18, 8: 1e200}
 """The largest coordinates that a completer accepts, by the bytes of a coordinate."""
@@ -41,12 +41,6 @@ class Frame(VertexAttributes):
         """Yields the points and the mask."""
         yield self.points
         yield self.known
-
-
-def frame_of(sequence: Sequence, number: int) -> Frame:
-    """One frame of the sequence."""
-    rows: dict[str, Any] = {name: rows[number] for name, rows in sequence.attributes().items()}
-    return Frame(sequence.vertices[number], **rows)
 
 
 def check_whole(frame: Frame, advice: str) -> None:

@@ -130,7 +130,6 @@ class FramesWriter(Writer):
         self._names = self._names_of(path)
         counted = list(range(header.n_frames))
         self._numbers = numbers_of_files(header) if self._names.numbered else counted
-        self._beside: list[str] = []  # files that are written with the frames
         super().__init__(path, header, **options)
 
     @classmethod
@@ -195,7 +194,7 @@ class FramesWriter(Writer):
             super()._place()
 
     def _destinations(self) -> dict[str, Path]:
-        names = [*self._beside, *map(self._names.name, self._numbers)]
+        names = map(self._names.name, self._numbers)
         return {name: self._names.folder / name for name in names}
 
     def _outdated(self) -> list[Path]:

@@ -10,15 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
-from ..attributes import ATTRIBUTES, Flags, flags_of
-from ..sequence import (
-    Description,
-    Sequence,
-    StandardErrorOf,
-    check_corners,
-    check_faces,
-    check_vertices,
-)
+from ..attributes import ATTRIBUTES, Flags
+from ..sequence import Description, StandardErrorOf, check_corners, check_faces, check_vertices
 
 
 @dataclass(frozen=True)
@@ -77,19 +70,6 @@ class Header(Description, Flags):
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):
                     raise ValueError(f"{row.flag}: requires {flag}")
         self._check_description(self.n_frames)
-
-
-def header_of(sequence: Sequence) -> Header:
-    """What a file would say of the sequence."""
-    n_frames, n_vertices, _ = sequence.vertices.shape
-    return Header(
-        sequence.faces,
-        n_frames,
-        n_vertices,
-        sequence.vertices.dtype,
-        **flags_of(sequence.attributes()),
-        **sequence.described(),
-    )
 
 
 class Metadata(NamedTuple):

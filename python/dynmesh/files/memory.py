@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..attributes import flags_of
 from ..sequence import Positions, Sequence
-from .frame import Frame, frame_of
-from .header import Header, header_of
+from .frame import Frame
+from .header import Header
 from .reader import Reader
 
 
@@ -19,10 +20,16 @@ class SequenceReader(Reader):
     def __init__(self, sequence: Sequence, name: str = "sequence") -> None:
         """Takes a sequence, and the name that stands for the file in messages."""
         self._sequence = sequence
-        super().__init__(Path(name), header_of(sequence), files=())
+        self._rows: dict[str, Any] = sequence.attributes()
+        n_frames, n_vertices, _ = sequence.vertices.shape
+        what = sequence.faces, n_frames, n_vertices, sequence.vertices.dtype
+        header = Header(*what, **flags_of(self._rows), **sequence.described())
+        super().__init__(Path(name), header, files=())
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
-        return (frame_of(self._sequence, number) for number in numbers)
+        for number in numbers:
+            rows = {name: rows[number] for name, rows in self._rows.items()}
+            yield Frame(self._sequence.vertices[number], **rows)
 
 
 class Collected:

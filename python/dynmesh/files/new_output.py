@@ -84,6 +84,14 @@ def exchange(made: Path, output: Path) -> None:
     made.rename(output)
 
 
+def seen_from(folder: Path, file: Path) -> str:
+    """Names a file relative to a folder in which a file that refers to it is made."""
+    try:  # without following links, as USD does
+        return f"./{Path(os.path.relpath(file, folder)).as_posix()}"
+    except ValueError:  # on another drive of Windows
+        return file.absolute().as_posix()
+
+
 def check_folder(path: Path) -> None:
     """Refuses a path that is to be written below something that is not a folder."""
     above = next((folder for folder in path.parents if os.path.lexists(folder)), None)

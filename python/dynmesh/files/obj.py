@@ -17,6 +17,7 @@ from .format import Format
 from .frame import Frame
 from .frame_files import FramesReader, FramesWriter
 from .header import Metadata, comments_of, metadata_in
+from .new_output import seen_from
 
 _KINDS = {
     b"vt": "texture coordinates",
@@ -54,12 +55,7 @@ class ObjWriter(FramesWriter):
     def _begin(self) -> None:
         super()._begin()
         if self.mesh_file is not None:
-            self._before, self._after, materials = _around(self.mesh_file)
-            for file in materials:  # beside the output, unless there are such
-                if not (self._names.folder / file.name).exists():
-                    lines = _relocated(file, self._names.folder)
-                    (self.folder / file.name).write_bytes(lines)
-                    self._beside.append(file.name)
+            self._before, self._after = _around(self.mesh_file, self._names.folder)
             self._lost &= {"normals"}
         else:
             sizes, corners = as_polygons(self.header.faces, self.header.polygons)
@@ -78,13 +74,12 @@ class ObjWriter(FramesWriter):
             lines.write(self._after)
 
 
-def _around(file: Path) -> tuple[list[str], str, list[Path]]:
-    """Returns what stands before each vertex of a file, what follows the last, and its materials.
+def _around(file: Path, folder: Path) -> tuple[list[str], str]:
+    """Returns what stands before each vertex of a file, and what follows the last.
 
-    Normals are left out, and files of materials are named as if they stood beside.
+    Normals are left out, and files of materials are named as seen from another folder.
     """
     before: list[str] = []
-    materials: list[Path] = []
     text: list[bytes] = []
     for line in _lines(file):
         keyword, *words = line.split() or [b""]
@@ -95,27 +90,14 @@ def _around(file: Path) -> tuple[list[str], str, list[Path]]:
             corners = (b"/".join(filter(None, word.split(b"/")[:2])) for word in words)
             text += [b" ".join([keyword, *corners]), b"\n"]
         elif keyword == b"mtllib" and words:
-            rest = os.fsdecode(line.split(None, 1)[1].strip())
+            rest = line.split(None, 1)[1].strip()
             # Several names, or one with spaces.
-            names = [rest] if (file.parent / rest).is_file() else rest.split()
-            found = [file.parent / name for name in names]
-            materials += filter(Path.is_file, found)
-            text.append(b"mtllib %s\n" % b" ".join(os.fsencode(one.name) for one in found))
+            names = [rest] if (file.parent / os.fsdecode(rest)).is_file() else words
+            paths = [seen_from(folder, file.parent / os.fsdecode(name)) for name in names]
+            text.append(b"mtllib %s\n" % b" ".join(map(os.fsencode, paths)))
         elif keyword != b"vn" and not _states_metadata(line):
             text += [line, b"\n"]
-    return before, b"".join(text).decode("latin-1"), materials
-
-
-def _relocated(file: Path, folder: Path) -> bytes:
-    """The lines of a file of materials, with the paths of pictures relative to a folder."""
-    made = []
-    for line in file.read_bytes().splitlines():
-        *words, name = line.split() or [b""]
-        picture = file.parent / os.fsdecode(name)
-        if words and words[0].startswith((b"map_", b"bump", b"disp")) and picture.is_file():
-            line = b" ".join([*words, os.fsencode(os.path.relpath(picture, folder))])
-        made.append(line)
-    return b"\n".join([*made, b""])
+    return before, b"".join(text).decode("latin-1")
 
 
 def _lines(file: Path) -> list[bytes]:

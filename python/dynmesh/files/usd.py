@@ -9,9 +9,7 @@ The known mask is the primvar `known` (bool); `generation` and `age` (int) are p
 each with one value per vertex.
 """
 
-import os
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ from .._report import some_of
 from ..polygons import as_polygons
 from .format import Format
 from .frame import Frame
+from .new_output import seen_from
 from .times import frame_numbers
 from .usd_stage import (
     UsdReader,
@@ -224,12 +223,7 @@ class UsdOverlayWriter(UsdWriter):
         return [one.GetName() for one in found]
 
     def _complete_layer(self) -> None:
-        scene = self._scene.path
-        try:  # without following links, as USD does
-            relative = f"./{Path(os.path.relpath(scene, self.path.parent)).as_posix()}"
-        except ValueError:  # on another drive of Windows
-            relative = scene.absolute().as_posix()
-        self._layer.subLayerPaths.append(relative)
+        self._layer.subLayerPaths.append(seen_from(self.path.parent, self._scene.path))
 
     def _close(self) -> None:
         super()._close()
