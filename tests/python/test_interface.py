@@ -240,13 +240,6 @@ def test_what_belongs_to_another_method_is_refused_before_any_file(tmp_path: Pat
         assert refused.value.argument == name
 
 
-def test_files_are_opened_with_the_same_options_everywhere() -> None:
-    taken = inspect.signature(dynmesh.open).parameters
-    options = {name: one.annotation for name, one in taken.items() if one.kind == one.KEYWORD_ONLY}
-    assert options.pop("format") == str | None
-    assert options == dynmesh.files.Source.__annotations__
-
-
 @dataclass(frozen=True, kw_only=True)
 class Made(Report):
     output: Path

@@ -64,7 +64,7 @@ __all__ = [
 
 
 class Source(TypedDict, total=False):
-    """How to read a file; :func:`dynmesh.open` has the same keywords.
+    """How to read a file.
 
     Attributes:
         faces: a mesh with the faces, if the file holds only positions.
@@ -83,31 +83,21 @@ class Source(TypedDict, total=False):
     gaps: Gaps
 
 
-def open(
-    path: PathLike,
-    *,
-    format: str | None = None,
-    faces: Faces | PathLike | None = None,
-    prim: str | None = None,
-    known: NDArray[np.bool_] | PathLike | None = None,
-    missing: Literal["zero"] | None = None,
-    gaps: Gaps = "refuse",
-) -> Reader:
+def open(path: PathLike, *, format: str | None = None, **source: Unpack[Source]) -> Reader:
     """Opens a sequence to read it frame by frame, in constant memory.
 
     Args:
         path: a file, or a sequence in one file per frame: a pattern such as ``frame_%04d.ply`` or
             ``frame.####.ply``, a glob such as ``*.ply``, or a folder.
         format: one of :data:`dynmesh.files.formats`; None means the format of the suffix.
-        faces: (m, 3) integers, other polygons, or a file with the same mesh, for formats that hold
-            only positions. None: from the file that :func:`write` put beside it.
-        prim: the path of the mesh, if a file holds several (USD, Alembic).
-        known: (n, k) bool, or a `.npy` file with it: known masks that replace those in `path`; or a
-            text file of vertices that are not known, in lines "frame vertex vertex ...", where the
-            frame ``*`` stands for all.
-        missing: "zero" if positions of exactly (0, 0, 0) were not observed.
-        gaps: "lost" if nothing was observed in frames whose file is missing, in a sequence with one
-            file per frame; "refuse" refuses such a sequence.
+        **source: `faces`, (m, 3) integers, other polygons, or a file with the same mesh, for
+            formats that hold only positions; else from the file that :func:`write` put beside it.
+            `prim`, the path of the mesh, if a file holds several (USD, Alembic). `known`, (n, k)
+            bool, or a `.npy` file with it: known masks that replace those in `path`; or a text file
+            of vertices that are not known, in lines "frame vertex vertex ...", where the frame
+            ``*`` stands for all. `missing`, "zero" if positions of exactly (0, 0, 0) were not
+            observed. `gaps`, "lost" if nothing was observed in frames whose file is missing, in a
+            sequence with one file per frame; "refuse", the default, refuses such a sequence.
 
     Raises:
         OSError: the file cannot be opened.
@@ -116,13 +106,14 @@ def open(
     """
     check_path("path", path)
     path = Path(path)
+    known, missing, gaps = source.get("known"), source.get("missing"), source.get("gaps", "refuse")
     if missing not in (None, "zero"):
         raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
     if gaps not in ("refuse", "lost"):
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
-        chosen = format_of(path, format)
-        reader = chosen.open(path, faces=_template(faces), prim=prim, gaps=gaps)
+        faces, chosen = _template(source.get("faces")), format_of(path, format)
+        reader = chosen.open(path, faces=faces, prim=source.get("prim"), gaps=gaps)
     if known is None and missing is None:
         return reader
     try:

@@ -22,8 +22,8 @@ class SequenceReader(Reader):
         self._sequence = sequence
         self._rows: dict[str, Any] = sequence.attributes()
         n_frames, n_vertices, _ = sequence.vertices.shape
-        what = sequence.faces, n_frames, n_vertices, sequence.vertices.dtype
-        header = Header(*what, **flags_of(self._rows), **sequence.described())
+        what = {**flags_of(self._rows), **sequence.described()}
+        header = Header(sequence.faces, n_frames, n_vertices, sequence.vertices.dtype, **what)
         super().__init__(Path(name), header, files=())
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

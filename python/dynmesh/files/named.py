@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, KindError
+from .._errors import InputError
 from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..polygons import Polygons
 from ..sequence import check_faces, check_vertices
@@ -53,31 +53,22 @@ def header_of(
             own_shape, own_dtype = kind_of(name)
             row.check(own_dtype, own_shape, shape[:2])
 
-    numbers, texts = ("fps", "start", "metres_per_unit"), ("up_axis", "name", "standard_error_of")
-    told: dict[str, Any] = {n: _number(n, array_of(n)) for n in numbers if n in names}
-    told["start"] = told.get("start") or 0
-    told |= {name: str(array_of(name)) for name in texts if name in names}
-    if "times" in names:
-        told["times"] = _numbers("times", array_of("times"))
+    told: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
+    for name, array in told.items():
+        is_number, one = array.dtype.kind in "fiu", name != "times"
+        if name in ("up_axis", "name", "standard_error_of"):
+            told[name] = str(array)
+        elif is_number and (not one or array.size == 1):
+            told[name] = array.item() if one else array.astype(np.float64)
+        else:
+            what = "one number" if one else "numbers"
+            kind = f"{array.dtype} of shape {array.shape}"
+            raise InputError(f"must be {what}, not {kind}", argument=name)
     if "polygon_sizes" in names:
         told["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
     n_frames, n_vertices, _ = shape
     dtype = dtype.newbyteorder("=")
     return Header(faces, n_frames, n_vertices, dtype, **told, **flags_of(names))
-
-
-def _number(name: str, array: NDArray[Any]) -> float:
-    if array.size != 1 or array.dtype.kind not in "fiu":
-        raise InputError(
-            f"must be one number, not {array.dtype} of shape {array.shape}", argument=name
-        )
-    return float(array.reshape(()))
-
-
-def _numbers(name: str, array: NDArray[Any]) -> NDArray[np.float64]:
-    if array.dtype.kind not in "fiu":
-        raise KindError(f"must be numbers, not {array.dtype}", argument=name)
-    return array.astype(np.float64)
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
@@ -104,7 +95,4 @@ def arrays_once(header: Header) -> dict[str, Any]:
         del arrays["standard_error_of"]
     if polygons := arrays.pop("polygons"):
         arrays["polygon_sizes"], arrays["polygon_corners"] = polygons
-    for name in ("fps", "start", "metres_per_unit"):
-        if arrays[name] is not None:
-            arrays[name] = np.float64(arrays[name])
     return {name: array for name, array in arrays.items() if array is not None}

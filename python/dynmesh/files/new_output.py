@@ -144,18 +144,26 @@ def new_output(
         OSError, ValueError: the errors of :func:`check_output` and :func:`making`.
     """
     check_output(path, overwrite, *suffixes, inputs=inputs)
+    with blaming(path, path), making(path) as folder:
+        yield folder / path.name
+        check_output(path, overwrite, *suffixes)  # another process may have written it
+        (folder / path.name).replace(path)
+
+
+@contextmanager
+def blaming(path: Path, output: Path) -> Iterator[None]:
+    """Names a path in errors of the system, unless they name another file than a hidden one."""
     try:
-        with making(path) as folder:
-            yield folder / path.name
-            check_output(path, overwrite, *suffixes)  # another process may have written it
-            (folder / path.name).replace(path)
+        yield
     except OSError as error:
-        of_other = error.filename is not None and not Path(str(error.filename)).is_relative_to(
-            unfinished_folder(path)
-        )
-        if error.errno is None or of_other:
+        if error.errno is None:
+            if isinstance(error, BlockingIOError | FileExistsError):
+                raise  # from here, and names the file
+            raise OSError(f"{path}: {str(error).splitlines()[0]}") from error
+        named, hidden = error.filename, unfinished_folder(output)
+        if named is not None and not Path(str(named)).is_relative_to(hidden):
             raise
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
 
 
 def bytes_of(header: Header) -> int:

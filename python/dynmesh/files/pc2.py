@@ -9,8 +9,8 @@ a mesh beside it, `NAME.obj` or `NAME.ply`, to which an animation program applie
 writer writes frame 0 as `NAME.obj`. Unknown positions are written as NaN, and float64 is rounded.
 """
 
-import contextlib
 import struct
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +23,8 @@ from .frame import Frame
 from .header import Header
 from .obj import ObjReader, ObjWriter
 from .ply import PlyReader
-from .rows import ArrayHeader, Rows, RowsReader, open_rows
+from .reader import Reader
+from .rows import native
 from .writer import Writer
 
 signature = b"POINTCACHE2\0"
@@ -35,10 +36,8 @@ _MESHES = {".obj": ObjReader, ".ply": PlyReader}
 """What reads the mesh beside a file; the preferred kind comes first."""
 
 
-class Pc2Reader(RowsReader):
+class Pc2Reader(Reader):
     """A sequence in a PC2 file."""
-
-    _arrays = ("vertices",)
 
     def __init__(self, path: Path, faces: Template | None) -> None:
         """Opens the file and finds its faces."""
@@ -51,9 +50,11 @@ class Pc2Reader(RowsReader):
         _, version, n_vertices, start, _, n_frames = layout.unpack(begin)
         if version != 1:
             raise ValueError(f"is a PC2 file of version {version}, but only version 1 is supported")
-        self._positions = ArrayHeader((n_frames, n_vertices, 3), False, _DTYPE)
-        with open_rows(path, self._positions, layout.size):
-            pass  # the sizes are right
+        if n_frames < 0 or n_vertices < 0:
+            raise ValueError(f"declares an array of shape {(n_frames, n_vertices, 3)}")
+        size, expected = path.stat().st_size, layout.size + 12 * n_frames * n_vertices
+        if size != expected:
+            raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
         beside = dict.fromkeys(map(path.with_suffix, _MESHES), _mesh)
         template = find_template(faces, n_vertices, beside)
         header = Header(
@@ -67,8 +68,12 @@ class Pc2Reader(RowsReader):
         )
         super().__init__(path, header, [path, *template.files])
 
-    def _open_rows(self, _: str) -> contextlib.AbstractContextManager[Rows]:
-        return open_rows(self.path, self._positions, layout.size)
+    def _frames(self, numbers: range) -> Iterator[Frame]:
+        count = 3 * self.n_vertices
+        for number in numbers:
+            begin = layout.size + number * count * _DTYPE.itemsize
+            row = np.fromfile(self.path, _DTYPE, count, offset=begin)
+            yield Frame(native(row.reshape(self.n_vertices, 3)))
 
 
 def _mesh(path: Path) -> Template:

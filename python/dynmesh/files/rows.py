@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from tokenize import TokenError
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
 from numpy.lib import format as npy
@@ -23,16 +23,8 @@ longest_header = 10_000
 """In bytes; NumPy refuses to read a longer header."""
 
 
-class ArrayHeader(NamedTuple):
-    """The header of a `.npy` file."""
-
-    shape: tuple[int, ...]
-    by_columns: bool
-    dtype: np.dtype[Any]
-
-
-def read_header(file: IO[bytes]) -> ArrayHeader:
-    """Reads the header, up to the first number.
+def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Reads the header, up to the first number: the shape, whether it is by columns, the dtype.
 
     Raises:
         ValueError: the file holds no array, or an array of Python objects.
@@ -45,25 +37,25 @@ def read_header(file: IO[bytes]) -> ArrayHeader:
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     try:
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # written by Python 2
-            header = ArrayHeader(*read(file))
+            shape, by_columns, dtype = read(file)
     except (TokenError, SyntaxError, TypeError) as error:
         raise ValueError(f"is damaged: its header cannot be read: {error}") from error
-    if header.dtype.hasobject:
+    if dtype.hasobject:
         raise ValueError("holds Python objects, not numbers")
-    return header
+    return shape, by_columns, dtype
 
 
 class Rows:
     """An array in a file or in a member of an archive, whose rows are read one at a time."""
 
-    def __init__(self, file: IO[bytes], size: int, header: ArrayHeader | None = None) -> None:
-        """Takes a file of `size` bytes, whose header is read unless it is given.
+    def __init__(self, file: IO[bytes], size: int) -> None:
+        """Takes a file of `size` bytes, and reads its header.
 
         Raises:
             ValueError: see :func:`read_header`, or the size of the file does not match.
         """
         self._file = file
-        self.shape, self._by_columns, self.dtype = header or read_header(file)
+        self.shape, self._by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
             raise ValueError(f"declares an array of shape {self.shape}")
         self._begin = file.tell()
@@ -94,11 +86,10 @@ class Rows:
 
 
 @contextlib.contextmanager
-def open_rows(path: Path, header: ArrayHeader | None = None, begin: int = 0) -> Iterator[Rows]:
-    """Opens the array of a `.npy` file, or that which begins after so many bytes of a file."""
+def open_rows(path: Path) -> Iterator[Rows]:
+    """Opens the array of a `.npy` file."""
     with path.open("rb") as file:
-        file.seek(begin)
-        yield Rows(file, os.fstat(file.fileno()).st_size, header)
+        yield Rows(file, os.fstat(file.fileno()).st_size)
 
 
 def load_array(path: Path) -> NDArray[Any]:

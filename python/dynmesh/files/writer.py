@@ -1,7 +1,6 @@
 """The interface of all writers: a file that appears only when it is complete."""
 
 import contextlib
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +18,7 @@ from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask, Positions
 from .frame import Frame
 from .header import Header
-from .new_output import bytes_of, check_space, exists_already, making
+from .new_output import blaming, bytes_of, check_space, exists_already, making
 
 
 class Writer(ABC):
@@ -245,14 +244,5 @@ class Writer(ABC):
             self._close()
         self._working.close()
 
-    @contextlib.contextmanager
-    def _blaming(self) -> Iterator[None]:
-        """Names the file in errors of the system, by the name that the user knows."""
-        try:
-            yield
-        except OSError as error:
-            if error.errno is None and isinstance(error, BlockingIOError | FileExistsError):
-                raise  # from here, and names the file
-            if error.errno is None:
-                raise OSError(f"{self.path}: {str(error).splitlines()[0]}") from error
-            raise OSError(error.errno, os.strerror(error.errno), str(self.path)) from error
+    def _blaming(self) -> contextlib.AbstractContextManager[None]:
+        return blaming(self.path, self._made())
