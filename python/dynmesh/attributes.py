@@ -2,18 +2,12 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, KindError
-
-Provenance: TypeAlias = NDArray[np.integer[Any]]
-"""The generation or the age of vertices, as :class:`dynmesh.Completer` reports them."""
-
-StandardError: TypeAlias = NDArray[np.floating[Any]]
-"""How far each vertex may be off; see :data:`dynmesh.sequence.StandardErrorOf`."""
 
 FUSED = -2
 """The generation of a vertex that was put together from other frames: see
@@ -109,12 +103,13 @@ class VertexAttributes:
         generation: integers, 0 for anchors, g for satellites, -1 for disconnected vertices, -2 for
             those that were put together from other frames, where completion starts.
         age: integers, frames since the vertex was last observed; None if `generation` is.
-        standard_error: floats, in the unit of the positions; None if they were not estimated.
+        standard_error: floats, in the unit of the positions: how far each vertex may be off, see
+            :data:`dynmesh.sequence.StandardErrorOf`; None if they were not estimated.
     """
 
-    generation: Provenance | None = None
-    age: Provenance | None = None
-    standard_error: StandardError | None = None
+    generation: NDArray[np.integer[Any]] | None = None
+    age: NDArray[np.integer[Any]] | None = None
+    standard_error: NDArray[np.floating[Any]] | None = None
 
     def attributes(self) -> dict[str, NDArray[Any]]:
         """Returns the attributes that are there by name, the known mask included."""

@@ -37,10 +37,8 @@ def check_polygons(polygons: Polygons) -> None:
             )
     if len(polygons.sizes) and polygons.sizes.min() < 3:
         index = int(polygons.sizes.argmin())
-        raise InputError(
-            f"polygon {index} has {polygons.sizes[index]} corners, but needs at least 3",
-            argument="faces",
-        )
+        told = f"polygon {index} has {polygons.sizes[index]} corners, but needs at least 3"
+        raise InputError(told, argument="faces")
     if polygons.sizes.sum() != len(polygons.corners):
         raise InputError(
             f"sizes announce {polygons.sizes.sum()} corners, "
@@ -49,14 +47,11 @@ def check_polygons(polygons: Polygons) -> None:
         )
 
 
-def split_polygons(
-    polygons: Polygons,
-) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
+def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
     """Cuts every polygon into a fan of triangles around its first corner.
 
     Returns:
-        (m, 3) in the order of the polygons, with the same winding, and also the polygons unless all
-        of them are triangles.
+        (m, 3) in the order of the polygons, with the same winding.
 
     Raises:
         TypeError, ValueError: the polygons are inconsistent.
@@ -67,8 +62,16 @@ def split_polygons(
     first = np.repeat(np.cumsum(sizes) - sizes, n_triangles)  # where each fan's polygon begins
     begin = np.cumsum(n_triangles) - n_triangles
     step = np.arange(n_triangles.sum()) - np.repeat(begin, n_triangles)
-    faces = polygons.corners[np.stack([first, first + step + 1, first + step + 2], axis=1)]
-    return faces, None if len(faces) == len(sizes) else polygons
+    fans = np.stack([first, first + step + 1, first + step + 2], axis=1)
+    return np.asarray(polygons.corners[fans])
+
+
+def split_polygons(
+    polygons: Polygons,
+) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
+    """Returns the triangles, and also the polygons unless all of them are triangles."""
+    faces = triangulate(polygons)
+    return faces, None if len(faces) == len(polygons.sizes) else polygons
 
 
 def split_faces(
@@ -114,16 +117,7 @@ def _check_corners(polygons: Polygons, n_vertices: int | None) -> None:
     check_polygons(polygons)
     sizes, corners = polygons
     owner = np.repeat(np.arange(len(sizes)), sizes)
-    outside, vertices = corners < 0, "vertices are"
-    if n_vertices is not None:
-        outside |= corners >= n_vertices
-        vertices = f"the mesh has {n_vertices} vertices,"
-    if outside.any():
-        raise InputError(
-            f"polygon {owner[outside][0]} refers to vertex {corners[outside][0]}, "
-            f"but {vertices} counted from 0",
-            argument="faces",
-        )
+    check_exist(corners, owner, n_vertices, "polygon")
     order = np.lexsort((corners, owner))
     twice = np.flatnonzero((np.diff(corners[order]) == 0) & (np.diff(owner[order]) == 0))
     if len(twice):
@@ -131,6 +125,19 @@ def _check_corners(polygons: Polygons, n_vertices: int | None) -> None:
         raise InputError(
             f"polygon {owner[corner]} has the corner {corners[corner]} twice", argument="faces"
         )
+
+
+def check_exist(
+    corners: NDArray[Any], owner: NDArray[np.intp], n_vertices: int | None, what: str = "face"
+) -> None:
+    """Raises an error if a corner, of the face with that number, is no vertex."""
+    outside, vertices = corners < 0, "vertices are"
+    if n_vertices is not None:
+        outside |= corners >= n_vertices
+        vertices = f"the mesh has {n_vertices} vertices,"
+    if outside.any():
+        told = f"{what} {owner[outside][0]} refers to vertex {corners[outside][0]}"
+        raise InputError(f"{told}, but {vertices} counted from 0", argument="faces")
 
 
 def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = None) -> Polygons:

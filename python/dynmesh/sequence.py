@@ -20,7 +20,7 @@ from ._checks import (
 )
 from ._errors import InputError, KindError
 from .attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
-from .polygons import Polygons, check_polygons, split_faces
+from .polygons import Polygons, check_exist, check_polygons, split_faces
 
 StandardErrorOf: TypeAlias = Literal["position", "surface"]
 """What standard errors are of: a coordinate of the position of a vertex, as
@@ -244,12 +244,4 @@ def check_faces(dtype: np.dtype[Any], shape: tuple[int, ...]) -> None:
 
 def check_corners(faces: NDArray[np.integer[Any]], n_vertices: int) -> None:
     """Raises an error if a face refers to a vertex that does not exist."""
-    if len(faces) == 0 or (faces.min() >= 0 and faces.max() < n_vertices):
-        return
-    outside = (faces < 0) | (faces >= n_vertices)
-    face = int(outside.any(axis=1).argmax())
-    raise InputError(
-        f"face {face} refers to vertex {faces[outside][0]}, "
-        f"but the mesh has {n_vertices} vertices, counted from 0",
-        argument="faces",
-    )
+    check_exist(faces.reshape(-1), np.repeat(np.arange(len(faces)), 3), n_vertices)

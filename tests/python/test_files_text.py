@@ -146,7 +146,7 @@ def triangle(face: bytes) -> bytes:
         (ply(f"vertex 3: {XYZ}", POINTS.replace(b"1", b"1e39")), "line 9: '1e39'"),
         (triangle(b"3 0 1 3\n"), "face 0 refers to vertex 3"),
         (triangle(b"3 0 1 -1\n"), "refers to vertex -1"),
-        (triangle(b"2 0 1\n"), "face 0: has 2 corners"),
+        (triangle(b"2 0 1\n"), "polygon 0 has 2 corners"),
         (ply(f"vertex -3: {XYZ}", POINTS), "line 3: .*'-3'"),
         (ply(f"vertex 0: {XYZ}; face 0: {FACE}", b""), "has no vertices"),
         (ply(f"vertex {10**15}: {XYZ}; face 1: {FACE}", b""), f"record 0 of 'vertex', of {10**15}"),

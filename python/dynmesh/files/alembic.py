@@ -9,7 +9,7 @@ length of a unit.
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from .frame import Frame
 from .header import Header, MeshFile, comments_of, metadata_in
 from .new_output import bytes_of
 from .reader import Reader
-from .times import Timing, broadcast, frame_number, frame_seconds, spacing, uneven
+from .times import Timing, broadcast, frame_number, frame_numbers, spacing, uneven
 from .writer import Writer
 
 _KINDS = {"b": "Uchar", "i": "Int32", "f": "Float"}
@@ -38,39 +38,29 @@ errors_of_key = "standard_error_of"
 """Of the metadata of the parameter `standard_error`."""
 
 
-class AlembicScene:
-    """An archive and its meshes. Copies by reference (instances) of a mesh are not among them.
+def meshes_in(path: Path) -> tuple[Any, dict[str, Any]]:
+    """Opens an archive; returns it and its meshes by path, without copies by reference."""
+    path.open("rb").close()  # gives the error message of the system
+    with translating(ValueError, "is damaged or not an Alembic archive"):
+        archive = library("Abc").IArchive(str(path))
+        return archive, {mesh.getFullName(): mesh for mesh in _meshes(archive.getTop())}
 
-    Attributes:
-        archive: the archive.
-        moves: the paths of the meshes, and whether the positions of each change.
-    """
 
-    def __init__(self, path: Path) -> None:
-        """Opens the archive."""
-        path.open("rb").close()  # gives the error message of the system
-        with translating(ValueError, "is damaged or not an Alembic archive"):
-            self.archive = library("Abc").IArchive(str(path))
-            self._meshes = {mesh.getFullName(): mesh for mesh in _meshes(self.archive.getTop())}
-            self.moves: dict[str, bool] = {
-                name: not mesh.getSchema().getPositionsProperty().isConstant()
-                for name, mesh in self._meshes.items()
-            }
+def moves(meshes: Mapping[str, Any]) -> dict[str, bool]:
+    """Whether the positions of each mesh change."""
+    positions = {name: mesh.getSchema().getPositionsProperty() for name, mesh in meshes.items()}
+    return {name: not of_mesh.isConstant() for name, of_mesh in positions.items()}
 
-    def mesh(self, prim: str | None) -> Any:
-        """Returns the mesh at this path, or see :func:`choose_mesh`."""
-        return self._meshes[choose_mesh(self.moves, prim)]
 
-    def is_moved(self, mesh: Any) -> bool:
-        """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
-        kind, parent = library("AbcGeom").IXform, self.archive.getTop()
-        for name in mesh.getFullName().split("/")[1:-1]:
-            child = parent.getChild(name)
-            is_transform = kind.matches(child.getHeader())
-            if is_transform and kind(parent, name).getSchema().getNumOps():
-                return True
-            parent = child
-        return False
+def is_moved(archive: Any, mesh: Any) -> bool:
+    """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
+    kind, parent = library("AbcGeom").IXform, archive.getTop()
+    for name in mesh.getFullName().split("/")[1:-1]:
+        child = parent.getChild(name)
+        if kind.matches(child.getHeader()) and kind(parent, name).getSchema().getNumOps():
+            return True
+        parent = child
+    return False
 
 
 def _meshes(parent: Any) -> Iterator[Any]:
@@ -212,7 +202,7 @@ def _times(header: Header) -> Any:
     if header.times is None:
         return core.TimeSampling(1 / fps, header.start / fps)
     times = core.TimeVector()
-    times[:] = frame_seconds(header).tolist()
+    times[:] = (frame_numbers(header) / fps).tolist()
     return core.TimeSampling(core.TimeSamplingType(core.AcyclicFlag.kAcyclic), times)
 
 
@@ -227,19 +217,18 @@ class AlembicReader(Reader):
 
     def __init__(self, path: Path, prim: str | None) -> None:
         """Opens the archive and reads everything except the frames."""
-        self._scene: AlembicScene | None = AlembicScene(path)
+        archive, meshes = meshes_in(path)
         with translating(ValueError, "is damaged or not an Alembic archive"):
-            self._mesh = self._scene.mesh(prim)
-            self._positions = self._mesh.getSchema().getPositionsProperty()
-            super().__init__(path, self._header(path, self._scene))
+            mesh = meshes[choose_mesh(moves(meshes), prim)]
+            self._positions = mesh.getSchema().getPositionsProperty()
+            super().__init__(path, self._header(path, archive, mesh))
 
-    def _header(self, path: Path, scene: AlembicScene) -> Header:
-        archive = scene.archive
+    def _header(self, path: Path, archive: Any, mesh: Any) -> Header:
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
             raise ValueError("the mesh has no positions")
-        faces, polygons = split_polygons(turned(faces_of(self._mesh)))
-        self._parameters = _parameters(self._mesh.getSchema(), n_frames)
+        faces, polygons = split_polygons(turned(faces_of(mesh)))
+        self._parameters = _parameters(mesh.getSchema(), n_frames)
         bars = self._parameters.get("standard_error")
         errors = None if bars is None else bars.getMetaData().get(errors_of_key)
         info = library("Abc").GetArchiveInfo(archive)
@@ -250,13 +239,13 @@ class AlembicReader(Reader):
             n_vertices=len(self._positions.getValue(0)),
             dtype=np.dtype(np.float32),
             polygons=polygons,
-            name=self._mesh.getFullName(),
+            name=mesh.getFullName(),
             up_axis=metadata.up_axis,
             metres_per_unit=metadata.metres_per_unit,
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
             standard_error_of=errors or "position",
-            mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
+            mesh_file=MeshFile(path, ("transforms",)) if is_moved(archive, mesh) else None,
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
@@ -280,7 +269,7 @@ class AlembicReader(Reader):
 
     def close(self) -> None:
         """Closes the archive."""
-        self._scene = self._mesh = self._positions = None
+        self._positions = None
         self._parameters = {}
 
 
@@ -312,5 +301,5 @@ alembic = Format(
     AlembicWriter,
     frozenset({"prim"}),
     library=("alembic3d", "alembic"),
-    meshes=lambda path: AlembicScene(path).moves,
+    meshes=lambda path: moves(meshes_in(path)[1]),
 )

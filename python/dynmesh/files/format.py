@@ -1,7 +1,7 @@
 """File formats: their readers and writers, faces for files without, and one mesh of several."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -67,24 +67,22 @@ def find_template(
         OSError: a file beside it cannot be read.
         ValueError: there is no mesh, or it has another number of vertices.
     """
-    template = given if given is not None else _first(beside)
+    there = [path for path in beside if path.exists()]
+    if given is None and not there:
+        names = " or ".join(path.name for path in beside)
+        raise NoFacesError(
+            f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
+            "give a mesh with its faces"
+        )
+    template = given
+    if template is None:
+        with naming(there[0]):
+            template = beside[there[0]](there[0])
     if template.n_vertices not in (None, n_vertices):
         raise ValueError(
             f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
         )
     return template
-
-
-def _first(beside: Mapping[Path, Callable[[Path], Template]]) -> Template:
-    for path, load in beside.items():
-        if path.exists():
-            with naming(path):
-                return replace(load(path), files=(path,))
-    names = " or ".join(path.name for path in beside)
-    raise NoFacesError(
-        f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
-        "give a mesh with its faces"
-    )
 
 
 @dataclass(frozen=True)

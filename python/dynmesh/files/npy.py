@@ -67,7 +67,7 @@ class NpyReader(RowsReader):
 def _load_faces(path: Path) -> Template:
     faces = load_array(path)
     check_faces(faces.dtype, faces.shape)
-    return Template(faces, None, None)
+    return Template(faces, None, None, files=(path,))
 
 
 class NpyWriter(RowFilesWriter):

@@ -74,11 +74,6 @@ def numbers_of_files(header: Header) -> list[int]:
     return [int(number) for number in numbers]
 
 
-def frame_seconds(header: Header) -> NDArray[np.float64]:
-    """Returns (n,) the time of each frame in seconds, or its number if the rate is unknown."""
-    return frame_numbers(header) / (header.fps or 1)
-
-
 def index_of(header: Header, number: float, argument: str) -> int:
     """Returns the index of the frame with this number in its file.
 
