@@ -47,11 +47,14 @@ def check_polygons(polygons: Polygons) -> None:
         )
 
 
-def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
+def split_polygons(
+    polygons: Polygons,
+) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
     """Cuts every polygon into a fan of triangles around its first corner.
 
     Returns:
-        (m, 3) in the order of the polygons, with the same winding.
+        (m, 3) in the order of the polygons, with the same winding, and also the polygons unless all
+        of them are triangles.
 
     Raises:
         TypeError, ValueError: the polygons are inconsistent.
@@ -63,15 +66,7 @@ def triangulate(polygons: Polygons) -> NDArray[np.integer[Any]]:
     begin = np.cumsum(n_triangles) - n_triangles
     step = np.arange(n_triangles.sum()) - np.repeat(begin, n_triangles)
     fans = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return np.asarray(polygons.corners[fans])
-
-
-def split_polygons(
-    polygons: Polygons,
-) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
-    """Returns the triangles, and also the polygons unless all of them are triangles."""
-    faces = triangulate(polygons)
-    return faces, None if len(faces) == len(polygons.sizes) else polygons
+    return polygons.corners[fans], None if len(fans) == len(sizes) else polygons
 
 
 def split_faces(

@@ -136,7 +136,7 @@ def open_with_template(
         return
     with files.open(template) as whole:
         first = template_of(whole)
-        with files.open_with(path, template, **source) as reader:
+        with files.opened(path, "path", template, **source) as reader:
             check_same_subject(whole, reader)
             # What the output keeps beside positions: texture coordinates, materials and others.
             reader.header = replace(

@@ -18,15 +18,7 @@ from .._checks import check_path
 from .._errors import InputError, KindError, naming
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
-from .choice import (
-    PathLike,
-    Target,
-    format_of,
-    formats,
-    named_like,
-    target_of,
-    target_over,
-)
+from .choice import PathLike, format_of, formats, named_like, target_of, target_over
 from .format import Gaps, NoFacesError, Template, template_of
 from .frame import Frame
 from .header import Header
@@ -37,14 +29,12 @@ from .writer import Writer
 
 __all__ = [
     "Frame",
-    "Gaps",
     "Header",
     "NoFacesError",
     "OneSequence",
     "PathLike",
     "Reader",
     "Source",
-    "Target",
     "Writer",
     "create",
     "format_of",
@@ -53,7 +43,6 @@ __all__ = [
     "named_like",
     "naming",
     "open",
-    "open_with",
     "opened",
     "opened_beside",
     "read",
@@ -133,20 +122,6 @@ def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
         return {} if chosen.meshes is None else chosen.meshes(Path(path))
 
 
-def open_with(
-    path: PathLike, template: Faces | PathLike | None, **source: Unpack[Source]
-) -> Reader:
-    """Opens a sequence or, if it holds no faces, with those of the mesh file `template`."""
-    theirs = _template(template)
-    try:
-        return open(path, **source)
-    except NoFacesError:
-        if theirs is None:
-            raise
-    with_faces: Source = {**source, "faces": template}
-    return open(path, **with_faces)
-
-
 OneSequence: TypeAlias = PathLike | Reader | Sequence
 """A file in any format, a reader from :func:`open`, or a sequence in memory."""
 
@@ -169,13 +144,20 @@ def opened(
     if isinstance(sequence, Reader):
         yield sequence
         return
-    if not isinstance(sequence, Sequence):
+    reader: Reader
+    if isinstance(sequence, Sequence):
+        reader = SequenceReader(sequence, name)
+    else:
         check_path(name, sequence, "a path, a reader, or a Sequence(vertices, faces)")
-    with (
-        SequenceReader(sequence, name)
-        if isinstance(sequence, Sequence)
-        else open_with(sequence, template, **source)
-    ) as reader:
+        theirs = _template(template)
+        try:
+            reader = open(sequence, **source)
+        except NoFacesError:
+            if theirs is None:
+                raise
+            source["faces"] = template
+            reader = open(sequence, **source)
+    with reader:
         yield reader
 
 

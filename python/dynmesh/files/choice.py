@@ -148,8 +148,7 @@ class Target:
             self._check_not_among(reader)
         if existing := self.existing():
             refuse_inputs(existing, [*([] if reader is None else reader.files), *others])
-        if not overwrite:
-            self.writer.refuse_existing(self.path)
+        self.writer.refuse_existing(self.path, overwrite)
 
     def _check_not_among(self, reader: Reader) -> None:
         """Refuses to write frames into the folder whose files are read as frames."""

@@ -61,20 +61,29 @@ class Changes:
         """
         indices = range(header.n_frames)
         if self.frames is not None:
-            header, indices = _cut(header, self.frames)
-        header = made = replace(_stated(header, self.up, self.unit), fps=self.fps or header.fps)
+            numbers = frame_numbers(header)
+            indices = indices_of(numbers, self.frames)
+            numbers = numbers[indices]
+            times = None if header.times is None and indices.step == 1 else numbers
+            header = replace(header, n_frames=len(indices), start=float(numbers[0]), times=times)
+        up, metres = header.up_axis, agreed(header.metres_per_unit, self.unit, "unit")
+        if self.up is not None and up not in (None, self.up):
+            told = f"the file states {up}, not {self.up}"
+            raise InputError(told, argument="up", value=self.up)
+        up = self.up or up
         turn, factor = np.eye(3), float(self.scale or 1.0)
         if self.to_up is not None:
-            if header.up_axis is None:
+            if up is None:
                 raise _unknown("up axis", "up", "to_up")
-            turn = _turn("xyz".index(header.up_axis), "xyz".index(self.to_up))
-            made = replace(made, up_axis=self.to_up)
+            turn = _turn("xyz".index(up), "xyz".index(self.to_up))
+            up = self.to_up
         if self.to_unit is not None:
-            if header.metres_per_unit is None:
+            if metres is None:
                 raise _unknown("unit of length", "unit", "to_unit")
+            factor *= metres / metres_of(self.to_unit)
             metres = metres_of(self.to_unit)
-            factor *= header.metres_per_unit / metres
-            made = replace(made, metres_per_unit=metres)
+        fps = self.fps or header.fps
+        made = replace(header, up_axis=up, metres_per_unit=metres, fps=fps)
         return Conversion(made, turn, factor), indices
 
 
@@ -95,14 +104,11 @@ class Conversion:
     def frames(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """Yields the frames of the result, for all frames of the sequence."""
         for number, frame in enumerate(frames):
-            errors = frame.standard_error
             with locating(frame=number):
                 points = self.moved(frame.points)
-            yield replace(
-                frame,
-                points=points,
-                standard_error=None if errors is None else errors * np.float32(self.factor),
-            )
+            errors = frame.standard_error
+            scaled = None if errors is None else errors * np.float32(self.factor)
+            yield replace(frame, points=points, standard_error=scaled)
 
     def moved(self, points: Positions) -> Positions:
         """Turns and scales points."""
@@ -129,34 +135,3 @@ def _turn(one: int, other: int) -> NDArray[np.float64]:
 
 def _unknown(what: str, remedy: str, argument: str) -> InputError:
     return InputError(f"the file states no {what}; give it by `{remedy}`", argument=argument)
-
-
-def _stated(header: Header, up: Axis | None, unit: Unit | None) -> Header:
-    """The header with the axis and unit that its file does not state.
-
-    Raises:
-        ValueError: the file states others.
-    """
-    if up is not None and header.up_axis not in (None, up):
-        raise InputError(f"the file states {header.up_axis}, not {up}", argument="up", value=up)
-    metres = agreed(header.metres_per_unit, unit, "unit")
-    return replace(header, up_axis=up or header.up_axis, metres_per_unit=metres)
-
-
-def _cut(header: Header, frames: slice | range) -> tuple[Header, range]:
-    """The header of the frames with these numbers, and their indices.
-
-    Raises:
-        ValueError: there are none.
-    """
-    numbers = frame_numbers(header)
-    indices = indices_of(numbers, frames)
-    numbers = numbers[indices]
-    consecutive = header.times is None and indices.step == 1
-    made = replace(
-        header,
-        n_frames=len(indices),
-        start=float(numbers[0]),
-        times=None if consecutive else numbers,
-    )
-    return made, indices

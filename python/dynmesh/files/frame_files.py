@@ -35,8 +35,7 @@ class FramesReader(Reader):
     def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
         """Finds the files and reads the first, for which `faces` are if it holds none."""
         self._files, start, step = find_files(path, self.suffix, gaps)
-        n_frames = len(self._files)
-        present = [file for file in self._files if file is not None]
+        n_frames, present = len(self._files), [file for file in self._files if file is not None]
         self._first = present[0]
         with naming(self._first):
             frame, polygons, metadata = self._load(self._first)

@@ -65,16 +65,13 @@ class Writer(ABC):
         with self._undoing(), self._blaming():
             self.folder = self._working.enter_context(making(self._made()))
             check_space(self.folder, bytes_of(header))
-            self._refuse_existing()  # those that a killed process had put aside are back
+            # Those that a killed process had put aside are back.
+            self.refuse_existing(path, overwrite)
             self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
             self._begin()
             if header.mesh_file is not None and self._lost:
                 lost = listed(sorted(self._lost))
                 self.remarks.append(f"{lost} of {header.mesh_file.path.name} are not written")
-
-    def _refuse_existing(self) -> None:
-        if not self._overwrite:
-            self.refuse_existing(self.path)
 
     def _made(self) -> Path:
         """What is made: the path, or the folder of frames that is exchanged as a whole."""
@@ -131,9 +128,9 @@ class Writer(ABC):
         return [path] if path.exists() else []
 
     @classmethod
-    def refuse_existing(cls, path: Path) -> None:
-        """Raises a FileExistsError if one of these files exists."""
-        if existing := cls.existing(path):
+    def refuse_existing(cls, path: Path, overwrite: bool) -> None:
+        """Raises a FileExistsError if one of these files exists and is not to be replaced."""
+        if not overwrite and (existing := cls.existing(path)):
             raise exists_already(existing[0])
 
     def append(
@@ -221,7 +218,7 @@ class Writer(ABC):
                 told = f"only {self._frame} of {self.header.n_frames} frames were appended"
                 raise InputError(told, file=self.path)
             self._finish()
-            self._refuse_existing()
+            self.refuse_existing(self.path, self._overwrite)
             if outdated := self._outdated():
                 names = some_of([file.name for file in outdated], 3)
                 self.remarks.append(
