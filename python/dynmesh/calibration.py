@@ -93,8 +93,7 @@ class Calibrating:
         ratio = math.sqrt(self._errors / self._expected) if self._expected > 0 else math.nan
         half, most = (within / self._vertices for within in self._within.values())
         means = [float(np.mean(found)) if found else None for found in self._correlations.values()]
-        by_error, by_generation = means
-        return Calibration(self._vertices, half, most, ratio, by_error, by_generation)
+        return Calibration(self._vertices, half, most, ratio, *means)
 
 
 def rank_correlation(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float | None:

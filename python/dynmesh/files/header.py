@@ -1,5 +1,6 @@
 """The header of a sequence, which describes all frames, and how comments in files state it."""
 
+import contextlib
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -94,16 +95,10 @@ def metadata_in(comments: Iterable[str]) -> Metadata:
         match comment.split():
             case ["up_axis", "x" | "y" | "z" as axis]:
                 metadata = metadata._replace(up_axis=axis)
-            case ["metres_per_unit", word] if (length := _length(word)) is not None:
-                metadata = metadata._replace(metres_per_unit=length)
+            case ["metres_per_unit", word]:
+                with contextlib.suppress(ValueError):
+                    if 0 < (length := float(word)) < math.inf:
+                        metadata = metadata._replace(metres_per_unit=length)
             case ["standard_error_of", "position" | "surface" as errors]:
                 metadata = metadata._replace(standard_error_of=errors)
     return metadata
-
-
-def _length(word: str) -> float | None:
-    try:
-        length = float(word)
-    except ValueError:
-        return None
-    return length if 0 < length < math.inf else None

@@ -24,11 +24,7 @@ class MaskedReader(Reader):
     """A sequence whose known masks are given, or derived from positions of zero, or both."""
 
     def __init__(
-        self,
-        reader: Reader,
-        known: Mask | str | PathLike[str] | None,
-        *,
-        zero_is_missing: bool,
+        self, reader: Reader, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
     ) -> None:
         """Takes ownership of `reader`, which :meth:`close` closes."""
         self._reader = reader
@@ -47,17 +43,15 @@ class MaskedReader(Reader):
     def _frames(self, numbers: range) -> Iterator[Frame]:
         frames = self._reader.frames(numbers.start, numbers.stop, numbers.step)
         for number, frame in zip(numbers, frames, strict=True):
-            known = frame.known
+            finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
+            known = finite if frame.known is None else frame.known
             if self._known is not None:
                 file = self._mask_files[0] if self._mask_files else None
                 with locating(frame=self.header.number(number), file=file):
                     known = as_mask(np.array(self._known[number]))
-                    holed = ~np.isfinite(frame.points).all(axis=1)
-                    if 0 < holed.sum() < holed.size and (known == holed).all():
+                    if 0 < finite.sum() < finite.size and (known == ~finite).all():
                         told = "just the vertices that are not finite are known: is it inverted?"
                         raise InputError(told, argument="known")
-            if known is None:
-                known = np.asarray(np.isfinite(frame.points).all(axis=1))
             for listed in (None, number):
                 if listed in self._damaged:
                     known = known.copy()

@@ -15,9 +15,6 @@ from pathlib import Path
 from .._report import listed
 from .header import Header
 
-_BYTES = 12
-"""Of a position, at least, in every format."""
-
 
 def unfinished_folder(output: Path) -> Path:
     """Returns the folder in which an output is made."""
@@ -168,7 +165,8 @@ def blaming(path: Path, output: Path) -> Iterator[None]:
 
 def bytes_of(header: Header) -> int:
     """Returns the least number of bytes that the frames of a sequence take in a file."""
-    of_vertex = _BYTES + sum(row.dtype.itemsize for row in header.attributes.values())
+    of_position = 12  # at least, in every format
+    of_vertex = of_position + sum(row.dtype.itemsize for row in header.attributes.values())
     return header.n_frames * header.n_vertices * of_vertex
 
 

@@ -135,14 +135,10 @@ def translating(kind: type[Exception], what: str = "") -> Iterator[None]:
     try:
         yield
     except tf.ErrorException as error:
-        raise kind(what + one_line(error.args[0].commentary)) from error
+        told = " ".join(error.args[0].commentary.split())
+        raise kind(what + told) from error
     finally:
         del delegate
-
-
-def one_line(text: str) -> str:
-    """Joins the lines of a text."""
-    return " ".join(text.split())
 
 
 _numbers = itertools.count()
@@ -198,7 +194,7 @@ class UsdScene:
             mesh = self._meshes[choose_mesh(self.moves, prim)]
             errors = [error for error in errors if mesh.GetPath().HasPrefix(error.rootSite.path)]
         if errors:
-            raise ValueError(f"is incomplete: {one_line(str(errors[0]))}")
+            raise ValueError(f"is incomplete: {' '.join(str(errors[0]).split())}")
         return mesh
 
     def is_moved(self, mesh: Any) -> bool:
