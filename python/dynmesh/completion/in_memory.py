@@ -82,22 +82,14 @@ def complete(
         kind = type(faces if frames is None else frames).__name__
         told = f"must be positions, unless faces is a Sequence, not {kind}"
         raise KindError(f"{told}; complete_file completes files", argument="frames")
-    ways, of_completer = _ways_among(settings)
-    if "start" in settings or ways != {"bidirectional": False, "drop_above": None}:
-        names = ", ".join(settings.keys() & _OF_SEQUENCES)
+    if of_sequences := settings.keys() & _OF_SEQUENCES:
         raise InputError(
-            f"{names}: for a Sequence, whose frames can be read more than once, not for a stream "
-            "of frames",
+            f"{', '.join(of_sequences)}: for a Sequence, whose frames can be read more than once, "
+            "not for a stream of frames",
             argument="frames",
         )
+    of_completer: Any = settings
     return _complete_frames(faces, frames, known, training, of_completer)
-
-
-def _ways_among(given: SequenceSettings) -> tuple[dict[str, Any], Settings]:
-    """Returns the keywords of the ways through a sequence, and those of the completer."""
-    settings: Any = {n: one for n, one in given.items() if n not in _OF_SEQUENCES}
-    drop_above = given.get("drop_above")
-    return {"bidirectional": given.get("bidirectional", False), "drop_above": drop_above}, settings
 
 
 def _complete_frames(
@@ -133,27 +125,23 @@ def _complete_sequence(
 ) -> Sequence:
     start = given.get("start", "auto")
     check_start(start, None)
-    ways, own = _ways_among(given)
-    settings = with_implied(own, **ways, trained=training is not None)
+    settings = with_implied(given, trained=training is not None)
     reader = SequenceReader(sequence)
-    whole = start_in(
-        reader,
-        start,
-        noise=settings.get("noise"),
-        outliers=settings.get("reject_outliers", False),
-        threads=settings.get("threads", 1),
-    )
+    whole = start_in(reader, start, settings)
     completer = Completer(sequence.faces, whole.points, training=training, **settings)
+    bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
     made = Collected(
         replace(
             reader.header,
-            has_known=ways["drop_above"] is not None,
+            has_known=drop_above is not None,
             has_provenance=True,
             has_standard_error=completer.settings["uncertainty"],
             standard_error_of="position",
         )
     )
-    tally = complete_frames(reader, whole, completer, made, **ways)
+    tally = complete_frames(
+        reader, whole, completer, made, bidirectional=bidirectional, drop_above=drop_above
+    )
     _, reason = verdict(tally, whole, reader.header)
     if reason:
         warnings.warn(reason, stacklevel=3)

@@ -21,6 +21,7 @@ from ..files.header import Header
 from ..files.reader import check_same_mesh
 from ..files.times import index_of
 from ..sequence import Positions
+from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame
 
 Start: TypeAlias = int | Literal["auto", "best"]
@@ -149,18 +150,11 @@ def open_with_template(
 
 
 def start_in(
-    reader: Reader,
-    start: Start = "auto",
-    *,
-    noise: float | None = None,
-    outliers: bool = False,
-    threads: int = 1,
-    progress: bool = False,
+    reader: Reader, start: Start, settings: Settings, *, progress: bool = False
 ) -> StartFrame:
     """Returns the frame of the sequence from which its completion starts.
 
-    A frame with missing vertices is put together; the last arguments are then those of
-    :func:`dynmesh.whole_frame`.
+    A frame with missing vertices is put together, with the settings of the completer.
 
     Raises:
         OSError, ValueError: the frame does not exist, or no vertex is known in any.
@@ -182,9 +176,9 @@ def start_in(
             reader.faces,
             reader,
             frame="best" if number is None else number,
-            noise=noise,
-            outliers=outliers,
-            threads=threads,
+            noise=settings.get("noise"),
+            outliers=settings.get("reject_outliers", False),
+            threads=settings.get("threads", 1),
             progress=progress,
         )
     return StartFrame(made.positions, made.frame, made=made)

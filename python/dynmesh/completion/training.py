@@ -44,12 +44,7 @@ def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
 class Training:
     """The frames of all training files, one after another, which are read one at a time."""
 
-    def __init__(
-        self,
-        training_files: tuple[Path, ...],
-        reader: Reader,
-        progress: bool = False,
-    ) -> None:
+    def __init__(self, training_files: tuple[Path, ...], reader: Reader, progress: bool) -> None:
         """Opens each training_file and compares its mesh with that of the sequence.
 
         Args:
@@ -72,11 +67,18 @@ class Training:
                 self._n_frames += opened.n_frames
                 self.files += opened.files
 
-    def frames(self) -> Iterator[Positions] | None:
-        """All frames; None if there is no training."""
-        if not self._training_files:
-            return None
-        return tracked(self._frames_as_read(), self._n_frames, "reading training", self._progress)
+    @contextlib.contextmanager
+    def frames(self) -> Iterator[Iterator[Positions] | None]:
+        """Yields all frames, or None without training; names files in errors about them all."""
+        read = tracked(self._frames_as_read(), self._n_frames, "reading training", self._progress)
+        try:
+            with files.naming(self._reader.path):
+                yield read if self._training_files else None
+        except SettingError as error:
+            if error.argument == "training":
+                several = len(self._training_files) > 1
+                error.file = self._reader.path if several else self._training_files[0]
+            raise
 
     def _frames_as_read(self) -> Iterator[Positions]:
         for training_file in self._training_files:
@@ -89,18 +91,6 @@ class Training:
                     with locating(frame=opened.header.number(number)):
                         check_whole(frame, "; all frames of a training sequence must be whole")
                     yield frame.points
-
-    @contextlib.contextmanager
-    def naming(self) -> Iterator[None]:
-        """Adds the name of the file to what is said of the training frames as a whole."""
-        try:
-            with files.naming(self._reader.path):
-                yield
-        except SettingError as error:
-            if error.argument == "training":
-                several = len(self._training_files) > 1
-                error.file = self._reader.path if several else self._training_files[0]
-            raise
 
 
 def _open(training_file: Path, reader: Reader) -> Reader:

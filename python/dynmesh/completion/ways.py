@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +40,13 @@ class SequenceSettings(Settings, total=False):
     drop_above: float | None
 
 
-def with_implied(
-    given: Settings, *, bidirectional: bool, drop_above: float | None, trained: bool
-) -> Settings:
-    """Returns the settings of a completer, with those that the ways imply.
+def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
+    """Returns the settings of the completer, with those that the others imply.
 
     Raises:
-        TypeError, ValueError: a way is refused, or cannot be combined with the method.
+        TypeError, ValueError: a setting of sequences is refused, or another method has none.
     """
+    bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
     if drop_above is not None:
         check_positive("drop_above", drop_above)
     if given.get("method", "detail") != "detail":
@@ -55,12 +54,13 @@ def with_implied(
         for name, value in ways.items():
             if value not in (None, False):
                 raise SettingError("is for method detail alone", argument=name, value=value)
-    implied: Settings = {}
+    names = Settings.__annotations__
+    implied = cast(Settings, {name: one for name, one in given.items() if name in names})
     if bidirectional or drop_above is not None:
         implied["uncertainty"] = True
     if bidirectional:
         implied["learn"] = given.get("learn", False) or not trained
-    return given | implied
+    return implied
 
 
 @dataclass
@@ -127,12 +127,30 @@ def complete_frames(
         _store(waiting, start.number, whole)
 
     def go(way: range, origin: Frame) -> Iterator[tuple[int, Frame]]:
-        for number, frame in _completed(reader, completer, way, origin, frames):
-            if number != start.number:
-                tally.reports.append(completer.report)
-                if completer.report.known == 0:
-                    tally.empty.add(number)
-                yield number, frame
+        """Yields the numbers and the completed frames of one way.
+
+        The standard errors and ages of `origin`, the whole frame that it leaves, are those of its
+        estimates; they go on until a vertex is observed.
+        """
+        if way and completer.n_frames:
+            completer.reset(origin.points)
+        for number in way:
+            frame = next(frames)
+            with locating(frame=reader.header.number(number)):
+                points = completer.push(frame.points, frame.known)
+            if number == start.number:
+                continue
+            tally.reports.append(completer.report)
+            if completer.report.known == 0:
+                tally.empty.add(number)
+            since = completer.age >= completer.n_frames  # not observed since
+            assert origin.age is not None
+            age = completer.age + np.where(since, origin.age, 0)
+            errors = None
+            if (of_origin := origin.standard_error) is not None:
+                errors = np.hypot(completer.standard_error, np.where(since, of_origin, 0))
+            made = Frame(points, generation=completer.generation, age=age, standard_error=errors)
+            yield number, made
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
@@ -180,32 +198,6 @@ def _frames(reader: Reader, ways: list[range]) -> Generator[Frame, None, None]:
         elif way:
             with contextlib.closing(reader.frames(way[0], way[-1] + 1)) as frames:
                 yield from frames
-
-
-def _completed(
-    reader: Reader, completer: Completer, way: range, origin: Frame, frames: Iterator[Frame]
-) -> Iterator[tuple[int, Frame]]:
-    """Yields the numbers and the completed frames of one way.
-
-    The standard errors and ages of `origin`, the whole frame that it leaves, are those of its
-    estimates; they go on until a vertex is observed.
-    """
-    if way and completer.n_frames:
-        completer.reset(origin.points)
-    for number in way:
-        frame = next(frames)
-        with locating(frame=reader.header.number(number)):
-            points = completer.push(frame.points, frame.known)
-        since = completer.age >= completer.n_frames  # not observed since
-        errors = None
-        if origin.standard_error is not None:
-            errors = np.hypot(completer.standard_error, np.where(since, origin.standard_error, 0))
-        assert origin.age is not None
-        age = completer.age + np.where(since, origin.age, 0)
-        yield (
-            number,
-            Frame(points, generation=completer.generation, age=age, standard_error=errors),
-        )
 
 
 def combined(one: Frame, other: Frame) -> Frame:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -13,10 +13,9 @@ from .._report import OutputReport
 from ..completer import Completer
 from ..completion.start import Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
-from ..completion.ways import complete_frames, verdict, with_implied
+from ..completion.ways import SequenceSettings, complete_frames, verdict, with_implied
 from ..files import PathLike, Source, named_like, naming, target_over
 from ..files.header import MeshFile
-from ..settings import Settings
 
 _FEW = 0.2
 """A separate mask that knows a smaller share in most frames may be inverted."""
@@ -171,16 +170,17 @@ def complete_file(
     check_start(start, template)
     check_flags(bidirectional=bidirectional, provenance=provenance, overwrite=overwrite)
     training_files = paths_of(training)
-    given: Settings = {
+    given: SequenceSettings = {
         "method": method,
         "noise": noise,
         "reject_outliers": reject_outliers,
         "learn": learn,
         "uncertainty": uncertainty,
         "threads": threads,
+        "bidirectional": bidirectional,
+        "drop_above": drop_above,
     }
-    ways: Any = {"bidirectional": bidirectional, "drop_above": drop_above}
-    settings = with_implied(given, **ways, trained=bool(training_files))
+    settings = with_implied(given, trained=bool(training_files))
     target = target_over(path, named_like(path, output))
     named = [Path(path), *training_files, *([] if template is None else [Path(template)])]
     target.check(overwrite=overwrite, others=filter(Path.is_file, named))
@@ -199,20 +199,18 @@ def complete_file(
             mesh_file=MeshFile(Path(path), ()) if target.is_overlay else reader.header.mesh_file,
         )
         with target.create(header, overwrite=overwrite) as writer, naming(Path(path)):
-            whole = first or start_in(
-                reader,
-                start,
-                noise=noise,
-                outliers=reject_outliers,
-                threads=threads,
-                progress=progress,
-            )
-            with learnt.naming():
-                completer = Completer(
-                    reader.faces, whole.points, training=learnt.frames(), **settings
-                )
+            whole = first or start_in(reader, start, settings, progress=progress)
+            with learnt.frames() as frames:
+                completer = Completer(reader.faces, whole.points, training=frames, **settings)
             tally = complete_frames(
-                reader, whole, completer, writer, **ways, folder=writer.folder, progress=progress
+                reader,
+                whole,
+                completer,
+                writer,
+                bidirectional=bidirectional,
+                drop_above=drop_above,
+                folder=writer.folder,
+                progress=progress,
             )
     reports = tally.reports
     estimated = [one for one in reports if one.known and one.filled] if training_files else []

@@ -226,14 +226,14 @@ def track_file(
             files.naming(Path(scans)),
         ):
             at = placed_in(reader, mesh, room, units, marks, look, threads)
-            with learnt.naming():
+            with learnt.frames() as frames:
                 tracker = Tracker(
                     mesh.faces,
                     at.points,
                     uncertainty=uncertainty,
                     recover=recover,
                     threads=threads,
-                    training=learnt.frames(),
+                    training=frames,
                 )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
