@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,20 +35,18 @@ class ScanReader(ABC):
         step: the difference between the numbers of two frames.
         n_frames: number of frames.
         files: all files that are read.
-        camera_files: those of them that describe cameras.
         lost: a sentence for each depth image that is missing or, of those read so far, damaged.
         metres_per_unit: as the files state it, or None.
     """
 
     def __init__(self, path: Path, rig: Rig | None, numbers: range, files: list[Path]) -> None:
         """Called by subclasses when the files are found; the numbers are those of the frames."""
-        self.path = path
-        also = [] if rig is None or rig.file is None else [rig.file]
-        self.rig = rig
+        self.path, self.rig = path, rig
         self.start, self.step, self.n_frames = numbers.start, numbers.step, len(numbers)
-        self.files = [*files, *also]
-        self.camera_files = also
+        self.files = files if rig is None or rig.file is None else [*files, rig.file]
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
+        self._damaged: dict[Path, str] = {}
+        self._missing: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[Scan | None]:
         """Yields the scan of each frame; None where its file is missing."""
@@ -80,15 +79,15 @@ class ScanReader(ABC):
         self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
 
     def _seen(self, scan: PointScan) -> PointScan:
-        """Returns points with the places of the cameras, unless they have such."""
-        if scan.viewpoints is not None or self.rig is None:
+        """Returns points with the places of the cameras."""
+        if self.rig is None:
             return scan
         return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
 
     @property
     def lost(self) -> tuple[str, ...]:
         """See above."""
-        return ()
+        return *(f"{file.name} {why}" for file, why in self._damaged.items()), *self._missing
 
 
 class PointReader(ScanReader):
@@ -137,50 +136,36 @@ class DepthReader(ScanReader):
                 f"there is no image of camera {camera.name!r} for frame {number}, which would be "
                 f"named {_names([camera])}; with `gaps` lost, it is not needed"
             )
-        with naming(rig.file or path):
-            lenses = {c.name: undistortion(c) for c in rig.cameras if c.distortion}
-        self._undistort = {name: undistort for name, (_, undistort) in lenses.items()}
-        made = []
+        made, self._undistort = list[ScanCamera](), dict[str, Any]()
         for camera in rig.cameras:
             size = size_of(by_camera[camera.name].values(), camera)
-            intrinsics, _ = lenses.get(camera.name, (camera.intrinsics, None))
+            intrinsics = camera.intrinsics
+            if camera.distortion:
+                with naming(rig.file or path):
+                    intrinsics, self._undistort[camera.name] = undistortion(camera)
             made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
         rig = replace(rig, cameras=tuple(made))
         self._images = [
             [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
             for n in every
         ]
-        self._missing = tuple(f"no image of camera {c.name!r} for frame {n}" for n, c in missing)
-        self._damaged: dict[Path, str] = {}
-        self._n_images = sum(map(len, self._images))
         files = [file for images in self._images for _, file in images]
+        self._n_images = len(files)
         super().__init__(path, rig, every, files)
-
-    @property
-    def lost(self) -> tuple[str, ...]:
-        """See :class:`ScanReader`."""
-        return *(f"{file.name} {why}" for file, why in self._damaged.items()), *self._missing
+        self._missing = tuple(f"no image of camera {c.name!r} for frame {n}" for n, c in missing)
 
     def cameras_of(self, number: int) -> list[str]:
         """Returns those of the images, except the damaged ones once the frame was read."""
         return [c.name for c, file in self._images[number] if file not in self._damaged]
 
     def _load(self, number: int) -> DepthScan | None:
-        images = self.images(number)
+        read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
+        images = [(camera, depth) for camera, depth in read if depth is not None]
         if not images:
             return None
         intrinsics = [np.asarray(camera.intrinsics) for camera, _ in images]
         poses = [camera.camera_to_world for camera, _ in images]
         return DepthScan([depth for _, depth in images], intrinsics, poses)
-
-    def images(self, number: int) -> list[tuple[ScanCamera, NDArray[np.float32]]]:
-        """Reads the images of a frame, counted from 0, with the cameras that they are of.
-
-        Raises:
-            ValueError: every image of the sequence is damaged.
-        """
-        read = ((camera, self._read(camera, file)) for camera, file in self._images[number])
-        return [(camera, depth) for camera, depth in read if depth is not None]
 
     def _read(self, camera: ScanCamera, file: Path) -> NDArray[np.float32] | None:
         """Reads an image; None if it is damaged."""
@@ -202,15 +187,12 @@ def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
     Raises:
         ValueError: the files state another one than is given.
     """
-    file = scans.camera_files[0] if scans.camera_files else scans.path
-    return agreed(scans.metres_per_unit, given, "scan_unit", file)
+    file = None if scans.rig is None else scans.rig.file
+    return agreed(scans.metres_per_unit, given, "scan_unit", file or scans.path)
 
 
 def open_scans(
-    path: PathLike,
-    *,
-    cameras: PathLike | Rig | None = None,
-    gaps: Gaps = "refuse",
+    path: PathLike, *, cameras: PathLike | Rig | None = None, gaps: Gaps = "refuse"
 ) -> ScanReader:
     """Opens scans, to read them frame by frame.
 

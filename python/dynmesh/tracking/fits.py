@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._report import Quality
+from .._report import Quality, some_of
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
@@ -25,8 +25,6 @@ below which distances are those of rounding."""
 _HARDLY = 0.01
 """Of a frame in which a smaller share of the vertices has a correspondence, hardly anything was
 measured."""
-
-_QUALITIES = {"doubtful": "doubtful", "ruined": "probably ruined"}
 
 
 @dataclass
@@ -69,11 +67,6 @@ class Tracked(NamedTuple):
     number: int
     report: TrackingReport
     observed: float
-
-    @property
-    def far(self) -> float:
-        """The share of the points that are far from the mesh; 0 if none was compared."""
-        return self.report.far if self.report.points else 0.0
 
 
 @dataclass
@@ -136,15 +129,15 @@ class Fits:
     @property
     def worst(self) -> list[Tracked]:
         """The frames of which many points are far, the worst one first."""
-        bad = [one for one in self.tracked if one.far > _BAD_FRAME]
-        return sorted(bad, key=lambda one: -one.far)[:_MOST_FRAMES]
+        bad = [one for one in self.tracked if one.report.far > _BAD_FRAME]
+        return sorted(bad, key=lambda one: -one.report.far)[:_MOST_FRAMES]
 
     @property
     def suspects(self) -> tuple[str, ...]:
         """The cameras with far more of them than the others, or that are much farther away."""
         shares = {name: one.share for name, one in self.cameras.items()}
-        distances = {name: one.distance for name, one in self.cameras.items()}
-        known = {name: one for name, one in distances.items() if one is not None}
+        each = ((name, one.distance) for name, one in self.cameras.items())
+        known = {name: distance for name, distance in each if distance is not None}
         more = beyond(shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
         farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
@@ -160,14 +153,15 @@ class Fits:
                 "mesh, and `landmarks` say where head, hands and feet, for example, belong"
             )
         if self.suspects or self.total.share > _DOUBTFUL:
+            how = "probably ruined" if self.quality == "ruined" else "doubtful"
             told.append(
-                f"{_QUALITIES[self.quality]}: {self.total.share:.1%} of the points are farther "
+                f"{how}: {self.total.share:.1%} of the points are farther "
                 "than a mean edge from the mesh"
             )
         if self._mostly_empty:
             told.append("doubtful: hardly anything was measured of most frames")
         if self.worst:
-            named = ", ".join(f"{one.number} ({one.far:.1%})" for one in self.worst)
+            named = ", ".join(f"{one.number} ({one.report.far:.1%})" for one in self.worst)
             told.append(f"the worst frames are {named}")
         if self.suspects:
             cameras = (
@@ -180,7 +174,8 @@ class Fits:
                 "the others, so the poses or intrinsics of these, or of one that sees the same "
                 "parts, may be wrong"
             )
-        if self.advice and (self.suspects or (self.tracked and self.tracked[0].far > _BAD_FRAME)):
+        starts_badly = self.tracked and self.tracked[0].report.far > _BAD_FRAME
+        if self.advice and (self.suspects or starts_badly):
             told.append(self.advice)
         return "; ".join(told)
 
@@ -189,13 +184,9 @@ class Fits:
         """What else the user should know."""
         if not self.unmeasured:
             return ()
-        more = len(self.unmeasured) - _MOST_FRAMES
-        names = ", ".join(map(str, self.unmeasured[:_MOST_FRAMES]))
-        names += f" and {more} more" if more > 0 else ""
-        return (
-            f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
-            "vertices were seen",
-        )
+        names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
+        told = f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
+        return (told + "vertices were seen",)
 
 
 def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:

@@ -1,6 +1,7 @@
 """Where a template is in a first scan: there already, after a rigid motion, or in another pose."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,12 +45,6 @@ class Placed:
     remark: str = ""
     advice: str = ""
 
-    @property
-    def doubt(self) -> str:
-        """Why the registration is doubtful; empty if it is not."""
-        found = self.registration
-        return found.reason if found is not None and found.quality == "doubtful" else ""
-
 
 def registered_with(
     faces: NDArray[np.integer[Any]], template: Positions, scan: Scan, **options: Any
@@ -90,56 +85,43 @@ def placed_in(
         ValueError: there is none, nothing is left of it without the room, or the template is not
             found.
     """
-    template = template_of(mesh)
+    template, faces = template_of(mesh), mesh.faces
     scan = next((one for one in scans.frames() if one is not None and one.has_points), None)
     if scan is None:
         raise InputError("no frame has points", file=scans.path)
     scan = scan.scaled(units.factor)
-    room.look(scan, mesh.faces, template)
+    room.look(scan, faces, template)
     with locating(file=scans.path):
-        left = room.left_of(scan)
-    if landmarks is not None:
-        landmarks = landmarks[0], landmarks[1] * units.factor
-    advice = "; ".join(filter(None, [inside_out(left), advice]))
-    with locating(file=mesh.path):
-        found = _placed(mesh.faces, template, left, landmarks, units, advice, threads)
-    room.follow(found.points)
-    return replace(found, advice=advice)
-
-
-def _placed(
-    faces: NDArray[np.integer[Any]],
-    template: Positions,
-    scan: Scan,
-    landmarks: Landmarks | None,
-    units: Units,
-    advice: str,
-    threads: int,
-) -> Placed:
+        scan = room.left_of(scan)
+    advice = "; ".join(filter(None, [inside_out(scan), advice]))
     found = find_alignment(faces, template, scan.cloud)
+    placed = partial(Placed, distance=found.before, advice=advice)
     if found.lies_in_scan:
         unused = "the template lies in the first scan, so `landmarks` are not used"
-        return Placed(template, found.before, remark=unused if landmarks is not None else "")
+        return placed(template, remark=unused if landmarks is not None else "")
+    sizes = units.told(ratio_of(scan, template), size_of(template))
     away = (
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    sizes = units.told(ratio_of(scan, template), size_of(template))
-    causes = [one for one in (sizes, advice) if one]
-    told = "; ".join([*causes, away])
+    told = "; ".join(filter(None, [sizes, advice, away]))
     if found.other_unit:
-        raise InputError(told)
+        raise InputError(told, file=mesh.path)
     moved = template.astype(np.float64) @ found.rotation.T + found.shift
-    aligned = Placed(moved.astype(template.dtype), found.before, alignment=found, remark=sizes)
+    aligned = placed(moved.astype(template.dtype), alignment=found, remark=sizes)
     is_near = landmarks is None and found.matches
     if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(template):
         return aligned
-    registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
+    if landmarks is not None:
+        landmarks = landmarks[0], landmarks[1] * units.factor
+    with locating(file=mesh.path):
+        registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     if is_near and registered.quality != "good":
         return aligned
     if registered.quality == "ruined":
         raise InputError(
             f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
-            "landmarks may be needed"
+            "landmarks may be needed",
+            file=mesh.path,
         )
-    return Placed(registered.vertices, found.before, registration=registered, remark=sizes)
+    return placed(registered.vertices, registration=registered, remark=sizes)

@@ -226,6 +226,7 @@ def track_file(
             files.naming(Path(scans)),
         ):
             at = placed_in(reader, mesh, room, units, marks, look, threads)
+            room.follow(at.points)
             with learnt.frames() as frames:
                 tracker = Tracker(
                     mesh.faces,
@@ -238,7 +239,7 @@ def track_file(
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
                 advice="; ".join(filter(None, [at.advice, "" if room.takes else _OTHERS])),
-                registered=at.doubt,
+                registered=at.registration.reason if at.registration else "",
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
             for frame, scan in enumerate(read):
@@ -254,17 +255,13 @@ def track_file(
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,
-        remarks=(
-            *([at.remark] if at.remark else []),
-            *writer.remarks,
-            *fits.remarks,
-        ),
+        remarks=(*filter(None, [at.remark]), *writer.remarks, *fits.remarks),
         output=Path(output),
         frames=header.n_frames,
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         observed=float(np.mean([one.observed for one in fits.tracked])) if reports else None,
         far=fits.total.share if fits.total.points else None,
-        worst=tuple((one.number, one.far) for one in fits.worst),
+        worst=tuple((one.number, one.report.far) for one in fits.worst),
         cameras={name: one.share for name, one in fits.cameras.items()},
         suspects=fits.suspects,
         empty=fits.empty,
