@@ -198,17 +198,10 @@ def _registered(
     check_flags(align=align, scale=scale, uncertainty=uncertainty)
     check_integer("threads", threads, 1, 256)
     triangles = _arrays.triangles(faces, len(template))
-    flat, observed, errors, found = _core.register(
-        triangles,
-        template,
-        scan,
-        *_landmark_arrays(landmarks, template.dtype),
-        align,
-        scale,
-        None if training is None else trained(training, template),
-        uncertainty,
-        threads,
-    )
+    marks = _landmark_arrays(landmarks, template.dtype)
+    learnt = None if training is None else trained(training, template)
+    choices = align, scale, learnt, uncertainty, threads
+    flat, observed, errors, found = _core.register(triangles, template, scan, *marks, *choices)
     vertices = flat.reshape(-1, 3)
     starts, ends = triangles, np.roll(triangles, 1, axis=1)
     before, after = (

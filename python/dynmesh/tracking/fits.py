@@ -105,10 +105,8 @@ class Fits:
         if one.observed < _HARDLY:
             self.unmeasured.append(number)
         self.total.add(one.report)
-        sensors, names = tracker.agreement_of_sensors, scans.cameras_of(frame)
-        if len(names) != len(sensors):
-            names = [str(sensor) for sensor in range(len(sensors))]
-        for name, agreement in zip(names, sensors, strict=True):
+        sensors = tracker.agreement_of_sensors
+        for name, agreement in zip(scans.cameras_of(frame), sensors, strict=True):
             if agreement.points:
                 self.cameras.setdefault(name, Counts()).add(agreement)
 

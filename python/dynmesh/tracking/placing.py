@@ -90,9 +90,8 @@ def placed_in(
     if scan is None:
         raise InputError("no frame has points", file=scans.path)
     scan = scan.scaled(units.factor)
-    room.look(scan, faces, template)
     with locating(file=scans.path):
-        scan = room.left_of(scan)
+        scan = room.enter(scan, faces, template)
     advice = "; ".join(filter(None, [inside_out(scan), advice]))
     found = find_alignment(faces, template, scan.cloud)
     placed = partial(Placed, distance=found.before, advice=advice)

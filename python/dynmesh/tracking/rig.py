@@ -4,7 +4,7 @@ Every usual misreading is undone in turn, and the scan compared with the templat
 """
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
@@ -59,23 +59,18 @@ _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
 
+_OPENGL = np.diag([1.0, -1, -1, 1])
+"""From the axes of a camera in OpenGL to those in OpenCV."""
+
 _MEASURED = 0.1
 """Mean edges below which distances are those of the measurement."""
-
-
-def _flipped(pose: _Floats) -> _Floats:
-    return np.asarray(pose @ np.diag([1.0, -1, -1, 1]))
-
-
-def _inverted(pose: _Floats) -> _Floats:
-    return np.asarray(np.linalg.inv(pose))
 
 
 def _transposed(pose: _Floats) -> _Floats:
     return np.block([[pose[:3, :3].T, pose[:3, 3:]], [pose[3:]]])
 
 
-def _posed(change: Callable[[_Floats], _Floats], camera: ScanCamera) -> ScanCamera:
+def _posed(change: Callable[[_Floats], Any], camera: ScanCamera) -> ScanCamera:
     return replace(camera, camera_to_world=change(camera.camera_to_world))
 
 
@@ -99,15 +94,15 @@ Reading: TypeAlias = tuple[str, Callable[[ScanCamera], ScanCamera]]
 _READINGS: tuple[Reading, ...] = (
     (
         "the poses are inverted: they lead from the world to the cameras, as extrinsics do",
-        partial(_posed, _inverted),
+        partial(_posed, np.linalg.inv),
     ),
     (
         "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV",
-        partial(_posed, _flipped),
+        partial(_posed, lambda pose: pose @ _OPENGL),
     ),
     (
         "the poses are inverted, from the world to the cameras, which have the axes of OpenGL",
-        partial(_posed, lambda pose: _flipped(_inverted(pose))),
+        partial(_posed, lambda pose: np.linalg.inv(pose) @ _OPENGL),
     ),
     ("the rotations of the poses are transposed", partial(_posed, _transposed)),
     *(
@@ -126,16 +121,6 @@ _READINGS: tuple[Reading, ...] = (
         partial(_scaled, 1e-3, 1e-3),
     ),
 )
-
-
-def readings_of(rig: Rig) -> Iterator[Reading]:
-    """Yields what may be wrong with the cameras of a rig."""
-    yield from _READINGS
-    for one, other in combinations([camera.name for camera in rig.cameras], 2):
-        yield (
-            f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
-            partial(_exchanged, one, other),
-        )
 
 
 class Surface:
@@ -327,8 +312,16 @@ def judge_rig(
     if not stated.wrong:
         return judged
     judged = replace(judged, quality="doubtful", rig=None)
+    exchanges = (
+        (
+            f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
+            partial(_exchanged, one, other),
+        )
+        for one, other in combinations([camera.name for camera in rig.cameras], 2)
+    )
     tried = []
-    for wrong, change in readings_of(rig):
+    readings: tuple[Reading, ...] = (*_READINGS, *exchanges)
+    for wrong, change in readings:
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
         with contextlib.suppress(InputError):

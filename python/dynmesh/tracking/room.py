@@ -82,6 +82,12 @@ def planes_of_room(
     return planes
 
 
+def planes_around(template: Positions, faces: NDArray[Any], scan: Scan) -> list[Plane]:
+    """Finds the planes in a scan that are larger than a template."""
+    size = float(np.linalg.norm(np.ptp(template, axis=0)))
+    return planes_of_room(scan.cloud, thickness=mean_edge_of(template, faces), size=size)
+
+
 def _is_room(plane: Plane, points: _Floats, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
     inside = plane.holds(points)
@@ -148,7 +154,7 @@ class Room:
     """Takes what is not the subject from scans, all in the unit of the template.
 
     Attributes:
-        planes: floor and walls, once :meth:`look` was called.
+        planes: floor and walls, once :meth:`enter` was called.
         box: (2, 3) the corners of the mesh in the last frame.
     """
 
@@ -168,23 +174,17 @@ class Room:
         """Notes where the mesh is."""
         self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
 
-    def look(self, scan: Scan, faces: NDArray[Any], template: Positions) -> None:
-        """Notes where the template is, and finds floor and walls in the first scan.
+    def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
+        """Finds floor and walls in the first scan, and returns what is left of it.
 
         They are sought in the whole scan, as they are hardly larger than the subject in a crop.
-        """
-        self.follow(template)
-        if self._removes_planes:
-            size = float(np.linalg.norm(self.box[1] - self.box[0]))
-            edge = mean_edge_of(template, faces)
-            self.planes = planes_of_room(scan.cloud, thickness=edge, size=size)
-
-    def left_of(self, scan: Scan) -> Scan:
-        """Returns a scan with points without the room.
 
         Raises:
             ValueError: nothing is left.
         """
+        self.follow(template)
+        if self._removes_planes:
+            self.planes = planes_around(template, faces, scan)
         left = self.without(scan)
         if scan.has_points and not left.has_points:
             raise InputError("nothing is left of the scan without planes and what is cropped")
@@ -194,10 +194,7 @@ class Room:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:
             return scan
-        return scan.only(self.leaves(scan.cloud))
-
-    def leaves(self, cloud: Positions) -> Mask:
-        """Returns which of (n, 3) points do not belong to the room."""
+        cloud = scan.cloud
         kept = np.ones(len(cloud), np.bool_)
         if self._crop is not None:
             if isinstance(self._crop, float):
@@ -207,7 +204,7 @@ class Room:
             kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
         for plane in self.planes:
             kept &= ~plane.holds(cloud)
-        return kept
+        return scan.only(kept)
 
     def subject(self, scan: Scan | None, factor: float) -> Scan | None:
         """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""

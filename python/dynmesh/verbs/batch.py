@@ -75,6 +75,11 @@ class Result:
     seconds: float = 0.0
     remarks: tuple[str, ...] = ()
 
+    @property
+    def wrong(self) -> list[str]:
+        """The output and why it is doubtful or failed; nothing of another one."""
+        return [f"{self.output}: {self.reason}"] if self.status in ("failed", "doubtful") else []
+
 
 @dataclass(frozen=True, kw_only=True)
 class BatchReport(Report):
@@ -93,8 +98,7 @@ class BatchReport(Report):
         """Says what failed, what else to know of each output, and how many jobs were done."""
         told = []
         for one in self.results:
-            if one.status in ("failed", "doubtful"):
-                told.append(f"{one.status}: {one.output}: {one.reason}")
+            told += [f"{one.status}: {why}" for why in one.wrong]
             told += [f"{one.output}: {remark}" for remark in one.remarks]
         counts = Counter(one.status for one in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
@@ -149,15 +153,11 @@ def batch(
     ):
         results = tuple(tracked(made, len(rows), "completing", progress))
     found = Counter(one.status for one in results)
-    wrong = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
-    told = [
-        f"{one.output}: {one.reason}" for one in results if one.status in ("failed", "doubtful")
-    ]
+    counts = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
+    why = "; ".join(told for one in results for told in one.wrong)
     return BatchReport(
         quality="failed" if found["failed"] else "doubtful" if found["doubtful"] else "good",
-        reason=f"{' and '.join(wrong)} of {counted(len(results), 'job')}: {'; '.join(told)}"
-        if wrong
-        else "",
+        reason=f"{' and '.join(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
         output=table,
         results=results,
     )
@@ -210,12 +210,12 @@ def _job(path: Path, line: int, row: Mapping[str, Any], overwrite: bool) -> Job:
     for name in names:
         if name not in given:
             raise _wrong(path, line, name, "is empty")
+    if "overwrite" in given:
+        raise _wrong(path, 1, "overwrite", "is an option of the whole batch")
     words = [given.pop(name) for name in names]
     columns = {f"--{column.replace('_', '-')}": column for column in given}
     for option, column in columns.items():
         words += [f"{option}={text.strip()}" for text in given[column].split(";")]
-    if "overwrite" in given:
-        raise _wrong(path, 1, "overwrite", "is an option of the whole batch")
     try:
         arguments = bound(verb, words)
     except InputError as error:
@@ -257,7 +257,6 @@ def run_job(job: Job) -> Result:
         return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
     frames = getattr(report, "frames", 1)  # a registration has one
     status: Status = "done" if report.quality == "good" else "doubtful"
-    status = "failed" if report.quality == "failed" else status
     return result(status, report.reason, frames=frames, remarks=report.remarks)
 
 

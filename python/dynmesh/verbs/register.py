@@ -22,7 +22,7 @@ from ..scans.scan import Scan, inside_out
 from ..sequence import Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
-from ..tracking.room import Crop, Room, crop_of
+from ..tracking.room import Crop, Room, crop_of, planes_around
 from ..tracking.single_scan import open_single
 from ..tracking.units import ratio_of, size_of, units_of
 
@@ -141,9 +141,7 @@ def register_file(
             (measured,) = reader.frames()
             if measured is None:
                 raise InputError("all of its images are missing or damaged")
-            room = Room(box, remove_planes)
-            room.look(measured, mesh.faces, first)
-            left = room.left_of(measured)
+            left = Room(box, remove_planes).enter(measured, mesh.faces, first)
             sizes = units.told(ratio_of(left, first), size_of(own))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
@@ -182,7 +180,7 @@ def register_file(
     return RegisterReport(
         quality=found.quality,
         reason=_reason(found, Sequence(first[None], mesh.faces), left, marks, align, scale),
-        remarks=(*([sizes] if sizes else []), *writer.remarks, *reader.lost),
+        remarks=(*filter(None, [sizes]), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
         page=None if page is None else Path(page),
@@ -211,7 +209,12 @@ def _reason(
         return ""
     # A plane in the scan of a subject of another size may be a part of it.
     any_size = scale or found.cause == "size"
-    wrong = inside_out(scan) or ("" if any_size else _plane_in(scan, mesh))
+    wrong = inside_out(scan)
+    if not wrong and not any_size and planes_around(mesh[0], mesh.faces, scan):
+        wrong = (
+            "the scan shows a plane larger than the template, such as a floor; `remove_planes` "
+            "leaves it out"
+        )
     if landmarks is not None:
         wrong = wrong or exchanged(mesh[0], landmarks) or _elsewhere(landmarks, scan)
         wrong = wrong or _misplaced(found, landmarks)
@@ -221,17 +224,6 @@ def _reason(
     elif found.cause in ("pose", "place") and landmarks is None:
         told += "; landmarks say where head, hands and feet, for example, belong"
     return told
-
-
-def _plane_in(scan: Scan, mesh: Sequence) -> str:
-    """Says that the scan shows a floor or a wall; empty if it does not."""
-    room = Room(None, remove_planes=True)
-    room.look(scan, mesh.faces, mesh[0])
-    told = (
-        "the scan shows a plane larger than the template, such as a floor; `remove_planes` "
-        "leaves it out"
-    )
-    return told if room.planes else ""
 
 
 def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:

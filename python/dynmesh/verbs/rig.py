@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from .._checks import check_path
 from .._command import Output, What
@@ -55,15 +56,15 @@ def rig(
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
     found = judge_rig(path, stated, template, scan_unit, template_unit)
-    found = replace(found, reason="" if found.quality == "good" else found.told)
+    made: dict[str, Any] = {"reason": "" if found.quality == "good" else found.told}
     if output is not None and found.rig is None:
-        no_correction = f"{output} is not written, as no correction is known"
-        found = replace(found, remarks=(no_correction,))
+        made["remarks"] = (f"{output} is not written, as no correction is known",)
     elif output is not None and found.rig is not None:
-        with new_output(Path(output), overwrite, ".json") as made:
-            write_cameras(made, found.rig)
-        found = replace(found, output=Path(output))
+        made["output"] = Path(output)
+        with new_output(Path(output), overwrite, ".json") as hidden:
+            write_cameras(hidden, found.rig)
     if page is not None:
+        made["page"] = Path(page)
         shown = rig_page(
             found.scan,
             found.template,
@@ -72,7 +73,6 @@ def rig(
             told=found.told,
             names=found.names,
         )
-        with new_output(Path(page), overwrite, ".html") as made:
-            made.write_text(shown, encoding="utf-8")
-        found = replace(found, page=Path(page))
-    return found
+        with new_output(Path(page), overwrite, ".html") as hidden:
+            hidden.write_text(shown, encoding="utf-8")
+    return replace(found, **made)
