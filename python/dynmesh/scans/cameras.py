@@ -28,9 +28,7 @@ _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
 
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
-_FIELDS = {
-    "name", "camera_to_world", "intrinsics", "depth_scale", "width", "height", "distortion"
-}  # fmt: skip
+_OPTIONAL = ("intrinsics", "depth_scale", "width", "height", "distortion")
 
 _COEFFICIENTS = (4, 5, 8, 12, 14)
 """How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
@@ -123,33 +121,24 @@ def write_cameras(path: Path, rig: Rig) -> None:
 
 
 def _rig_of(found: Any, file: Path) -> Rig:
-    if not isinstance(found, dict):
-        raise ValueError(f"must be an object with a list 'cameras', not {found!r:.60}")
-    _refuse_missing(found, "cameras")
-    if not isinstance(found["cameras"], list):
-        raise ValueError(f"cameras: must be a list, not {found['cameras']!r:.60}")
-    _refuse_others(found, {"unit", "cameras"})
-    if not found["cameras"]:
-        raise ValueError("cameras: there are none")
-    cameras = []
+    _check_fields(found, ("cameras",), ("unit",))
+    if not isinstance(found["cameras"], list) or not found["cameras"]:
+        raise ValueError(f"cameras: must be a list of them, not {found['cameras']!r:.60}")
+    cameras: dict[str, ScanCamera] = {}
     for number, told in enumerate(found["cameras"]):
         try:
-            cameras.append(_camera_of(told))
+            camera = _camera_of(told)
+            if camera.name in cameras:
+                raise ValueError(f"name: there is a second {camera.name!r}")
         except (TypeError, ValueError) as error:
             raise ValueError(f"camera {number}: {error}") from error
-    names = [camera.name for camera in cameras]
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            raise ValueError(f"camera {number}: name: there is a second {name!r}")
+        cameras[camera.name] = camera
     unit = found.get("unit")
-    return Rig(tuple(cameras), None if unit is None else metres_of(unit), file)
+    return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 
 def _camera_of(told: Any) -> ScanCamera:
-    if not isinstance(told, dict):
-        raise ValueError(f"must be an object, not {told!r:.60}")
-    _refuse_others(told, _FIELDS)
-    _refuse_missing(told, "name", "camera_to_world")
+    _check_fields(told, ("name", "camera_to_world"), _OPTIONAL)
     name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
@@ -157,9 +146,8 @@ def _camera_of(told: Any) -> ScanCamera:
     _check_pose(pose)
     size = None
     if "width" in told or "height" in told:
-        _refuse_missing(told, "width", "height")
         for field in ("width", "height"):
-            check_integer(field, told[field], 1)
+            check_integer(field, told.get(field), 1)
         size = told["width"], told["height"]
     if "intrinsics" not in told:
         for field in ("depth_scale", "distortion"):
@@ -192,18 +180,17 @@ def _distortion(listed: Any) -> tuple[float, ...]:
     return tuple(map(float, listed))
 
 
-def _refuse_missing(told: dict[str, Any], *fields: str) -> None:
-    for name in fields:
-        if name not in told:
-            raise ValueError(f"{name}: is missing")
-
-
-def _refuse_others(told: dict[str, Any], fields: set[str]) -> None:
+def _check_fields(told: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
+    """Refuses what is no object with these fields."""
+    if not isinstance(told, dict):
+        raise ValueError(f"must be an object with {' and '.join(needed)}, not {told!r:.60}")
+    fields = (*needed, *optional)
     for name in told:
         if name not in fields:
-            raise ValueError(
-                f"unknown field {name!r:.60}; the fields are {', '.join(sorted(fields))}"
-            )
+            raise ValueError(f"unknown field {name!r:.60}; the fields are {', '.join(fields)}")
+    for name in needed:
+        if name not in told:
+            raise ValueError(f"{name}: is missing")
 
 
 def _matrix(name: str, value: Any, size: int) -> _Floats:
