@@ -162,9 +162,6 @@ class Stream:
     def _output(self, out: Positions | None) -> Positions:
         return _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
 
-    def _standard_error(self) -> NDArray[np.floating[Any]]:
-        return np.asarray(self._core.standard_error())
-
 
 def _check_setting(name: str, value: Any, kind: Any) -> None:
     """Refuses a value of the wrong kind; the core refuses those out of range."""

@@ -158,10 +158,8 @@ def _spelt(text: str, tokens: Sequence[str]) -> str:
 def _common(tokens: list[str]) -> tuple[bool, bool, list[str]]:
     """Takes the options of all commands out of a command line."""
     ours = ("--quiet", "-q", "--json")
-    own, others = (
-        [token for token in tokens if (token in ours) == wanted] for wanted in (True, False)
-    )
-    return "--quiet" in own or "-q" in own, "--json" in own, others
+    others = [token for token in tokens if token not in ours]
+    return "--quiet" in tokens or "-q" in tokens, "--json" in tokens, others
 
 
 def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> None:
@@ -170,8 +168,7 @@ def _show(report: Report, quiet: bool, as_json: bool, tokens: Sequence[str]) -> 
         print(json.dumps(report.to_dict(), indent=2, allow_nan=False))
         return
     output = getattr(report, "output", None)
-    writes = output is not None
-    lines = filter(None, [report.reason]) if writes and quiet else report.lines()
-    for line in (_spelt(line, tokens) for line in lines):
-        told = line if output is None else f"{output}: {line}"
-        print(told, file=sys.stderr if writes else sys.stdout)
+    lines = report.lines() if output is None or not quiet else filter(None, [report.reason])
+    place, file = ("", sys.stdout) if output is None else (f"{output}: ", sys.stderr)
+    for line in lines:
+        print(f"{place}{_spelt(line, tokens)}", file=file)

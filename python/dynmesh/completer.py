@@ -200,7 +200,7 @@ class Completer(Stream):
         `noise`, it is not 0 for known vertices. ValueError without `uncertainty`. See
         docs/method.md, "Standard errors".
         """
-        return self._standard_error()
+        return np.asarray(self._core.standard_error())
 
     @property
     def report(self) -> FrameReport:

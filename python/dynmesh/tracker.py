@@ -260,7 +260,7 @@ class Tracker(Stream):
         infinite where no measured point is connected, and 0 before the first frame. Without
         uncertainty, ValueError is raised.
         """
-        return self._standard_error()
+        return np.asarray(self._core.standard_error())
 
     @property
     def report(self) -> TrackingReport:

@@ -86,12 +86,9 @@ def whole_frame(
         ValueError: an argument has the wrong shape or is out of range, or no vertex is known in any
             frame.
     """
-    if isinstance(frame, str):
-        if frame != "best":
-            raise KindError(f"must be 'best' or an integer, not {frame!r}", argument="frame")
-    else:
-        check_integer("frame", frame, 0)
-    number = None if frame == "best" else frame
+    number = None if isinstance(frame, str) and frame == "best" else frame
+    if number is not None:
+        check_integer("frame", number, 0)
     if noise is not None:
         check_number("noise", noise)
     check_flags(outliers=outliers)

@@ -9,8 +9,9 @@ from typing import Any, Unpack, overload
 
 import numpy as np
 
+from .._arrays import known_mask
 from .._errors import InputError, KindError, locating
-from ..attributes import ATTRIBUTES, as_mask
+from ..attributes import ATTRIBUTES
 from ..completer import Completer
 from ..files.memory import Collected, SequenceReader
 from ..polygons import Faces
@@ -104,15 +105,13 @@ def _complete_frames(
     if first is None:
         raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, mask = first
-    if mask is not None and (missing := np.flatnonzero(np.equal(mask, False))).size:
-        raise InputError(
-            f"vertex {missing[0]} is missing, but frame 0 must be complete", argument="known"
-        )
+    given = None if mask is None else known_mask(mask)
+    if given is not None and not given.all():
+        told = f"vertex {given.argmin()} is missing, but frame 0 must be complete"
+        raise InputError(told, argument="known")
     completer = Completer(faces, points, training=training, **settings)
-    if mask is not None:
-        given = np.asarray(mask)
+    if given is not None:
         ATTRIBUTES["known"].check(given.dtype, given.shape, (completer.n_vertices,))
-        as_mask(given)  # refuses other integers
     yield np.array(points, completer.dtype)
     for number, (points, mask) in enumerate(pairs, 1):
         with locating(frame=number):

@@ -5,7 +5,7 @@ What a frame of the sequence lacks is put together from the others.
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -27,11 +27,6 @@ from ..whole_frames import WholeFrame, whole_frame
 Start: TypeAlias = int | Literal["auto", "best"]
 """The frame from which completion starts."""
 
-DOUBTFUL_START = (
-    "the frame that was put together is probably wrong, as its edges are far from the lengths that "
-    "other frames show; look at it, and start from a template if it is"
-)
-
 
 @dataclass(frozen=True, eq=False)
 class StartFrame:
@@ -48,7 +43,7 @@ class StartFrame:
 
     points: Positions
     number: int = 0
-    files: tuple[Path, ...] = field(default=())
+    files: tuple[Path, ...] = ()
     sought: bool = False
     made: WholeFrame | None = None
 
@@ -99,11 +94,6 @@ class StartFrame:
             f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
             + (f", {unseen} were seen in no frame" if unseen else "")
         )
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether what was put together is probably wrong."""
-        return self.made is not None and self.made.doubtful
 
 
 def check_start(start: object, template: object) -> None:

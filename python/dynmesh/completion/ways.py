@@ -23,7 +23,7 @@ from ..files import Frame, Header, Reader, Writer, naming
 from ..files.memory import Collected
 from ..settings import Settings
 from .lengths import Lengths
-from .start import DOUBTFUL_START, Start, StartFrame
+from .start import Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
@@ -85,8 +85,11 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
     number = start.number_in(header)
     ruined = tally.lengths.told(header, "the template" if number is None else f"frame {number}")
     told = [ruined] if ruined else []
-    if start.doubtful:
-        told.append(DOUBTFUL_START)
+    if start.made is not None and start.made.doubtful:
+        told.append(
+            "the frame that was put together is probably wrong, as its edges are far from the "
+            "lengths that other frames show; look at it, and start from a template if it is"
+        )
     if 2 * len(tally.empty) > header.n_frames:
         told.append("nothing was observed in most frames")
     return ("ruined" if ruined else "doubtful" if told else "good"), "; ".join(told)

@@ -59,11 +59,7 @@ class FileReport(OutputReport):
 
     def lines(self) -> list[str]:
         """Says how many frames were completed, how fast, and the shares of the vertices."""
-        dropped = (
-            f"{self.dropped} vertices were left missing, all frames together: their standard error "
-            "is too large"
-        )
-        return [*self._done(), *([dropped] if self.dropped else []), *super().lines()]
+        return [*self._done(), *super().lines()]
 
     def _done(self) -> Iterator[str]:
         if self.seconds_per_frame is None:
@@ -98,6 +94,11 @@ class FileReport(OutputReport):
             )
         if self.empty:
             yield f"nothing was observed in {self.empty} of the frames"
+        if self.dropped:
+            yield (
+                f"{self.dropped} vertices were left missing, all frames together: their standard "
+                "error is too large"
+            )
 
 
 def complete_file(

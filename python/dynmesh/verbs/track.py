@@ -81,9 +81,9 @@ class TrackFileReport(OutputReport):
 
     def lines(self) -> list[str]:
         """Says how the template was placed, how well it was tracked, and how fast."""
-        return [*self._placed(), *self._done(), *super().lines()]
+        return [*self._done(), *super().lines()]
 
-    def _placed(self) -> Iterator[str]:
+    def _done(self) -> Iterator[str]:
         if self.registration is not None:
             yield (
                 "the template was not in the pose of the first scan and was registered with it: "
@@ -95,8 +95,6 @@ class TrackFileReport(OutputReport):
                 f"the template was {found.before:.3g} mean edges from the first scan; a rigid "
                 f"motion put it {found.after:.3g} from it"
             )
-
-    def _done(self) -> Iterator[str]:
         if self.seconds_per_frame is not None and self.observed is not None:
             if self.quality == "good" and self.far is not None:
                 yield f"good; {self.far:.2%} of the points are far from the mesh"
