@@ -130,15 +130,6 @@ def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
     return out if out.flags.carray else np.empty((n_vertices, 3), dtype)
 
 
-def written(out: Positions | None, found: Positions) -> Positions:
-    """Returns `out` with what was written to :func:`output`."""
-    if out is None:
-        return found
-    if out is not found:
-        out[...] = found
-    return out
-
-
 def _plain(name: str, given: Any) -> NDArray[Any]:
     if isinstance(given, np.ma.MaskedArray):
         raise KindError(

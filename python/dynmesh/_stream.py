@@ -74,9 +74,7 @@ class Stream:
         Returns:
             The frame, (k, 3).
         """
-        found = self._output(out)
-        self._core.skip(found)
-        return _arrays.written(out, found)
+        return self._made(out, self._core.skip)
 
     def reset(self, frame: Positions) -> None:
         """Starts again with a new frame 0.
@@ -159,8 +157,14 @@ class Stream:
     def _points(self, name: str, given: Any, shape: str = "(k, 3)") -> Positions:
         return _arrays.points(name, given, self._first_frame.dtype, shape)
 
-    def _output(self, out: Positions | None) -> Positions:
-        return _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
+    def _made(self, out: Positions | None, make: Callable[[Positions], object]) -> Positions:
+        """Returns `out`, or a new array, with the frame that a function writes."""
+        found = _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
+        make(found)
+        if out is None or out is found:
+            return found
+        out[...] = found
+        return out
 
 
 def _check_setting(name: str, value: Any, kind: Any) -> None:

@@ -167,10 +167,9 @@ class Completer(Stream):
         Returns:
             The completed frame, (k, 3): `out`, or the new array.
         """
-        found = self._output(out)
         mask = None if known is None else _arrays.known_mask(known)
-        self._core.push(self._points("points", points), mask, found)
-        return _arrays.written(out, found)
+        given = self._points("points", points)
+        return self._made(out, lambda found: self._core.push(given, mask, found))
 
     def push_sparse(
         self, indices: Integers, points: Positions, *, out: Positions | None = None
@@ -185,10 +184,9 @@ class Completer(Stream):
         Returns:
             The completed frame, (k, 3).
         """
-        found = self._output(out)
         observed = _arrays.indices("indices", indices)
-        self._core.push_sparse(observed, self._points("points", points, "(n, 3)"), found)
-        return _arrays.written(out, found)
+        given = self._points("points", points, "(n, 3)")
+        return self._made(out, lambda found: self._core.push_sparse(observed, given, found))
 
     @property
     def standard_error(self) -> NDArray[np.floating[Any]]:

@@ -212,9 +212,8 @@ class Tracker(Stream):
         Returns:
             The tracked frame, (k, 3): `out`, or the new array.
         """
-        found = self._output(out)
-        self._core.push(*scan_arrays(points, normals, viewpoints, self.dtype), found)
-        return _arrays.written(out, found)
+        given = scan_arrays(points, normals, viewpoints, self.dtype)
+        return self._made(out, lambda found: self._core.push(*given, found))
 
     def push_depth(
         self,
@@ -241,9 +240,8 @@ class Tracker(Stream):
         Returns:
             The tracked frame, (k, 3).
         """
-        found = self._output(out)
-        self._core.push_depth(image_arrays(depth, intrinsics, pose), found)
-        return _arrays.written(out, found)
+        images = image_arrays(depth, intrinsics, pose)
+        return self._made(out, lambda found: self._core.push_depth(images, found))
 
     @property
     def observed(self) -> Mask:

@@ -81,8 +81,7 @@ def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None
 
 def write_depth(file: Path, depth: NDArray[np.floating[Any]], camera: ScanCamera) -> None:
     """Writes an image; depths of 65535 counts and beyond become 0, as nothing can be measured."""
-    scale = 1.0 if camera.depth_scale is None else camera.depth_scale
-    counts = np.rint(depth / scale)
+    counts = np.rint(depth / (camera.depth_scale or 1.0))
     held = np.where(counts < MOST_COUNTS, counts, 0).astype(np.uint16)
     require_png().fromarray(held).save(file, format="PNG")
 

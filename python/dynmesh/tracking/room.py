@@ -165,11 +165,6 @@ class Room:
         self.planes: list[Plane] = []
         self.box = np.zeros((2, 3))
 
-    @property
-    def takes(self) -> bool:
-        """Whether anything is asked for."""
-        return self._crop is not None or self._removes_planes
-
     def follow(self, points: Positions) -> None:
         """Notes where the mesh is."""
         self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)

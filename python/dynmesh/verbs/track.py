@@ -192,7 +192,8 @@ def track_file(
     check_flags(remove_planes=remove_planes, recover=recover)
     check_flags(uncertainty=uncertainty, provenance=provenance)
     check_integer("threads", threads, 1)
-    room, training_files = Room(crop_of(crop), remove_planes), paths_of(training)
+    room, takes = Room(crop_of(crop), remove_planes), crop is not None or remove_planes
+    training_files = paths_of(training)
     target = files.target_of(output)
     target.check(overwrite=overwrite)
     provenance = provenance or uncertainty
@@ -236,7 +237,7 @@ def track_file(
                 )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice="; ".join(filter(None, [at.advice, "" if room.takes else _OTHERS])),
+                advice="; ".join(filter(None, [at.advice, "" if takes else _OTHERS])),
                 registered=at.registration.reason if at.registration else "",
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
