@@ -128,19 +128,16 @@ def _complete_sequence(
     reader = SequenceReader(sequence)
     whole = start_in(reader, start, settings)
     completer = Completer(sequence.faces, whole.points, training=training, **settings)
-    bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
     made = Collected(
         replace(
             reader.header,
-            has_known=drop_above is not None,
+            has_known=given.get("drop_above") is not None,
             has_provenance=True,
             has_standard_error=completer.settings["uncertainty"],
             standard_error_of="position",
         )
     )
-    tally = complete_frames(
-        reader, whole, completer, made, bidirectional=bidirectional, drop_above=drop_above
-    )
+    tally = complete_frames(reader, whole, completer, made, given)
     _, reason = verdict(tally, whole, reader.header)
     if reason:
         warnings.warn(reason, stacklevel=3)

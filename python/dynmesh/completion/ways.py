@@ -100,9 +100,8 @@ def complete_frames(
     start: StartFrame,
     completer: Completer,
     output: Writer | Collected,
+    settings: SequenceSettings,
     *,
-    bidirectional: bool,
-    drop_above: float | None,
     folder: Path | None = None,
     progress: bool = False,
 ) -> Tally:
@@ -113,8 +112,8 @@ def complete_frames(
         start: the whole frame.
         completer: begins at the whole frame.
         output: takes the frames.
-        bidirectional: whether to complete each frame from both sides.
-        drop_above: the standard error above which vertices are left missing; None leaves none.
+        settings: whether to complete each frame from both sides, and the standard error above
+            which vertices are left missing.
         folder: on whose disk frames wait that cannot be written yet; None keeps them in memory.
         progress: whether to show a bar; from both sides, a frame counts as often as it is
             completed.
@@ -122,6 +121,7 @@ def complete_frames(
     Raises:
         OSError, ValueError: a frame cannot be read, completed or written.
     """
+    bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
     tally = Tally(Lengths(reader.faces, start.points))
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)

@@ -204,14 +204,7 @@ def complete_file(
             with learnt.frames() as frames:
                 completer = Completer(reader.faces, whole.points, training=frames, **settings)
             tally = complete_frames(
-                reader,
-                whole,
-                completer,
-                writer,
-                bidirectional=bidirectional,
-                drop_above=drop_above,
-                folder=writer.folder,
-                progress=progress,
+                reader, whole, completer, writer, given, folder=writer.folder, progress=progress
             )
     reports = tally.reports
     estimated = [one for one in reports if one.known and one.filled] if training_files else []

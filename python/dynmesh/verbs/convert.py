@@ -98,14 +98,12 @@ def convert_file(
             for frame in conversion.frames(tracked(read, len(indices), "converting", progress)):
                 values = frame.attributes()
                 writer.append(frame.points, **{name: values[name] for name in header.attributes})
-        remarks = [*writer.remarks]
-    if dropped:
-        remarks.append("generation and age are not written; this format cannot hold them")
+    lost = "generation and age are not written; this format cannot hold them"
     return Written(
         output=Path(output),
         frames=header.n_frames,
         vertices=header.n_vertices,
-        remarks=tuple(remarks),
+        remarks=(*writer.remarks, *([lost] if dropped else [])),
     )
 
 

@@ -123,12 +123,11 @@ def register_file(
         told = "is not possible with scale, as the size of the template is not known"
         raise InputError(told, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
-    if page is not None:
-        require_page(scans=True)
     target = files.target_of(output)
     marked = [] if landmarks is None else [Path(landmarks)]
     target.check(overwrite=overwrite)
     if page is not None:
+        require_page(scans=True)
         check_output(Path(page), overwrite, ".html")
     reader = open_single(Path(scan), cameras)
     marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
