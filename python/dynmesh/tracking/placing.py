@@ -93,7 +93,8 @@ def placed_in(
     with locating(file=scans.path):
         scan = room.enter(scan, faces, template)
     advice = "; ".join(filter(None, [inside_out(scan), advice]))
-    found = find_alignment(faces, template, scan.cloud)
+    with locating(file=mesh.path):
+        found = find_alignment(faces, template, scan.cloud)
     placed = partial(Placed, distance=found.before, advice=advice)
     if found.lies_in_scan:
         unused = "the template lies in the first scan, so `landmarks` are not used"
