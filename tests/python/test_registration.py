@@ -21,7 +21,7 @@ import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
-from dynmesh.tracking.landmarks import read_landmarks
+from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.placing import push_scan
 from dynmesh.tracking.single_scan import open_single
 from dynmesh.tracking.units import Units
@@ -559,14 +559,38 @@ def test_normals_that_point_inwards_are_named_where_tracking_begins(
         push_scan(dynmesh.Tracker(mesh.faces, mesh.vertices), PointScan(points + 9, -normals, None))
 
 
-def test_a_landmark_that_contradicts_the_scan(rng: np.random.Generator, tmp_path: Path) -> None:
-    pairs = [(5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130)]
+@pytest.mark.parametrize(
+    ("pairs", "named"),
+    [
+        ([(5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130)], " of vertex 400 "),
+        (
+            [(5, 5), (60, 60), (120, 330), (260, 260), (330, 120), (400, 400)],
+            "s of vertices 120 and",
+        ),
+    ],
+)
+def test_landmarks_that_contradict_the_scan(
+    pairs: list[tuple[int, int]], named: str, rng: np.random.Generator, tmp_path: Path
+) -> None:
     truth = written(tmp_path, TORUS, rng)
     marks = [{"vertex": vertex, "position": truth[other].tolist()} for vertex, other in pairs]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
     words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
     said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
-    assert re.search("(doubtful|ruined): the landmark of vertex 400 ", said)
+    assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
+
+
+def test_exchanged_and_mirrored_landmarks(rng: np.random.Generator) -> None:
+    """Seen from behind, exchanged hands of a person are exchanged feet."""
+    person = np.array([[0, 0, 1.75], [-0.8, 0, 1.4], [0.8, 0, 1.4], [-0.2, 0.1, 0], [0.2, 0.1, 0]])
+    for hands in ([0, 2, 1, 3, 4], [0, 1, 2, 4, 3]):
+        places = person[hands] + rng.normal(size=(5, 3)) * 0.02
+        told = exchanged(person, (np.arange(5), places))
+        assert "of vertices 1 and 2, or of 3 and 4 are" in told
+    vertices = np.arange(0, 400, 37)
+    mirrored = TORUS.vertices * [-1, 1, 1]
+    assert exchanged(TORUS.vertices, (vertices, TORUS.vertices[vertices])) == ""
+    assert "left and right" in exchanged(TORUS.vertices, (vertices, mirrored[vertices]))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
 from ..scans.scan import Scan, inside_out
 from ..sequence import Sequence
-from ..tracking.landmarks import read_landmarks
+from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of, planes_around
 from ..tracking.single_scan import open_single
@@ -215,7 +215,8 @@ def _reason(
             "leaves it out"
         )
     if landmarks is not None:
-        wrong = wrong or _elsewhere(landmarks, scan) or _misplaced(found, landmarks)
+        wrong = wrong or exchanged(mesh[0], landmarks) or _elsewhere(landmarks, scan)
+        wrong = wrong or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
