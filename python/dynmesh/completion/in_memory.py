@@ -18,9 +18,7 @@ from ..polygons import Faces
 from ..sequence import Mask, Positions, Sequence
 from ..settings import Settings
 from .start import check_start, start_in
-from .ways import SequenceSettings, complete_frames, verdict, with_implied
-
-_OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
+from .ways import OF_SEQUENCES, SequenceSettings, complete_frames, verdict, with_implied
 
 
 @overload
@@ -83,7 +81,7 @@ def complete(
         kind = type(faces if frames is None else frames).__name__
         told = f"must be positions, unless faces is a Sequence, not {kind}"
         raise KindError(f"{told}; complete_file completes files", argument="frames")
-    if of_sequences := settings.keys() & _OF_SEQUENCES:
+    if of_sequences := settings.keys() & OF_SEQUENCES:
         raise InputError(
             f"{', '.join(of_sequences)}: for a Sequence, whose frames can be read more than once, "
             "not for a stream of frames",

@@ -40,6 +40,9 @@ class SequenceSettings(Settings, total=False):
     drop_above: float | None
 
 
+OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
+
+
 def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
     """Returns the settings of the completer, with those that the others imply.
 
@@ -54,8 +57,7 @@ def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
         for name, value in ways.items():
             if value not in (None, False):
                 raise SettingError("is for method detail alone", argument=name, value=value)
-    names = Settings.__annotations__
-    implied = cast(Settings, {name: one for name, one in given.items() if name in names})
+    implied = cast(Settings, {n: one for n, one in given.items() if n not in OF_SEQUENCES})
     if bidirectional or drop_above is not None:
         implied["uncertainty"] = True
     if bidirectional:
