@@ -176,7 +176,7 @@ class UsdOverlayWriter(UsdWriter):
 
     def _describe_stage(self) -> None:
         assert self.header.mesh_file is not None
-        self._scene = UsdScene(self.header.mesh_file.path)
+        self._scene: Any = UsdScene(self.header.mesh_file.path)
         self._original = self._scene.mesh(self.header.name)
         original = self._scene.stage.GetRootLayer().pseudoRoot
         for name in original.ListInfoKeys():
@@ -227,7 +227,7 @@ class UsdOverlayWriter(UsdWriter):
 
     def _close(self) -> None:
         super()._close()
-        self._scene = self._original = None  # type: ignore[assignment]
+        self._scene = self._original = None
 
 
 usd = Format(
