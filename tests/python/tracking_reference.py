@@ -119,7 +119,7 @@ class Tracked(reference.Detail):
         for i in range(n):
             left = n - i - 1
             weight = max(0.05, 2 * 2.2**-left)
-            rows = self._match(x, part if left >= 2 else slice(None), left < 2)
+            rows = self._match(x, part if left >= 2 else slice(None), left >= 2)
             rows = rows._replace(weights=weight * rows.weights)
             nearest = self.nearest
             bent = self._bent(x, rows, weight if left == 1 else None)
@@ -158,7 +158,7 @@ class Tracked(reference.Detail):
         self,
         x: Array,
         part: Integers | slice,
-        has_arrived: bool = False,
+        looks_farther: bool = False,
         scale: float | None = None,
     ) -> Rows:
         points, normals = self.points[part], self.normals[part]
@@ -174,7 +174,7 @@ class Tracked(reference.Detail):
         nearest = distance.argmin(axis=1)
         self.nearest = self.faces[nearest], shares[every, nearest]
         agreeing = np.where(agrees, distance, np.inf).argmin(axis=1)
-        is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & (not has_arrived)
+        is_else = ~agrees[every, nearest] & (distance[every, nearest] > 0.8) & looks_farther
         face = np.where(is_else, agreeing, nearest)
         place = np.einsum("pc,pcx->px", shares[every, face], x[self.faces[face]])
         along = np.einsum("px,px->p", place - points, surface[every, face]) / self.h

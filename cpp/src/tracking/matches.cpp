@@ -175,7 +175,7 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
       found_[i] = match.place;
       if (!found_[i].any()) continue;
       before = found_[i];
-      if (!search.has_arrived && squared_norm(match.normal) == 0 &&
+      if (search.looks_farther && squared_norm(match.normal) == 0 &&
           found_[i].squared > squared_near) {
         // Something else is nearer, as the other side of a thin limb is. Where a surface moves to a
         // point, the point lies along its normal; a foot lies beside what agrees with a floor.

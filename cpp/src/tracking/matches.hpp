@@ -26,9 +26,9 @@ struct Search {
   double walked = 0;
   double weight = 1;
   double cloth_weight = 1;
-  /// Whether the surface has arrived at the points: one that disagrees with its nearest place is
-  /// then of something else; before, it looks for another place.
-  bool has_arrived = false;
+  /// Whether a point that disagrees with its nearest place looks for another place, as the surface
+  /// still bends towards it; otherwise it is of something else.
+  bool looks_farther = false;
   bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
   double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
 };
