@@ -314,6 +314,13 @@ def test_a_template_in_another_step_is_registered(walking: Path, tmp_path: Path)
     track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "body.npz")
     truth = dynmesh.read(walking / "truth.npz")
     assert error(dynmesh.read(tmp_path / "out.npz"), truth).max() < 1.5
+    tips = json.loads((walking / "tips.json").read_text())
+    tips[0]["vertex"], tips[4]["vertex"] = tips[4]["vertex"], tips[0]["vertex"]
+    (tmp_path / "exchanged.json").write_text(json.dumps(tips))
+    words = ("track", walking / "scans", tmp_path / "exchanged.npz", "--template")
+    wrong = ("--landmarks", tmp_path / "exchanged.json")
+    told = run(*words, tmp_path / "body.npz", *wrong, code=3).stderr
+    assert "vertices 6201 and 3079 are probably exchanged" in told
 
 
 def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Path) -> None:

@@ -73,10 +73,12 @@ class Heatmap(Sources):
         for other in (self.input, self.reference):
             if other is not None:
                 check_comparable(self.reader, other)
-        lacks = {name: row.lacks(self) for name, row in QUANTITIES.items()}
-        if wanted is not None and (reason := lacks.get(wanted)) is not None:
+        lacks: dict[Colour, str | None] = {n: row.lacks(self) for n, row in QUANTITIES.items()}
+        lacks["plain"] = None
+        unknown = f"must be one of {', '.join(lacks)}, not {wanted!r}"
+        if wanted is not None and (reason := lacks.get(wanted, unknown)) is not None:
             raise InputError(reason, argument="colour", value=wanted)
-        self.colours = (*(name for name, reason in lacks.items() if reason is None), "plain")
+        self.colours = tuple(name for name, reason in lacks.items() if reason is None)
         self.colour = wanted or self.colours[0]
         if {"error", "standard_error"} & set(self.colours):
             _ = self.unit  # refuses errors without a unit before any frame is read

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .._errors import InputError
+from ..files import formats
 from ..files.new_output import check_folder, exchange, exists_already, making
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, write_depth
@@ -30,10 +32,15 @@ def scan_folder(
     of the frames, by default from 0.
 
     Raises:
+        ValueError: the path has the suffix of a file.
         FileExistsError: the folder holds files, and not only scans that may be replaced.
         BlockingIOError: another process is writing it.
         OSError: it cannot be written.
     """
+    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in formats.values())
+    if is_name_of_file and not path.is_dir():
+        told = f"scans are written to a folder, but names in {path.suffix} are those of files"
+        raise InputError(told, file=path)
     _refuse_existing(path, overwrite)
     check_folder(path)
     left = count() if numbers is None else iter(numbers)

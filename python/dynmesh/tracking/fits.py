@@ -148,7 +148,7 @@ class Fits:
             told.append(
                 "doubtful: the template was registered with the first scan, and "
                 f"{self.registered}; the page of dynmesh register shows whether it is the right "
-                "mesh, and `landmarks` say where head, hands and feet, for example, belong"
+                "mesh"
             )
         if self.suspects or self.total.share > _DOUBTFUL:
             how = "probably ruined" if self.quality == "ruined" else "doubtful"

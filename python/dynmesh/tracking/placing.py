@@ -15,6 +15,7 @@ from ..scans import PointScan, Scan, ScanReader
 from ..scans.scan import inside_out
 from ..sequence import Positions
 from ..tracker import Alignment, Tracker, find_alignment
+from .landmarks import exchanged
 from .room import Room
 from .units import Units, ratio_of, size_of
 
@@ -33,6 +34,7 @@ class Placed:
         alignment: the rigid motion that put it there; None if it lay there already or was
             registered.
         registration: of the template with the scan, if it had another pose there.
+        doubt: why it is doubtful, and what to do; empty if it is not.
         remark: that the scan is larger or smaller than the template, or needs no landmarks; or
             empty.
         advice: what to look at if the template is lost.
@@ -42,6 +44,7 @@ class Placed:
     distance: float
     alignment: Alignment | None = None
     registration: Registration | None = None
+    doubt: str = ""
     remark: str = ""
     advice: str = ""
 
@@ -118,10 +121,13 @@ def placed_in(
         registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     if is_near and registered.quality != "good":
         return aligned
+    doubt = registered.reason
+    if doubt:
+        advice = "`landmarks` say where head, hands and feet, for example, belong"
+        wrong = advice if landmarks is None else exchanged(template, landmarks)
+        doubt = "; ".join(filter(None, [doubt, wrong]))
     if registered.quality == "ruined":
         raise InputError(
-            f"{told}, {found.after:.3g} after the best rigid motion: {registered.reason}; "
-            "landmarks may be needed",
-            file=mesh.path,
+            f"{told}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
         )
-    return placed(registered.vertices, registration=registered, remark=sizes)
+    return placed(registered.vertices, registration=registered, doubt=doubt, remark=sizes)

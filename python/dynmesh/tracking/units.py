@@ -98,7 +98,8 @@ def units_of(
         ValueError: a unit contradicts a file; or that of the scans is known, and that of the
             template is not.
     """
-    own = agreed(template.header.metres_per_unit, template_unit, "template_unit")
+    stated = template.header.metres_per_unit
+    own = agreed(stated, template_unit, "template_unit", template.path)
     theirs = unit_of_scans(scans, scan_unit)
     if assumes and scan_unit is None and own is None:
         return Units(theirs, theirs)

@@ -238,7 +238,7 @@ def track_file(
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
                 advice="; ".join(filter(None, [at.advice, "" if takes else _OTHERS])),
-                registered=at.registration.reason if at.registration else "",
+                registered=at.doubt,
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
             for frame, scan in enumerate(read):
