@@ -240,6 +240,22 @@ def test_far_poses(frame: int, rng: np.random.Generator) -> None:
     assert found.quality != "ruined"
 
 
+def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path) -> None:
+    horse = dynmesh.read(data / "horse_gallop.npz")
+    first, other = horse.vertices[[0, 18]].astype(np.float64)
+    mesh = Mesh(horse.faces.astype(np.int64), first)
+    n_right = 0
+    for seed in (1, 3, 7):
+        truth = Rotation.random(random_state=seed).apply(other)
+        box = np.stack([truth.min(axis=0), truth.max(axis=0)])
+        ways = [dynmesh.degrade.orbit(box, 4, up=up) for up in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+        cameras = [camera for around in ways for camera in around(0)]
+        (seen,) = dynmesh.degrade.scan_points([truth], mesh.faces, cameras, noise=0.05)
+        found = dynmesh.register(mesh.faces, mesh.vertices, seen.points, seen.normals)
+        n_right += error(mesh, truth, found.vertices) < 0.5 and found.quality == "good"
+    assert n_right > 1
+
+
 def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) -> None:
     """A sensor behind the shell sees the inside of what is hidden from the other."""
     x, y, _ = sheet(40).vertices.T / 39

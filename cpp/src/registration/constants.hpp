@@ -58,9 +58,12 @@ inline constexpr struct RegistrationConstants {
   /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
   /// rigid starts have found the pose. Right poses have up to 0.08 then, others begin at 0.12.
   double near_misfit = 0.1;
-  /// Of poses found from rigid starts and from tips, the worse one may still be right if its misfit
-  /// is at most so many times as large.
+  /// Of poses of the coarse mesh, others than the best one may still be right if their misfit is at
+  /// most so many times as large. At most so many are tried that are farther from each other than
+  /// this on average, in mean edges of the coarse mesh.
   double alike = 1.5;
+  std::size_t most_finished = 3;
+  double same = 0.5;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
   double held_spacings = 4;

@@ -1,8 +1,8 @@
 #include "registration/pose_search.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "mesh/generations.hpp"
@@ -30,6 +30,12 @@ TrackingConstants for_coarse() {
   return coarse;
 }
 
+double mean_distance(std::span<const Vector3<double>> x, std::span<const Vector3<double>> y) {
+  double sum = 0;
+  for (std::size_t v = 0; v < x.size(); ++v) sum += std::sqrt(squared_norm(x[v] - y[v]));
+  return sum / static_cast<double>(x.size());
+}
+
 }  // namespace
 
 PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers& workers,
@@ -46,7 +52,7 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
   if (!settings_.align) {
-    finish(scan, best_trial({{Eigen::Isometry3d::Identity(), targets}}));
+    finish(scan, trials_of({{Eigen::Isometry3d::Identity(), targets}}).front());
     return std::move(*pose_);
   }
   // Between landmarks that are few or in unlucky places, the template may bend the wrong way.
@@ -54,25 +60,34 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   return std::move(*pose_);
 }
 
-/// Tries where the template may be, near its own pose and then far from it, keeps the best pose,
-/// and tells whether that is good.
+/// Tries where the template may be, near its own pose and then far from it, until a pose is good,
+/// and keeps the best one. The coarse mesh hardly tells a pose with a twisted limb from that
+/// without.
 bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
+  finished_.clear();
   auto candidates = by_points(scan, targets);
   if (targets.determine_a_rotation()) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
-  std::array<Trial, 2> trials = {best_trial(candidates), {}};
-  if (trials[0].misfit < constants_.near_misfit && finish(scan, trials[0])) return true;
-  trials[1] = best_trial(candidates_by_tips(template_.faces, template_.frame, scan, targets));
+  std::vector<Trial> trials = trials_of(candidates);
+  if (trials.front().misfit < constants_.near_misfit && finish(scan, trials.front())) return true;
+  std::ranges::move(trials_of(candidates_by_tips(template_.faces, template_.frame, scan, targets)),
+                    std::back_inserter(trials));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const double worst = constants_.alike * trials[0].misfit;
-  return std::ranges::any_of(
-      trials, [&](const Trial& trial) { return trial.misfit <= worst && finish(scan, trial); });
+  const double worst = constants_.alike * trials.front().misfit;
+  return std::ranges::any_of(trials, [&](const Trial& trial) {
+    const bool may_be_right = trial.misfit <= worst && finished_.size() < constants_.most_finished;
+    return may_be_right && finish(scan, trial);
+  });
 }
 
-/// Draws the template into the scan from a trial, keeps the better pose, of equal ones the first,
-/// and tells whether that is good.
+/// Draws the template into the scan from a trial that is unlike those before, keeps the better
+/// pose, of equal ones the first, and tells whether that is good.
 bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
+  const double same = constants_.same * coarse_.mean_edge();
+  const auto is_like = [&](const Cloud& other) { return mean_distance(trial.x, other) < same; };
+  if (std::ranges::any_of(finished_, is_like)) return pose_->is_good();
+  finished_.push_back(trial.x);
   Pose pose = finished(scan, trial);
   if (!pose_ || pose.misfit() < pose_->misfit()) pose_ = std::move(pose);
   return pose_->is_good();
@@ -80,7 +95,7 @@ bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
 
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
-  const Trial trial = best_trial(by_points(scan, targets));
+  const Trial trial = trials_of(by_points(scan, targets)).front();
   std::vector<double> ratios;
   for (Index v = 0; v < static_cast<Index>(trial.x.size()); ++v) {
     for (const Index n : mesh_.topology.cells[v]) {
@@ -118,22 +133,20 @@ std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Target
 }
 
 /// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best;
-/// the best of these as long as that helps.
-PoseSearch::Trial PoseSearch::best_trial(const std::vector<Candidate>& candidates) {
+/// the best of these as long as that helps. The result begins with it.
+std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate>& candidates) {
   std::vector<Trial> trials;
   for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const std::size_t n = std::min(trials.size(), rigid_start_constants.starts);
-  Trial best;
-  for (std::size_t i = 0; i < n; ++i) {
-    Trial trial = drawn(std::move(trials[i]));
-    if (trial.misfit < best.misfit) best = std::move(trial);
-  }
-  if (n == 0) return best;
+  trials.resize(std::min(trials.size(), rigid_start_constants.starts));
+  for (Trial& trial : trials) trial = drawn(std::move(trial));
+  std::ranges::stable_sort(trials, {}, &Trial::misfit);
+  if (trials.empty()) return trials;
+  Trial& best = trials.front();
   for (Trial again = drawn(best); again.misfit < best.misfit; again = drawn(best)) {
     best = std::move(again);
   }
-  return best;
+  return trials;
 }
 
 /// The coarse mesh, moved and bent until its landmarks are at their positions.
@@ -191,12 +204,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   Pose pose;
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
     const auto found = fine_.track(scan, landmarks);
-    double moved_by = 0;
-    for (std::size_t v = 0; v < found.x.size(); ++v) {
-      moved_by += std::sqrt(squared_norm(found.x[v] - fine_.last()[v]));
-    }
-    pose.converged =
-        moved_by < constants_.settled * fine_.mean_edge() * static_cast<double>(found.x.size());
+    pose.converged = mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());

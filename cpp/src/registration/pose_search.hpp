@@ -79,7 +79,7 @@ class PoseSearch {
   bool finish(const PointScan& scan, const Trial& trial);
   [[nodiscard]] std::vector<Candidate> by_points(const PointScan& scan,
                                                  const Targets& targets) const;
-  Trial best_trial(const std::vector<Candidate>& candidates);
+  std::vector<Trial> trials_of(const std::vector<Candidate>& candidates);
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);
   [[nodiscard]] double misfit_of(const SurfaceTracking::Found& found) const;
@@ -104,6 +104,7 @@ class PoseSearch {
   Targets held_;     // landmarks of parts that have no points
   Targets checked_;  // all others
   std::optional<Pose> pose_;
+  std::vector<Cloud> finished_;  // from where a pose was found
 };
 
 }  // namespace dynmesh

@@ -97,12 +97,11 @@ bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
   const double weight = std::max(
       constants_.first_weight, constants_.last_weight * std::pow(constants_.weight_growth, -left));
   const bool arrives = left < constants_.final_iterations;
-  const Matches::Rows& rows =
-      matches_.find(x_, {.walked = constants_.resolution,
-                         .weight = weight,
-                         .cloth_weight = constants_.cloth_weights * weight,
-                         .looks_farther = !arrives,
-                         .is_sparse = !any_cloth_ && !arrives});
+  const Matches::Rows& rows = matches_.find(x_, {.walked = constants_.resolution,
+                                                 .weight = weight,
+                                                 .cloth_weight = constants_.cloth_weights * weight,
+                                                 .looks_farther = !arrives,
+                                                 .is_sparse = !any_cloth_ && !arrives});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
     shape_.factorize(rows, landmarks, std::sqrt(growth));
