@@ -61,8 +61,7 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
 }
 
 /// Tries where the template may be, near its own pose and then far from it, until a pose is good,
-/// and keeps the best one. The coarse mesh hardly tells a pose with a twisted limb from that
-/// without.
+/// and keeps the best one. The coarse mesh hardly tells whether a limb is twisted.
 bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   finished_.clear();
   auto candidates = by_points(scan, targets);
@@ -76,8 +75,8 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   const double worst = constants_.alike * trials.front().misfit;
   return std::ranges::any_of(trials, [&](const Trial& trial) {
-    const bool may_be_right = trial.misfit <= worst && finished_.size() < constants_.most_finished;
-    return may_be_right && finish(scan, trial);
+    return trial.misfit <= worst && finished_.size() < constants_.most_finished &&
+           finish(scan, trial);
   });
 }
 
