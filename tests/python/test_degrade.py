@@ -220,5 +220,3 @@ def test_what_was_not_observed_is_neither_known_nor_scanned(tmp_path: Path) -> N
         assert "25.0% of the vertices" in run(*words).stderr
     run("degrade", source, tmp_path / "scans", "--scan", "--points", "200")
     assert all(np.abs(scan.cloud).max() < 9 for scan in open_scans(tmp_path / "scans") if scan)
-    refused = run("degrade", source, tmp_path / "f_%04d.ply", "--scan", code=1).stderr
-    assert "f_%04d.ply: scans are written to a folder" in refused

@@ -438,14 +438,14 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
         assert (*frame.values, "plain") == heatmap.colours == colours
     assert heatmap.scale("plain", []) is None
     assert {*get_args(Colour)} == {*QUANTITIES, "plain"} == {*get_args(Alone), "distance"}
+    other: Any = "red"
+    with pytest.raises(ValueError, match=r"colour: must be one of .*, not 'red'"):
+        Heatmap(SequenceReader(bare), wanted=other)
 
 
 def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> None:
     reader = SequenceReader(replace(sequence, known=None))
     (frame,) = Heatmap(reader, wanted="known").frames(range(3, 4))
-    other: Any = "red"
-    with pytest.raises(ValueError, match=r"colour: must be one of .*, not 'red'"):
-        Heatmap(reader, wanted=other)
     assert sequence.generation is not None
     np.testing.assert_array_equal(frame.values["known"], sequence.generation[3] == 0)
     np.testing.assert_array_equal(frame.values["age"], abs(3 * sequence.generation[3]))

@@ -63,7 +63,7 @@ inline constexpr struct RegistrationConstants {
   /// this on average, in mean edges of the coarse mesh.
   double alike = 1.5;
   std::size_t most_finished = 3;
-  double same = 0.5;
+  double same_pose = 0.5;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
   double held_spacings = 4;

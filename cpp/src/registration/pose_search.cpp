@@ -83,7 +83,7 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
 /// Draws the template into the scan from a trial that is unlike those before, keeps the better
 /// pose, of equal ones the first, and tells whether that is good.
 bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
-  const double same = constants_.same * coarse_.mean_edge();
+  const double same = constants_.same_pose * coarse_.mean_edge();
   const auto is_like = [&](const Cloud& other) { return mean_distance(trial.x, other) < same; };
   if (std::ranges::any_of(finished_, is_like)) return pose_->is_good();
   finished_.push_back(trial.x);

@@ -123,8 +123,8 @@ def placed_in(
         return aligned
     doubt = registered.reason
     if doubt:
-        advice = "`landmarks` say where head, hands and feet, for example, belong"
-        wrong = advice if landmarks is None else exchanged(template, landmarks)
+        missing = "`landmarks` say where head, hands and feet, for example, belong"
+        wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
     if registered.quality == "ruined":
         raise InputError(
