@@ -12,13 +12,12 @@ inline constexpr struct RigidStartConstants {
   /// The rotations to begin with, spread evenly (super-Fibonacci spirals, Alexa 2022).
   int rotations = 64;
   /// About so many points of the scan and places of the surface are compared, at first and at last,
-  /// and how often their pairs are found.
+  /// and how often their pairs are found each time.
   std::size_t coarse_scan = 250;
   std::size_t coarse_surface = 800;
-  int coarse_steps = 10;
   std::size_t fine_scan = 1500;
   std::size_t fine_surface = 3000;
-  int fine_steps = 12;
+  int steps = 10;
   /// The length of a unit normal beside positions, in mean distances from the centre.
   double normal = 0.2;
   /// The share of the pairs that is used.
@@ -51,10 +50,9 @@ inline constexpr struct RegistrationConstants {
   int scalings = 3;
 
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
-  /// drawn to about so many points in so many iterations.
+  /// drawn to about so many points.
   std::size_t most_coarse_vertices = 4000;
   std::size_t coarse_points = 3000;
-  int coarse_iterations = 6;
   /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
   /// rigid starts have found the pose. Right poses have up to 0.08 then, others begin at 0.12.
   double near_misfit = 0.1;
@@ -74,16 +72,17 @@ inline constexpr struct RegistrationConstants {
   double rough_weight = 1;
   int bending_steps = 12;
 
+  /// How many iterations a mesh takes where its limbs may be twisted: the coarse mesh, and the
+  /// template while it is drawn towards its own shape.
+  int iterations = 6;
   /// The template is drawn into the scan so often at most, until the vertices move by less than
-  /// this on average, in mean edges; so often towards its own shape, and then towards that of the
-  /// last time. Each time ends with this weight of a point, larger than that of tracking, since no
-  /// noise of earlier frames accumulates, and takes so many iterations at least. The last is
-  /// `along` of tracking, smaller, since limbs that were bent coarsely are farther off.
+  /// this on average, in mean edges; towards its own shape, and from then on, or from half of the
+  /// rounds, towards that of the last round. Each ends with this weight of a point, larger than
+  /// that of tracking, since no noise of earlier frames accumulates. The last is `along` of
+  /// tracking, smaller, since limbs that were bent coarsely are farther off.
   std::size_t most_rounds = 12;
   double settled = 0.05;
-  std::size_t rounds_to_template = 2;
   double last_weight = 6;
-  int fewest_iterations = 6;
   double along = 0.7;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median

@@ -17,7 +17,6 @@ namespace {
 TrackingConstants for_fine() {
   TrackingConstants fine;
   fine.last_weight = registration_constants.last_weight;
-  fine.fewest_iterations = registration_constants.fewest_iterations;
   fine.along = registration_constants.along;
   return fine;
 }
@@ -25,7 +24,7 @@ TrackingConstants for_fine() {
 TrackingConstants for_coarse() {
   TrackingConstants coarse;
   coarse.rigid_steps = 0;
-  coarse.fewest_iterations = coarse.most_iterations = registration_constants.coarse_iterations;
+  coarse.most_iterations = registration_constants.iterations;
   coarse.largest_slippage = 0;
   return coarse;
 }
@@ -165,8 +164,8 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
 PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   coarse_.place(trial.x, false);
   const auto& [motion, landmarks, rough] = trial.candidate;
-  const auto found =
-      coarse_.track(sample_, guides_of(landmarks, motion, constants_.landmark_weight));
+  const auto found = coarse_.track(
+      sample_, guides_of(landmarks, motion, constants_.landmark_weight), constants_.iterations);
   trial.x.assign(found.x.begin(), found.x.end());
   trial.misfit = misfit_of(found);
   return trial;
@@ -191,7 +190,8 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
   return guides;
 }
 
-/// Draws the template into the scan from where the coarse mesh is.
+/// Draws the template into the scan from where the coarse mesh is. Only its own shape untwists its
+/// limbs, but where it has changed its shape, it does not reach all points in it.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, false);
   const auto& rotations = coarse_.shape().rotations().quaternions();
@@ -201,9 +201,14 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
   }
   Pose pose;
+  bool keeps_changes = false;
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
-    const auto found = fine_.track(scan, landmarks);
-    pose.converged = mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
+    const auto found =
+        fine_.track(scan, landmarks,
+                    keeps_changes ? fine_.constants().final_iterations : constants_.iterations);
+    const bool stays =
+        mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
+    pose.converged = stays && keeps_changes;
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());
@@ -213,7 +218,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       generations.classify(topology_.cells, pose.observed);
       fine_.measure_errors(generations, pose.agreement.far_share > fine_.constants().lost_far);
     }
-    fine_.place(pose.x, pose.rounds >= constants_.rounds_to_template);
+    keeps_changes = keeps_changes || stays || 2 * pose.rounds >= constants_.most_rounds;
+    fine_.place(pose.x, keeps_changes);
   }
   const auto errors = fine_.shape().error_bars().of_vertices();
   if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());

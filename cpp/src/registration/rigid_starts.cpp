@@ -64,7 +64,7 @@ class Pairing {
 
   /// Improves a motion with the nearest pairs. Points are drawn to points or, which lets surfaces
   /// slide into place, to planes (Chen and Medioni 1991).
-  [[nodiscard]] RigidStart improved(RigidStart start, int steps, bool to_planes) const {
+  [[nodiscard]] RigidStart improved(RigidStart start, bool to_planes) const {
     for (int step = 0;; ++step) {
       auto pairs = nearest_pairs(start.motion);
       const auto n =
@@ -76,7 +76,7 @@ class Pairing {
       for (const Pair& pair : pairs) {
         start.distance += std::sqrt(pair.squared) / static_cast<double>(pairs.size());
       }
-      if (step == steps) return start;
+      if (step == rigid_start_constants.steps) return start;
       start.motion = to_planes ? drawn_to_planes(start.motion, pairs) : drawn_to_points(pairs);
     }
   }
@@ -221,15 +221,15 @@ std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Fie
   constexpr const RigidStartConstants& c = rigid_start_constants;
   const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan);
   if (fine.empty()) return {Eigen::Isometry3d::Identity()};
-  const RigidStart in_place = fine.improved({}, c.fine_steps, true);
+  const RigidStart in_place = fine.improved({}, true);
   std::vector<RigidStart> starts;
   const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan);
   for (int i = 0; i < c.rotations; ++i) {
     const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
-    starts.push_back(coarse.improved({motion}, c.coarse_steps, false));
+    starts.push_back(coarse.improved({motion}, false));
   }
   starts = best_of(std::move(starts));
-  for (RigidStart& start : starts) start = fine.improved(start, c.fine_steps, true);
+  for (RigidStart& start : starts) start = fine.improved(start, true);
   starts.insert(starts.begin(), in_place);
   std::vector<Eigen::Isometry3d> best;
   for (const RigidStart& start : best_of(std::move(starts))) best.push_back(start.motion);

@@ -20,10 +20,9 @@ struct TrackingConstants {
   /// radius counts half there.
   int rigid_steps = 6;
 
-  /// How often points are matched: so often at least, and so many times more for each mean edge
-  /// within which this share of the vertices has a point at first; and at most, as always with
-  /// cloth, whose points do not tell how far it slides.
-  int fewest_iterations = 1;
+  /// How often points are matched at most, as always with cloth, whose points do not tell how far
+  /// it slides; and how many times more than at least for each mean edge within which this share of
+  /// the vertices has a point at first.
   int most_iterations = 8;
   double iterations_per_edge = 3;
   double far_share = 0.98;

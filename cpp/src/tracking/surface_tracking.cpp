@@ -53,14 +53,15 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       observed_(last_.size()) {}
 
 SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
-                                              std::span<const Landmark> landmarks) {
+                                              std::span<const Landmark> landmarks,
+                                              int fewest_iterations) {
   shape_.begin_frame();
   auto before = before_;
   std::ranges::copy(last_, x_.begin());
   carry_on(x_, before, constants_.prediction);
   matches_.begin(measurement);
   factored_weight_ = 0;
-  const int iterations = approach();
+  const int iterations = approach(fewest_iterations);
   before = x_;
   for (int left = iterations; left-- > 0;) {
     if (!iterate(left, landmarks)) break;
@@ -75,7 +76,7 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
 
 /// Moves X as a whole to the points until it lies still, and returns how many iterations are left:
 /// the farther the points are, the more slowly their weight grows.
-int SurfaceTracking::approach() {
+int SurfaceTracking::approach(int fewest_iterations) {
   const Search search = {
       .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.radius / 2};
   for (int step = 0; step < constants_.rigid_steps; ++step) {
@@ -86,9 +87,8 @@ int SurfaceTracking::approach() {
   }
   if (any_cloth_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
-  const double wanted = constants_.fewest_iterations + constants_.iterations_per_edge * distance;
-  return std::clamp(static_cast<int>(std::ceil(wanted)), constants_.fewest_iterations,
-                    constants_.most_iterations);
+  const double wanted = fewest_iterations + constants_.iterations_per_edge * distance;
+  return static_cast<int>(std::min<double>(std::ceil(wanted), constants_.most_iterations));
 }
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are

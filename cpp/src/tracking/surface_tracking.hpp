@@ -39,8 +39,10 @@ class SurfaceTracking {
   };
 
   /// Finds the surface in a frame, from what is remembered of the last ones, and does not remember
-  /// it: frames may be found again, and nothing is lost if this throws.
-  Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {});
+  /// it: frames may be found again, and nothing is lost if this throws. Points are matched so often
+  /// at least, and more often where they are far; of more iterations, the first are stiffer.
+  Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {},
+              int fewest_iterations = 1);
   /// Compares the last frame with what was measured.
   Found compare_last(const PointScan& measurement);
 
@@ -74,7 +76,7 @@ class SurfaceTracking {
   void read_memory(Reader& reader, Field last);
 
  private:
-  int approach();
+  int approach(int fewest_iterations);
   bool iterate(int left, std::span<const Landmark> landmarks);
   Found observe();
 
