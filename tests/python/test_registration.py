@@ -256,6 +256,16 @@ def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path
     assert n_right > 1
 
 
+def test_limbs_are_not_twisted(data: Path, rng: np.random.Generator) -> None:
+    dancer = dynmesh.read(data / "crane.npz")
+    first, other = dancer.vertices[[0, 60]].astype(np.float64)
+    mesh = Mesh(dancer.faces.astype(np.int64), first)
+    for rotation in Rotation.random(2, random_state=0):
+        truth = rotation.apply(other)
+        found = register(mesh, *scan(mesh, truth, rng, 20000))
+        assert error(mesh, truth, found.vertices) < 0.2
+
+
 def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) -> None:
     """A sensor behind the shell sees the inside of what is hidden from the other."""
     x, y, _ = sheet(40).vertices.T / 39
