@@ -78,12 +78,10 @@ inline constexpr struct RegistrationConstants {
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; towards its own shape, and from then on, or from half of the
   /// rounds, towards that of the last round. Each ends with this weight of a point, larger than
-  /// that of tracking, since no noise of earlier frames accumulates. The last is `along` of
-  /// tracking, smaller, since limbs that were bent coarsely are farther off.
+  /// that of tracking, since no noise of earlier frames accumulates.
   std::size_t most_rounds = 12;
   double settled = 0.05;
   double last_weight = 6;
-  double along = 0.7;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median
   /// and so many mean edges, and the share of these from which on a result is doubtful. Right

@@ -17,7 +17,6 @@ namespace {
 TrackingConstants for_fine() {
   TrackingConstants fine;
   fine.last_weight = registration_constants.last_weight;
-  fine.along = registration_constants.along;
   return fine;
 }
 
