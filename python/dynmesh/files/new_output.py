@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from .._errors import InputError
 from .._report import listed
 from .header import Header
 
@@ -123,7 +124,7 @@ def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[P
         ValueError: the path has none of these suffixes, or it is one of the `inputs`.
     """
     if suffixes and path.suffix.lower() not in suffixes:
-        raise ValueError(f"{path}: must end in {listed(suffixes, 'or')}")
+        raise InputError(f"{path}: must end in {listed(suffixes, 'or')}")
     check_folder(path)
     if path.exists():
         refuse_inputs([path], inputs)

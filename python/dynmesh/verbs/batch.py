@@ -185,6 +185,8 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
                 if first != table.line_num:
                     told = f"{row['output']!r} is the output of line {first} already"
                     raise _wrong(path, table.line_num, "output", told)
+            if not jobs:
+                raise InputError("has no jobs, only the names of the columns", file=path)
             return jobs
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"is not a table of comma-separated values: {error}", file=path) from error

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._checks import check_flags, check_path
 from .._command import How, Output, What
-from .._report import OutputReport
+from .._report import OutputReport, counted
 from ..completer import Completer
 from ..completion.start import Start, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFiles, paths_of
@@ -70,8 +70,9 @@ class FileReport(OutputReport):
         how, each = (" from both sides", "for each side") if sides else ("", "each")
         rate = frames / (self.completed * self.seconds_per_frame)
         yield (
-            f"{frames} frames completed{how} in {1e3 * self.seconds_per_frame:.3g} ms {each} "
-            f"(median), {rate:.0f} frames per second without reading and writing"
+            f"{counted(frames, 'frame')} completed{how} in "
+            f"{1e3 * self.seconds_per_frame:.3g} ms {each} (median), "
+            f"{rate:.0f} frames per second without reading and writing"
         )
         whole = self.known + self.filled + self.disconnected
         if self.rejected:

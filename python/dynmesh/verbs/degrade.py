@@ -125,7 +125,8 @@ def degrade_file(
                     append(found)
                     measured += len(found.cloud)
         what = "points" if size is None else "measured pixels"
-        told = f"{n} frames of {measured / n:.0f} {what} from {counted(cameras, 'camera')}"
+        told = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
+        told += f" from {counted(cameras, 'camera')}"
         return OutputReport(output=Path(output), frames=n, remarks=(told, *guess))
     for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
         if value != usual:

@@ -10,7 +10,7 @@ import numpy as np
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._report import Report
+from .._report import Report, counted
 from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
 from ..files import OneSequence, PathLike, Reader, Source, opened_beside
@@ -52,7 +52,7 @@ class Evaluation(Report):
             "mean error": f"{self.mean:.4g}, root mean square {self.rms:.4g}",
             "99th percentile": f"{self.p99:.4g}",
             "maximum": f"{self.maximum:.4g}",
-            "measured": f"{self.frames} frames, in bounding-box diagonals of the first, "
+            "measured": f"{counted(self.frames, 'frame')}, in bounding-box diagonals of the first, "
             f"{self.bounding_box_diagonal:g}",
         }
         if (found := self.calibration) is not None:

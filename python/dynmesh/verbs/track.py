@@ -11,7 +11,7 @@ from .._checks import check_flags, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
 from .._progress import tracked
-from .._report import OutputReport
+from .._report import OutputReport, counted
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike
@@ -99,7 +99,7 @@ class TrackFileReport(OutputReport):
             if self.quality == "good" and self.far is not None:
                 yield f"good; {self.far:.2%} of the points are far from the mesh"
             yield (
-                f"{self.frames - self.empty} frames tracked in "
+                f"{counted(self.frames - self.empty, 'frame')} tracked in "
                 f"{1e3 * self.seconds_per_frame:.3g} ms each (median); "
                 f"{100 * self.observed:.3g} % of the vertices were seen"
             )

@@ -15,6 +15,7 @@ import dynmesh
 from .case import Case, Printed, World
 
 _TABLES = {
+    "no_jobs": ("input,output\n", "no_jobs.csv: has no jobs"),
     "no_column": ("input\nbody.npz\n", "no_column.csv:", "'output'"),
     "odd_column": ("input,output,colour\nbody.npz,new.npz,red\n", "odd_column.csv: line 1:", "--colour"),
     "too_many": ("input,output\nbody.npz,new.npz,more\n", "too_many.csv: line 2"),
@@ -157,7 +158,7 @@ shell = [
     refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
     refused("evaluate single.npz single.npz", "single.npz:", "no frame after the first"),
     misused("synth lake new.npz", "'lake'", "ocean"),
-    refused("view body.npz -o new.txt", "new.txt:"),
+    misused("view body.npz -o new.txt", "new.txt:"),
     refused("view body.npz -o done.html", "done.html:", "--overwrite"),
     refused("view body.npz -o body.npz/new.html", "body.npz/new.html:", "body.npz is not a folder"),
     misused(f"{_VIEW} --colour age", "--colour:", "body.npz: holds no age"),
@@ -177,7 +178,7 @@ shell = [
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
     misused(f"{_VIEW} --scans line --pick marks.txt", "--pick:", "marks.txt"),
     misused(f"{_VIEW} --scans line --pick marks.json --colour age", "--colour:"),
-    refused("picture body.npz -o new.jpg", "new.jpg:", ".png"),
+    misused("picture body.npz -o new.jpg", "new.jpg:", ".png"),
     refused("picture void.npz -o new.png", "void.npz: no vertex is known"),
     refused("picture aged.npz -o new.png --colour age --reference body.npz", "not age"),
     misused(f"{_PICTURE} --frame 3", "--frame: there is no frame 3"),

@@ -183,7 +183,7 @@ cases = [
     refused("register template.npz body.obj body.obj --overwrite", "body.obj: is the input"),
     refused("register template.npz body.obj other.npz", "other.npz: exists already"),
     refused(f"{_REGISTER} --page done.html", "done.html: exists"),
-    refused(f"{_REGISTER} --page new.htm", "must end in .html"),
+    misused(f"{_REGISTER} --page new.htm", "must end in .html"),
     refused("register template.npz cloud/s_0000.ply new.txt --landmarks marks_0.json", "new.txt: cannot write format '.txt'"),
     misused(f"{_REGISTER} --crop 0.5", "crop:", "two corners of a box", "0.5"),
     refused(f"{_REGISTER} --crop 70,70,70,80,80,80", "cloud/s_0000.ply:", "nothing is left"),
