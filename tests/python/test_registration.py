@@ -256,6 +256,17 @@ def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path
     assert n_right > 1
 
 
+def test_dense_parts_of_a_scan_do_not_decide(data: Path, rng: np.random.Generator) -> None:
+    """Each face has as many points, though some are a thousand times as large as others."""
+    horse = dynmesh.read(data / "horse_gallop.npz")
+    first, other = horse.vertices[[0, 9]].astype(np.float64)
+    mesh = Mesh(horse.faces.astype(np.int64), first)
+    for rotation in Rotation.random(2, random_state=0):
+        truth = rotation.apply(other)
+        found = register(mesh, *scan(mesh, truth, rng, 20000))
+        assert error(mesh, truth, found.vertices) < 0.7
+
+
 def test_limbs_are_not_twisted(data: Path, rng: np.random.Generator) -> None:
     dancer = dynmesh.read(data / "crane.npz")
     first, other = dancer.vertices[[0, 60]].astype(np.float64)

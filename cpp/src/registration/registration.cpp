@@ -87,7 +87,11 @@ double checked_ratio(const PointScan& scan, const Targets& targets,
 
 /// A scan in another unit.
 PointScan scaled(const PointScan& scan, double factor) {
-  PointScan other = sample_scan(scan, scan.size());  // all of it
+  PointScan other;
+  other.points = scan.points;
+  other.normals = scan.normals;
+  other.undecided = scan.undecided;
+  other.sensors = scan.sensors;
   for (auto& point : other.points) point = factor * point;
   for (auto& sensor : other.sensors) sensor = factor * sensor;
   other.sensor_numbers = scan.sensor_numbers;

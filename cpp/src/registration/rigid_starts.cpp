@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -203,11 +204,22 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
+/// Each point stands for the area around it, stray ones for no more than most others.
 PointScan sample_scan(const PointScan& scan, std::size_t n) {
+  constexpr double not_stray = 0.9;
+  std::vector<double> areas(scan.size(), 1.0);
+  if (scan.size() > n) {
+    for (std::size_t i = 0; i < areas.size(); ++i) areas[i] = scan.squared_spacing(i, 4);
+    const double largest = quantile(areas, not_stray);
+    for (double& area : areas) area = largest > 0 ? std::min(area, largest) : 1;
+  }
+  const double total = std::accumulate(areas.begin(), areas.end(), 0.0);
+  const double share = static_cast<double>(n) / total;
   PointScan sample;
-  const double step = std::max(1.0, static_cast<double>(scan.size()) / static_cast<double>(n));
-  for (double next = 0; next < static_cast<double>(scan.size()); next += step) {
-    const auto i = static_cast<std::size_t>(next);
+  double end = 0;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    const double begin = std::exchange(end, end + areas[i]);
+    if (!(std::floor(end * share) > std::floor(begin * share))) continue;
     sample.points.push_back(scan.points[i]);
     sample.normals.push_back(scan.normals[i]);
     sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);

@@ -22,7 +22,7 @@ struct SurfaceSample {
 SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
                              std::size_t n);
 
-/// About n points of the scan, evenly chosen by their numbers.
+/// At most about n points of the scan, as many for each area, wherever the sensor was near.
 PointScan sample_scan(const PointScan& scan, std::size_t n);
 
 /// The best motions, from any rotation and position, the best one first. They are found by
