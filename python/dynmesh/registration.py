@@ -61,8 +61,10 @@ class Registration:
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
-        quality: "good"; "doubtful", if a part is probably wrong or missing; "ruined", if the scan
-            shows something else or its pose was not found.
+        quality: "good"; "doubtful", if a part is probably wrong or missing: `unexplained` / 0.02,
+            `stretch` / 0.15, `hole` / 0.035 and `overlap` / 0.003 add up to more than 1, or a
+            landmark is not where it belongs; "ruined", if the scan shows something else or its pose
+            was not found.
         growth: how many times as large as the template the vertices are, by the median of the
             edges.
     """
@@ -89,7 +91,8 @@ class Registration:
             return ""
         cause = _CAUSES[self.cause].format(self._grown)
         return (
-            f"{cause}: {self.far:.1%} of the points are farther than a mean edge from the mesh, "
+            f"{cause}: {self.unexplained:.1%} of the points are farther from the mesh than their "
+            "noise explains, "
             f"{self.hole:.1%} of the template is one piece without a point, and edges have changed "
             f"by {self.stretch:.1%}"
         )

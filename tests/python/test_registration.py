@@ -256,8 +256,10 @@ def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path
     assert n_right > 1
 
 
-@pytest.mark.parametrize(("file", "frame", "limit"), [("horse_gallop", 9, 0.7), ("crane", 60, 0.2)])
-def test_neither_twisted_limbs_nor_dense_parts_lead_astray(
+@pytest.mark.parametrize(
+    ("file", "frame", "limit"), [("horse_gallop", 9, 0.7), ("crane", 60, 0.2), ("crane", 100, 0.6)]
+)
+def test_neither_twisted_limbs_nor_sharp_joints_nor_dense_parts_lead_astray(
     file: str, frame: int, limit: float, data: Path, rng: np.random.Generator
 ) -> None:
     """Each face has as many points, though some of the horse are a thousand times as large."""

@@ -15,9 +15,9 @@ namespace dynmesh {
 
 /// How well a registered template explains its scan, as the shares in Registration tell.
 enum class RegistrationQuality {
-  /// At most 1 % of the points are far and 2 % unexplained, the hole is at most 3 % and the overlap
-  /// at most 0.1 % of the template, edges are stretched by at most 14 % on average, and landmarks
-  /// are where they belong.
+  /// Landmarks are where they belong, and what speaks against the result adds up to at most 1: the
+  /// unexplained share, the stretch, the hole and the overlap, divided by 0.02, 0.15, 0.035 and
+  /// 0.003.
   good,
   doubtful,  ///< a part is probably wrong or missing
   ruined,    ///< the scan is of something else, or the pose was not found

@@ -15,6 +15,7 @@ ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Wo
       workers_(workers),
       operator_(build_detail_operator(faces, cells, first_frame)),
       membrane_(std::move(membrane)),
+      resistance_(cells.size(), 1.0),
       factor_(normal_matrix(operator_, membrane_), workers),
       scaled_residual_(3 * cells.size()),
       solution_(3 * cells.size()),
@@ -40,8 +41,9 @@ void ShapeSystem::multiply_transposed(int fields) {
 }
 
 void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
-  workers_.for_each_in_chunks(
-      cells_.size(), [&](std::size_t v) { scaled_residual_[v] = operator_.scale[v] * detail[v]; });
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    scaled_residual_[v] = resistance_[v] * operator_.scale[v] * detail[v];
+  });
   multiply_transposed(1);
   scatter(solution_, 1, x);
 }
@@ -49,7 +51,8 @@ void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
 void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
   apply(x, 1, scaled_residual_);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
-    scaled_residual_[v] = operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
+    scaled_residual_[v] =
+        resistance_[v] * operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
   });
   multiply_transposed(1);
   scatter(solution_, 1, product);

@@ -149,9 +149,11 @@ class ShapeSystem {
   /// valid.
   void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
 
-  /// While all vertices are solved for, with fields (k,): K^T of a detail, N + mu C of positions,
-  /// where mu is the weight of the membrane, and what the factor in single precision makes of a
-  /// right-hand side.
+  /// (k,) W, the weights of the rows of K in the two products below; 1 at first.
+  [[nodiscard]] std::span<double> resistance() { return resistance_; }
+  /// While all vertices are solved for, with fields (k,): K^T W of a detail, K^T W K + mu C of
+  /// positions, where mu is the weight of the membrane, and what the factor of N in single
+  /// precision makes of a right-hand side.
   void apply_transposed(Field detail, std::span<Vector3<double>> x);
   void multiply(Field x, std::span<Vector3<double>> product);
   void precondition(Field right_side, std::span<Vector3<double>> x);
@@ -175,7 +177,8 @@ class ShapeSystem {
   Workers& workers_;
   DetailOperator operator_;  // K
   std::vector<double> membrane_;
-  MaskedFactor factor_;  // of N
+  std::vector<double> resistance_;  // W
+  MaskedFactor factor_;             // of N
   std::vector<Vector3<double>>
       scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
   std::vector<Vector3<double>> solution_;  // in the order of elimination

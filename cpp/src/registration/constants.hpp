@@ -42,7 +42,7 @@ inline constexpr struct TipConstants {
   /// How many pairings are tried of all tips, and of all but one.
   int candidates = 10;
   /// About so many places of the template are compared with ten times as many points of the scan.
-  std::size_t places = 200;
+  std::size_t places = 100;
 } tip_constants;
 
 inline constexpr struct RegistrationConstants {
@@ -52,15 +52,15 @@ inline constexpr struct RegistrationConstants {
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
   /// drawn to about so many points.
   std::size_t most_coarse_vertices = 4000;
-  std::size_t coarse_points = 3000;
+  std::size_t coarse_points = 1500;
   /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
-  /// rigid starts have found the pose. Right poses have up to 0.08 then, others begin at 0.12.
-  double near_misfit = 0.1;
+  /// rigid starts have found the pose.
+  double near_misfit = 0.13;
   /// Of poses of the coarse mesh, others than the best one may still be right if their misfit is at
   /// most so many times as large. At most so many are tried that are farther from each other than
   /// this on average, in mean edges of the coarse mesh.
   double alike = 1.5;
-  std::size_t most_finished = 3;
+  std::size_t most_finished = 2;
   double same_pose = 0.5;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
@@ -72,41 +72,40 @@ inline constexpr struct RegistrationConstants {
   double rough_weight = 1;
   int bending_steps = 12;
 
+  /// The shape yields where it departs from its own more than so many times the median.
+  double usual_departures = 3;
+
   /// How many iterations a mesh takes where its limbs may be twisted: the coarse mesh, and the
-  /// template while it is drawn towards its own shape.
+  /// template while its shape does not yield.
   int iterations = 6;
   /// The template is drawn into the scan so often at most, until the vertices move by less than
-  /// this on average, in mean edges; towards its own shape, and from then on, or from half of the
-  /// rounds, towards that of the last round. Each ends with this weight of a point, larger than
-  /// that of tracking, since no noise of earlier frames accumulates.
+  /// this on average, in mean edges; as an elastic body, and from then on, or from half of the
+  /// rounds, as one that yields. Each ends with this weight of a point, larger than that of
+  /// tracking, since no noise of earlier frames accumulates.
   std::size_t most_rounds = 12;
   double settled = 0.05;
-  double last_weight = 6;
+  double last_weight = 12;
 
+  /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
+  /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
+  /// this.
+  double doubtful_unexplained = 0.02;
+  double doubtful_stretch = 0.15;
+  double doubtful_hole = 0.035;
+  double doubtful_overlap = 0.003;
   /// Noise does not explain a point that is farther from the surface than so many times the median
-  /// and so many mean edges, and the share of these from which on a result is doubtful. Right
-  /// results reach 0.015, wrong ones that nothing else tells begin at 0.024.
+  /// and so many mean edges.
   double unexplained_medians = 4;
   double unexplained_edges = 0.25;
-  double doubtful_unexplained = 0.02;
-  /// The mean stretch of edges from which on it is doubtful, and ruined: right results of captured
-  /// people reach 0.12, people in scans of others begin at 0.15.
-  double doubtful_stretch = 0.14;
-  double ruined_stretch = 0.3;
-  /// The share of far points from which on a result is doubtful; it is ruined where a tracker would
-  /// be lost.
-  double doubtful_far = 0.01;
   /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
-  /// many mean distances between them, and the share of the area that is one hole from which on the
-  /// result is doubtful. Right results of whole scans reach 0.013.
+  /// many mean distances between them.
   double hole_edges = 1.5;
   double hole_spacings = 1.9;
-  double doubtful_hole = 0.03;
   /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
-  /// so many mean edges apart; and the share of its area from which on the result is doubtful. Of
-  /// right results, most have none, and some that slid along limbs by up to a mean edge 0.002.
+  /// so many mean edges apart.
   double overlap_edges = 10;
-  double doubtful_overlap = 0.001;
+  /// It is ruined from this stretch on, and where a tracker would be lost.
+  double ruined_stretch = 0.3;
   /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;

@@ -45,7 +45,9 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
       coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse()),
       fine_(given.faces, topology, workers, given.frame, for_fine(), given.training,
-            settings.uncertainty, epsilon) {}
+            settings.uncertainty, epsilon) {
+  coarse_.yield_beyond(constants_.usual_departures);
+}
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
@@ -189,8 +191,8 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
   return guides;
 }
 
-/// Draws the template into the scan from where the coarse mesh is. Only its own shape untwists its
-/// limbs, but where it has changed its shape, it does not reach all points in it.
+/// Draws the template into the scan from where the coarse mesh is. At first its shape yields
+/// nowhere, which untwists its limbs, and then at its joints, which brings all of it to the points.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, false);
   const auto& rotations = coarse_.shape().rotations().quaternions();
@@ -200,14 +202,14 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
   }
   Pose pose;
-  bool keeps_changes = false;
+  bool yields = false;
+  fine_.yield_beyond(std::numeric_limits<double>::infinity());
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
-    const auto found =
-        fine_.track(scan, landmarks,
-                    keeps_changes ? fine_.constants().final_iterations : constants_.iterations);
+    const auto found = fine_.track(
+        scan, landmarks, yields ? fine_.constants().final_iterations : constants_.iterations);
     const bool stays =
         mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
-    pose.converged = stays && keeps_changes;
+    pose.converged = stays && yields;
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());
@@ -217,8 +219,11 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       generations.classify(topology_.cells, pose.observed);
       fine_.measure_errors(generations, pose.agreement.far_share > fine_.constants().lost_far);
     }
-    keeps_changes = keeps_changes || stays || 2 * pose.rounds >= constants_.most_rounds;
-    fine_.place(pose.x, keeps_changes);
+    fine_.place(pose.x, false);
+    if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
+      yields = true;
+      fine_.yield_beyond(constants_.usual_departures);
+    }
   }
   const auto errors = fine_.shape().error_bars().of_vertices();
   if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());
@@ -252,16 +257,15 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
     const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];
     if (squared_norm(arm) > limit * limit) pose.has_misplaced_landmarks = true;
   }
-  const bool is_doubtful =
-      pose.unexplained > constants_.doubtful_unexplained ||
-      pose.agreement.far_share > constants_.doubtful_far ||
-      pose.stretch > constants_.doubtful_stretch || pose.coverage.hole > constants_.doubtful_hole ||
-      pose.coverage.overlap > constants_.doubtful_overlap || pose.has_misplaced_landmarks;
+  const double doubt = pose.unexplained / constants_.doubtful_unexplained +
+                       pose.stretch / constants_.doubtful_stretch +
+                       pose.coverage.hole / constants_.doubtful_hole +
+                       pose.coverage.overlap / constants_.doubtful_overlap;
   const bool is_ruined = pose.agreement.far_share > fine_.constants().lost_far ||
                          pose.stretch > constants_.ruined_stretch;
-  pose.quality = is_ruined     ? RegistrationQuality::ruined
-                 : is_doubtful ? RegistrationQuality::doubtful
-                               : RegistrationQuality::good;
+  pose.quality = is_ruined                                   ? RegistrationQuality::ruined
+                 : doubt > 1 || pose.has_misplaced_landmarks ? RegistrationQuality::doubtful
+                                                             : RegistrationQuality::good;
 }
 
 }  // namespace dynmesh

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "support/geometry.hpp"
+#include "tracking/point_scan.hpp"
 
 namespace dynmesh {
 namespace {
@@ -96,6 +97,7 @@ bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landma
 void NonrigidStep::find_forces(Field x) {
   system_.apply(x, 1, kx_);
   for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
+  find_resistance();
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
   for (const Tie& tie : surface_system_.ties()) {
@@ -104,6 +106,17 @@ void NonrigidStep::find_forces(Field x) {
     const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;
+  }
+}
+
+/// W, for which the step is that of iteratively reweighted least squares.
+void NonrigidStep::find_resistance() {
+  if (std::isinf(yield_beyond_)) return;
+  std::vector<double> departures;
+  for (const auto& departure : kx_) departures.push_back(std::sqrt(squared_norm(departure)));
+  const double limit = yield_beyond_ * quantile(departures, 0.5);
+  for (std::size_t v = 0; v < departures.size(); ++v) {
+    system_.resistance()[v] = departures[v] > limit ? limit / departures[v] : 1;
   }
 }
 

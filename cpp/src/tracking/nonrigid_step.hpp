@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,10 +24,10 @@
 
 namespace dynmesh {
 
-/// The positions X of a frame minimise |K X - Q m|^2 with the energies of a membrane, of ties
-/// between components, of the rows of measured points, and of landmarks; docs/reference/tracking.md
-/// has the equation. K and Q are those of method detail, m is between the shapes of the last frame
-/// and of frame 0.
+/// The positions X of a frame minimise |W^1/2 (K X - Q m)|^2 with the energies of a membrane, of
+/// ties between components, of the rows of measured points, and of landmarks;
+/// docs/reference/tracking.md has the equation. K and Q are those of method detail, m is between
+/// the shapes of the last frame and of frame 0, and W is 1 where the shape does not yield.
 class NonrigidStep {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -39,6 +40,12 @@ class NonrigidStep {
                std::span<const std::uint8_t> is_cloth, const TrainingFrames& training,
                bool has_uncertainty, double epsilon);
 
+  /// Lets the shape yield from now on where |K X - Q m| is more than so many times its median: it
+  /// resists with as much force there as at the limit (Huber 1964), since bodies bend at joints.
+  void yield_beyond(double medians) {
+    yield_beyond_ = medians;
+    std::ranges::fill(system_.resistance(), 1.0);
+  }
   /// Begins a frame from what was remembered last, whatever was found since.
   void begin_frame();
   /// Factors the preconditioner of the next steps for these rows and landmarks, or for others with
@@ -83,6 +90,7 @@ class NonrigidStep {
   }
   void keep();
   void find_forces(Field x);
+  void find_resistance();
   void observe_planes(std::span<const SurfaceRow> rows, Field x);
   void fit_modes(std::span<const SurfaceRow> rows, double mode_weights, Field x);
   void find_shape(Field frame);
@@ -96,12 +104,14 @@ class NonrigidStep {
   ErrorBars error_bars_;
   Membrane membrane_;
   SurfaceSystem surface_system_;
+  double yield_beyond_ = std::numeric_limits<double>::infinity();
   std::vector<double> pulls_;       // (k,) the share of frame 0 in the wanted shape
   std::vector<double> remembered_;  // the fields, as of the last frame
 
   // Of the current frame:
   Anchors anchors_;
-  std::vector<Vector3<double>> wanted_, turned_, kx_;
+  std::vector<Vector3<double>> wanted_, turned_;
+  std::vector<Vector3<double>> kx_;      // and then Q m - K X
   std::vector<Vector3<double>> planes_;  // the mean normals of the rows
   std::vector<Vector3<double>> forces_;
 };

@@ -62,6 +62,9 @@ class SurfaceTracking {
   /// Bends the last frame, without points, while its landmarks move to their targets.
   void bend(std::span<const Landmark> landmarks, int steps);
 
+  /// As NonrigidStep::yield_beyond; at first, the shape yields nowhere.
+  void yield_beyond(double medians) { shape_.yield_beyond(medians); }
+
   [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
   [[nodiscard]] const Matches& matches() const { return matches_; }
   /// (k,) the last frame.
