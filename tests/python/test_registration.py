@@ -272,6 +272,19 @@ def test_neither_twisted_limbs_nor_sharp_joints_nor_dense_parts_lead_astray(
         assert error(mesh, truth, found.vertices) < limit
 
 
+def test_vertices_without_edges_do_not_tell_where_the_shape_yields(
+    rng: np.random.Generator,
+) -> None:
+    angle = 0.5 * TORUS.vertices[:, 2]
+    twisted = Rotation.from_euler("z", angle[:, None]).apply(TORUS.vertices)
+    given = scan(TORUS, twisted, rng)
+    lone = rng.normal(size=(2 * len(TORUS.vertices), 3))
+    alone = register(TORUS, *given)
+    among = dynmesh.register(TORUS.faces, np.concatenate([TORUS.vertices, lone]), *given)
+    assert alone.stretch > 0.01
+    assert among.stretch == pytest.approx(alone.stretch, rel=0.2)
+
+
 def test_the_inside_of_a_shell_need_not_be_measured(rng: np.random.Generator) -> None:
     """A sensor behind the shell sees the inside of what is hidden from the other."""
     x, y, _ = sheet(40).vertices.T / 39

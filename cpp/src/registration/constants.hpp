@@ -54,7 +54,7 @@ inline constexpr struct RegistrationConstants {
   std::size_t most_coarse_vertices = 4000;
   std::size_t coarse_points = 1500;
   /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
-  /// rigid starts have found the pose.
+  /// rigid starts have found the pose, so that far poses need not be sought.
   double near_misfit = 0.13;
   /// Of poses of the coarse mesh, others than the best one may still be right if their misfit is at
   /// most so many times as large. At most so many are tried that are farther from each other than
@@ -79,16 +79,16 @@ inline constexpr struct RegistrationConstants {
   /// template while its shape does not yield.
   int iterations = 6;
   /// The template is drawn into the scan so often at most, until the vertices move by less than
-  /// this on average, in mean edges; as an elastic body, and from then on, or from half of the
-  /// rounds, as one that yields. Each ends with this weight of a point, larger than that of
-  /// tracking, since no noise of earlier frames accumulates.
+  /// this on average, in mean edges; as an elastic body, whose limbs untwist, and from then on, or
+  /// from half of the rounds, as one that yields. Each ends with this weight of a point, larger
+  /// than that of tracking, since no noise of earlier frames accumulates.
   std::size_t most_rounds = 12;
   double settled = 0.05;
   double last_weight = 12;
 
   /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
   /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
-  /// this.
+  /// this. Wrong poses often have some of each and not much of any.
   double doubtful_unexplained = 0.02;
   double doubtful_stretch = 0.15;
   double doubtful_hole = 0.035;

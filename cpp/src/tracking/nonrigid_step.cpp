@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "support/geometry.hpp"
 #include "tracking/point_scan.hpp"
@@ -109,12 +110,15 @@ void NonrigidStep::find_forces(Field x) {
   }
 }
 
-/// W, for which the step is that of iteratively reweighted least squares.
+/// W, for which the step is that of iteratively reweighted least squares. Vertices without edges,
+/// which never depart, do not tell what is usual.
 void NonrigidStep::find_resistance() {
   if (std::isinf(yield_beyond_)) return;
   std::vector<double> departures;
   for (const auto& departure : kx_) departures.push_back(std::sqrt(squared_norm(departure)));
-  const double limit = yield_beyond_ * quantile(departures, 0.5);
+  auto usual = departures;
+  std::erase(usual, 0.0);
+  const double limit = usual.empty() ? 0 : yield_beyond_ * quantile(std::move(usual), 0.5);
   for (std::size_t v = 0; v < departures.size(); ++v) {
     system_.resistance()[v] = departures[v] > limit ? limit / departures[v] : 1;
   }
