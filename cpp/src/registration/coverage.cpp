@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "registration/rigid_starts.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -108,8 +109,8 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan) {
   if (!(seen_area > 0)) return coverage;
   const double spacing = std::sqrt(seen_area / static_cast<double>(scan.size()));
   // A few points are not everywhere on a surface, however sparse they are.
-  const double sparse =
-      std::min(registration_constants.hole_spacings * spacing, 0.15 * size_of(surface.x));
+  const double sparse = std::min(registration_constants.hole_spacings * spacing,
+                                 0.15 * size_of(surface.faces, surface.x));
   const double near = std::max(registration_constants.hole_edges * surface.mean_edge, sparse);
   std::vector<std::uint8_t> is_in_hole(now.size());
   for (std::size_t v = 0; v < now.size(); ++v) {

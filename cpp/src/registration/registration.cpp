@@ -65,13 +65,13 @@ void check_places(std::span<const Vector3<double>> positions, const PointScan& s
 
 /// How many times as large as a template a scan is. Refuses scans and targets of another unit or
 /// place, and too few points.
-double checked_ratio(const PointScan& scan, const Targets& targets,
-                     std::span<const Vector3<double>> frame, bool scale) {
+double checked_ratio(const PointScan& scan, const Targets& targets, const Template& given,
+                     bool scale) {
   if (scan.size() < TrackingConstants{}.fewest) {
     refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
            TrackingConstants{}.fewest);
   }
-  const double size = size_of(frame);
+  const double size = size_of(given.faces, given.frame);
   const double ratio = size > 0 ? size_of(scan.points) / size : 1;
   if (!(ratio > 0) || !std::isfinite(ratio)) {
     refuse("points", "all are at the same position, as far as can be computed");
@@ -145,7 +145,7 @@ Registration<Real> registered(Faces faces, Points<const Real> positions,
   const Targets targets = targets_of(landmarks, positions.count);
   given.training = frames_of(training, positions);
   const PointScan scan = scan_of(workers, mean_edge_length<double>(topology.cells, given.frame));
-  const double ratio = checked_ratio(scan, targets, given.frame, settings.scale);
+  const double ratio = checked_ratio(scan, targets, given, settings.scale);
 
   PoseSearch search(given, topology, workers, settings, std::numeric_limits<Real>::epsilon());
   if (!settings.scale) return registration_of<Real>(search.run(scan, targets), 1);

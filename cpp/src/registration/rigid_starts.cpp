@@ -204,6 +204,11 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
+double size_of(std::span<const Triangle> faces, Field x) {
+  const auto points = sample_surface(faces, x, rigid_start_constants.fine_surface).points;
+  return points.empty() ? 0 : size_of(points);
+}
+
 /// Each point stands for the area around it, stray ones for no more than most others.
 PointScan sample_scan(const PointScan& scan, std::size_t n) {
   constexpr double not_stray = 0.9;

@@ -47,7 +47,7 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
   // A surface without an area has vertices.
   if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
   const PointScan many = sample_scan(scan, constants.points);
-  const double size = size_of(frame);
+  const double size = size_of(surface.points);
   const double within = std::min(constants.within * mean_edge, constants.within_share * size);
   const double far = std::max(constants.far * mean_edge, constants.far_share * size);
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "registration/pose_search.hpp"
+#include "registration/rigid_starts.hpp"
 #include "stream/stream.hpp"
 #include "support/geometry.hpp"
 #include "support/stored_numbers.hpp"
@@ -102,7 +103,7 @@ class Recovery {
   /// something of another size.
   [[nodiscard]] std::optional<Frame> registered(const PointScan& measurement) const {
     if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
-    const double ratio = size_of(measurement.points) / size_of(good_);
+    const double ratio = size_of(measurement.points) / size_of(mesh_.faces, good_);
     if (!(std::max(ratio, 1 / ratio) <= AlignmentConstants{}.other_unit)) return std::nullopt;
     const Template good = {mesh_.faces, good_, {}};
     const RegistrationSettings settings;
