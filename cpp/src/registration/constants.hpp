@@ -75,16 +75,15 @@ inline constexpr struct RegistrationConstants {
   /// The shape yields where it departs from its own more than so many times the median.
   double usual_departures = 3;
 
-  /// How many iterations a mesh takes where its limbs may be twisted: the coarse mesh, and the
-  /// template while its shape does not yield.
+  /// How many iterations the coarse mesh takes.
   int iterations = 6;
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; as an elastic body, whose limbs untwist, and from then on, or
-  /// from half of the rounds, as one that yields. Each ends with this weight of a point, larger
-  /// than that of tracking, since no noise of earlier frames accumulates.
-  std::size_t most_rounds = 12;
+  /// from half of the rounds, as one that yields. The weight of a point grows slowly from round to
+  /// round, up to so many times that of tracking, since no noise of earlier frames accumulates.
+  std::size_t most_rounds = 16;
   double settled = 0.05;
-  double last_weight = 12;
+  double most_weight = 6;
 
   /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
   /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by

@@ -14,12 +14,6 @@
 namespace dynmesh {
 namespace {
 
-TrackingConstants for_fine() {
-  TrackingConstants fine;
-  fine.last_weight = registration_constants.last_weight;
-  return fine;
-}
-
 TrackingConstants for_coarse() {
   TrackingConstants coarse;
   coarse.rigid_steps = 0;
@@ -44,8 +38,8 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       is_sheet_(find_sheets(given.faces, topology.component)),
       mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
       coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse()),
-      fine_(given.faces, topology, workers, given.frame, for_fine(), given.training,
-            settings.uncertainty, epsilon) {
+      fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
+            epsilon) {
   coarse_.yield_beyond(constants_.usual_departures);
 }
 
@@ -191,8 +185,9 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
   return guides;
 }
 
-/// Draws the template into the scan from where the coarse mesh is. At first its shape yields
-/// nowhere, which untwists its limbs, and then at its joints, which brings all of it to the points.
+/// Draws the template into the scan from where the coarse mesh is. At first it is stiff and its
+/// shape yields nowhere, which untwists its limbs; then the weight of the points grows, and at last
+/// the shape yields at its joints, which brings all of it to the points.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, false);
   const auto& rotations = coarse_.shape().rotations().quaternions();
@@ -201,13 +196,16 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
   }
+  const TrackingConstants& tracking = fine_.constants();
   Pose pose;
+  double weight = 1;  // of a point, as a multiple of that in tracking
   bool yields = false;
   fine_.yield_beyond(std::numeric_limits<double>::infinity());
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
-    const auto found = fine_.track(
-        scan, landmarks, yields ? fine_.constants().final_iterations : constants_.iterations);
+    const int iterations = yields ? tracking.final_iterations : tracking.most_iterations;
+    const auto found = fine_.track(scan, landmarks, iterations, weight);
     const bool stays =
+        weight == constants_.most_weight &&
         mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
@@ -217,9 +215,10 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     if (settings_.uncertainty) {
       Generations generations(pose.x.size());
       generations.classify(topology_.cells, pose.observed);
-      fine_.measure_errors(generations, pose.agreement.far_share > fine_.constants().lost_far);
+      fine_.measure_errors(generations, pose.agreement.far_share > tracking.lost_far);
     }
     fine_.place(pose.x, false);
+    weight = std::min(constants_.most_weight, std::sqrt(tracking.weight_growth) * weight);
     if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
       yields = true;
       fine_.yield_beyond(constants_.usual_departures);
@@ -252,7 +251,7 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
   pose.coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
                                fine_.matches().normals(), is_sheet_, fine_.mean_edge()},
                               scan);
-  const double limit = constants_.misplaced_landmark * size_of(pose.x);
+  const double limit = constants_.misplaced_landmark * size_of(template_.faces, pose.x);
   for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {
     const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];
     if (squared_norm(arm) > limit * limit) pose.has_misplaced_landmarks = true;

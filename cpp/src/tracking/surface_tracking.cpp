@@ -54,7 +54,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
 
 SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
                                               std::span<const Landmark> landmarks,
-                                              int fewest_iterations) {
+                                              int fewest_iterations, double times_weight) {
   shape_.begin_frame();
   auto before = before_;
   std::ranges::copy(last_, x_.begin());
@@ -64,7 +64,7 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
   const int iterations = approach(fewest_iterations);
   before = x_;
   for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, landmarks)) break;
+    if (!iterate(left, times_weight * constants_.last_weight, landmarks)) break;
     // The last iteration begins where the one before it ended.
     if (left > 1) carry_on(x_, before, constants_.prediction);
   }
@@ -93,9 +93,9 @@ int SurfaceTracking::approach(int fewest_iterations) {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
-  const double weight = std::max(
-      constants_.first_weight, constants_.last_weight * std::pow(constants_.weight_growth, -left));
+bool SurfaceTracking::iterate(int left, double last_weight, std::span<const Landmark> landmarks) {
+  const double weight =
+      std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
   const bool arrives = left < constants_.final_iterations;
   const Matches::Rows& rows = matches_.find(x_, {.walked = constants_.resolution,
                                                  .weight = weight,
@@ -103,7 +103,7 @@ bool SurfaceTracking::iterate(int left, std::span<const Landmark> landmarks) {
                                                  .looks_farther = !arrives,
                                                  .is_sparse = !any_cloth_ && !arrives});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
-    const double growth = std::min(constants_.factored_growth, constants_.last_weight / weight);
+    const double growth = std::min(constants_.factored_growth, last_weight / weight);
     shape_.factorize(rows, landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }

@@ -40,9 +40,10 @@ class SurfaceTracking {
 
   /// Finds the surface in a frame, from what is remembered of the last ones, and does not remember
   /// it: frames may be found again, and nothing is lost if this throws. Points are matched so often
-  /// at least, and more often where they are far; of more iterations, the first are stiffer.
+  /// at least, and more often where they are far; of more iterations, the first are stiffer. In the
+  /// last one, a point weighs so many times its usual weight.
   Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {},
-              int fewest_iterations = 1);
+              int fewest_iterations = 1, double times_weight = 1);
   /// Compares the last frame with what was measured.
   Found compare_last(const PointScan& measurement);
 
@@ -80,7 +81,7 @@ class SurfaceTracking {
 
  private:
   int approach(int fewest_iterations);
-  bool iterate(int left, std::span<const Landmark> landmarks);
+  bool iterate(int left, double last_weight, std::span<const Landmark> landmarks);
   Found observe();
 
   TrackingConstants constants_;
