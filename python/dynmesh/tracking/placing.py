@@ -102,7 +102,8 @@ def placed_in(
     if found.lies_in_scan:
         unused = "the template lies in the first scan, so `landmarks` are not used"
         return placed(template, remark=unused if landmarks is not None else "")
-    sizes = units.told(ratio_of(scan, template), size_of(template))
+    used = template[np.unique(faces)]
+    sizes = units.told(ratio_of(scan, used), size_of(used))
     away = (
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
@@ -113,7 +114,7 @@ def placed_in(
     moved = template.astype(np.float64) @ found.rotation.T + found.shift
     aligned = placed(moved.astype(template.dtype), alignment=found, remark=sizes)
     is_near = landmarks is None and found.matches
-    if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(template):
+    if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(used):
         return aligned
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor

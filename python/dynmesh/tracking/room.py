@@ -84,7 +84,7 @@ def planes_of_room(
 
 def planes_around(template: Positions, faces: NDArray[Any], scan: Scan) -> list[Plane]:
     """Finds the planes in a scan that are larger than a template."""
-    size = float(np.linalg.norm(np.ptp(template, axis=0)))
+    size = float(np.linalg.norm(np.ptp(template[np.unique(faces)], axis=0)))
     return planes_of_room(scan.cloud, thickness=mean_edge_of(template, faces), size=size)
 
 

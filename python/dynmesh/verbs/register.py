@@ -141,14 +141,17 @@ def register_file(
             if measured is None:
                 raise InputError("all of its images are missing or damaged")
             left = Room(box, remove_planes).enter(measured, mesh.faces, first)
-            sizes = units.told(ratio_of(left, first), size_of(own))
+            used = np.unique(mesh.faces)
+            sizes = units.told(ratio_of(left, first[used]), size_of(own[used]))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
                 found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
-                told = "; ".join(filter(None, [str(error), sizes]))
-                raise InputError(told, file=about) from error
+                told = str(error)
+                raise InputError(
+                    sizes if sizes and "same unit" in told else told, file=about
+                ) from error
             if scale:
                 sizes = f"the template became {found.growth:.3g} times as large"
             elif sizes and found.quality != "good":

@@ -105,7 +105,9 @@ cases = [
     _register("`points`: two", ValueError, "points: there are 2", "12", points=_SCAN[:2]),
     _register("`points`: all the same", ValueError, "points:", points=np.ones((49, 3))),
     _register("`points`: NaN", ValueError, "row 4", "nan", points=lambda w: w.with_value(_NAN)),
-    _register("in another unit", ValueError, "points:", "1000", points=lambda w: 1e3 * w.points),
+    _register(
+        "in another unit", ValueError, "points:", "times as large", points=lambda w: 1e3 * w.points
+    ),
     _register("`faces`: none", ValueError, "faces: is empty", faces=np.zeros((0, 3), np.int32)),
     _register(
         "`template`: NaN", ValueError, "template: vertex 4", template=lambda w: w.with_value(_NAN)
