@@ -18,7 +18,7 @@ from ..files import PathLike, Reader
 from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
-from ..scans.scan import Scan, inside_out
+from ..scans.scan import PointScan, Scan, inside_out
 from ..sequence import Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
@@ -225,6 +225,8 @@ def _reason(
         told += "; the template was not moved into the scan, which `align` does"
     elif found.cause in ("pose", "place") and landmarks is None:
         told += "; landmarks say where head, hands and feet, for example, belong"
+    elif found.cause == "part" and isinstance(scan, PointScan) and scan.viewpoints is None:
+        told += "; `cameras` says which part could not be seen"
     return told
 
 
