@@ -19,7 +19,7 @@ from ..files.memory import SequenceReader
 from ..files.new_output import check_output, new_output
 from ..registration import Landmarks, Registration
 from ..scans.scan import PointScan, Scan, inside_out
-from ..sequence import Sequence
+from ..sequence import Positions, Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.room import Crop, Room, crop_of, planes_around
@@ -152,8 +152,13 @@ def register_file(
                 raise InputError(
                     sizes if sizes and "same unit" in told else told, file=about
                 ) from error
+            # A plane in the scan of a subject of another size may be a part of it.
+            may_show_room = found.quality != "good" and found.cause != "size" and not scale
+            shows_room = may_show_room and bool(planes_around(first, mesh.faces, left))
             if scale:
                 sizes = f"the template became {found.growth:.3g} times as large"
+            elif shows_room:
+                sizes = ""  # The room is large, whatever the unit.
             elif sizes and found.quality != "good":
                 sizes += "; `scale` finds it in any size"
         header = replace(
@@ -181,7 +186,7 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_reason(found, Sequence(first[None], mesh.faces), left, marks, align, scale),
+        reason=_reason(found, first, left, marks, align, shows_room),
         remarks=(*filter(None, [sizes]), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
@@ -200,25 +205,23 @@ def _opened(template: PathLike) -> Reader:
 
 def _reason(
     found: Registration,
-    mesh: Sequence,
+    template: Positions,
     scan: Scan,
     landmarks: Landmarks | None,
     align: bool,
-    scale: bool,
+    shows_room: bool,
 ) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    # A plane in the scan of a subject of another size may be a part of it.
-    any_size = scale or found.cause == "size"
     wrong = inside_out(scan)
-    if not wrong and not any_size and planes_around(mesh[0], mesh.faces, scan):
+    if not wrong and shows_room:
         wrong = (
             "the scan shows a plane larger than the template, such as a floor; `remove_planes` "
             "leaves it out"
         )
     if landmarks is not None:
-        wrong = wrong or exchanged(mesh[0], landmarks) or _elsewhere(landmarks, scan)
+        wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
         wrong = wrong or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("pose", "place") and not align:
