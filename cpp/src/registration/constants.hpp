@@ -80,7 +80,8 @@ inline constexpr struct RegistrationConstants {
   /// The template is drawn into the scan so often at most, until the vertices move by less than
   /// this on average, in mean edges; as an elastic body, whose limbs untwist, and from then on, or
   /// from half of the rounds, as one that yields. The weight of a point grows slowly from round to
-  /// round, up to so many times that of tracking, since no noise of earlier frames accumulates.
+  /// round and is, where the shape yields, so many times that of tracking, since no noise of
+  /// earlier frames accumulates.
   std::size_t most_rounds = 16;
   double settled = 0.05;
   double most_weight = 6;

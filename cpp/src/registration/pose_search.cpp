@@ -205,7 +205,6 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     const int iterations = yields ? tracking.final_iterations : tracking.most_iterations;
     const auto found = fine_.track(scan, landmarks, iterations, weight);
     const bool stays =
-        weight == constants_.most_weight &&
         mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
@@ -221,6 +220,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     weight = std::min(constants_.most_weight, std::sqrt(tracking.weight_growth) * weight);
     if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
       yields = true;
+      weight = constants_.most_weight;
       fine_.yield_beyond(constants_.usual_departures);
     }
   }
