@@ -13,10 +13,10 @@ inline constexpr struct RigidStartConstants {
   int rotations = 64;
   /// About so many points of the scan and places of the surface are compared, at first and at last,
   /// and how often their pairs are found each time.
-  std::size_t coarse_scan = 250;
-  std::size_t coarse_surface = 800;
-  std::size_t fine_scan = 1500;
-  std::size_t fine_surface = 3000;
+  std::size_t coarse_points = 250;
+  std::size_t coarse_places = 800;
+  std::size_t points = 1500;
+  std::size_t places = 3000;
   int steps = 10;
   /// The length of a unit normal beside positions, in mean distances from the centre.
   double normal = 0.2;
@@ -50,9 +50,8 @@ inline constexpr struct RegistrationConstants {
   int scalings = 3;
 
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
-  /// drawn to about so many points.
+  /// drawn to the points of these.
   std::size_t most_coarse_vertices = 4000;
-  std::size_t coarse_points = 1500;
   /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
   /// rigid starts have found the pose, so that far poses need not be sought.
   double near_misfit = 0.13;

@@ -58,7 +58,7 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
 /// and keeps the best one. The coarse mesh hardly tells whether a limb is twisted.
 bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   finished_.clear();
-  auto candidates = by_points(scan, targets);
+  auto candidates = by_points(targets);
   if (targets.determine_a_rotation()) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
@@ -88,7 +88,7 @@ bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
 
 double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   begin(scan, targets);
-  const Trial trial = trials_of(by_points(scan, targets)).front();
+  const Trial trial = trials_of(by_points(targets)).front();
   std::vector<double> ratios;
   for (Index v = 0; v < static_cast<Index>(trial.x.size()); ++v) {
     for (const Index n : mesh_.topology.cells[v]) {
@@ -101,7 +101,7 @@ double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
 
 /// Tells the landmarks of parts without points from the others.
 void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
-  sample_ = sample_scan(scan, constants_.coarse_points);
+  sample_ = sample_scan(scan, rigid_start_constants.points);
   pose_.reset();
   held_ = {};
   checked_ = {};
@@ -117,9 +117,9 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
   }
 }
 
-std::vector<Candidate> PoseSearch::by_points(const PointScan& scan, const Targets& targets) const {
+std::vector<Candidate> PoseSearch::by_points(const Targets& targets) const {
   std::vector<Candidate> found;
-  for (const auto& motion : rigid_starts(template_.faces, template_.frame, scan)) {
+  for (const auto& motion : rigid_starts(template_.faces, template_.frame, sample_)) {
     found.push_back({motion, targets});
   }
   return found;

@@ -77,8 +77,7 @@ class PoseSearch {
   void begin(const PointScan& scan, const Targets& targets);
   bool search(const PointScan& scan, const Targets& targets);
   bool finish(const PointScan& scan, const Trial& trial);
-  [[nodiscard]] std::vector<Candidate> by_points(const PointScan& scan,
-                                                 const Targets& targets) const;
+  [[nodiscard]] std::vector<Candidate> by_points(const Targets& targets) const;
   std::vector<Trial> trials_of(const std::vector<Candidate>& candidates);
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);

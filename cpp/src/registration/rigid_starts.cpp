@@ -37,9 +37,9 @@ struct RigidStart {
 /// Places of a surface and points of a scan, with a search tree of the places in six dimensions.
 class Pairing {
  public:
-  Pairing(std::span<const Triangle> faces, Field x, std::size_t n_places, const PointScan& scan,
-          std::size_t n_points)
-      : surface_(sample_surface(faces, x, n_places)), scan_(sample_scan(scan, n_points)) {
+  /// `scan` must outlive this object.
+  Pairing(SurfaceSample surface, const PointScan& scan)
+      : surface_(std::move(surface)), scan_(scan) {
     const Eigen::Vector3d centre = centre_of(surface_.points);
     double size = 0;
     for (const auto& point : surface_.points) size += (to_eigen(point) - centre).norm();
@@ -132,7 +132,7 @@ class Pairing {
   }
 
   SurfaceSample surface_;
-  PointScan scan_;
+  const PointScan& scan_;
   double normal_length_ = 0;
   std::optional<PointTree<6>> tree_;
 };
@@ -148,6 +148,18 @@ Eigen::Matrix3d spread_rotation(int number, int count) {
   return Eigen::Quaterniond(outer * std::cos(beta), inner * std::sin(alpha),
                             inner * std::cos(alpha), outer * std::sin(beta))
       .toRotationMatrix();
+}
+
+/// Some of the points of a scan.
+PointScan part_of(const PointScan& scan, std::span<const std::size_t> numbers) {
+  PointScan part;
+  for (const std::size_t i : numbers) {
+    part.points.push_back(scan.points[i]);
+    part.normals.push_back(scan.normals[i]);
+    part.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
+  }
+  part.sensors = scan.sensors;
+  return part;
 }
 
 /// The best starts whose rotations differ.
@@ -205,7 +217,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
 }
 
 double size_of(std::span<const Triangle> faces, Field x) {
-  const auto points = sample_surface(faces, x, rigid_start_constants.fine_surface).points;
+  const auto points = sample_surface(faces, x, rigid_start_constants.places).points;
   return points.empty() ? 0 : size_of(points);
 }
 
@@ -220,27 +232,27 @@ PointScan sample_scan(const PointScan& scan, std::size_t n) {
   }
   const double total = std::accumulate(areas.begin(), areas.end(), 0.0);
   const double share = static_cast<double>(n) / total;
-  PointScan sample;
+  std::vector<std::size_t> chosen;
   double end = 0;
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const double begin = std::exchange(end, end + areas[i]);
-    if (!(std::floor(end * share) > std::floor(begin * share))) continue;
-    sample.points.push_back(scan.points[i]);
-    sample.normals.push_back(scan.normals[i]);
-    sample.undecided.push_back(scan.is_undecided(i) ? 1 : 0);
+    if (std::floor(end * share) > std::floor(begin * share)) chosen.push_back(i);
   }
-  sample.sensors = scan.sensors;
-  return sample;
+  return part_of(scan, chosen);
 }
 
 std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Field surface,
-                                            const PointScan& scan) {
+                                            const PointScan& sample) {
   constexpr const RigidStartConstants& c = rigid_start_constants;
-  const Pairing fine(faces, surface, c.fine_surface, scan, c.fine_scan);
+  const Pairing fine(sample_surface(faces, surface, c.places), sample);
   if (fine.empty()) return {Eigen::Isometry3d::Identity()};
   const RigidStart in_place = fine.improved({}, true);
   std::vector<RigidStart> starts;
-  const Pairing coarse(faces, surface, c.coarse_surface, scan, c.coarse_scan);
+  const std::size_t step = (sample.size() + c.coarse_points - 1) / c.coarse_points;
+  std::vector<std::size_t> few;
+  for (std::size_t i = step - 1; i < sample.size(); i += step) few.push_back(i);
+  const PointScan part = part_of(sample, few);
+  const Pairing coarse(sample_surface(faces, surface, c.coarse_places), part);
   for (int i = 0; i < c.rotations; ++i) {
     const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
     starts.push_back(coarse.improved({motion}, false));

@@ -32,9 +32,9 @@ PointScan sample_scan(const PointScan& scan, std::size_t n);
 /// iterative closest points (Besl and McKay 1992) in the six dimensions of position and normal, of
 /// which the farthest fifth is ignored (trimmed ICP, Chetverikov et al. 2002). Surfaces with
 /// symmetries have several. Where the template is in place already, its motion is the first. Equal
-/// input gives equal results.
+/// input gives equal results. `sample` is one of the scan, with as many points for each area.
 std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces,
                                             std::span<const Vector3<double>> surface,
-                                            const PointScan& scan);
+                                            const PointScan& sample);
 
 }  // namespace dynmesh

@@ -43,28 +43,28 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
                 double mean_edge, const PointScan& scan) {
   const AlignmentConstants constants;
   PointScan surface;
-  surface.points = sample_surface(faces, frame, constants.places).points;
+  surface.points = sample_surface(faces, frame, rigid_start_constants.places).points;
   // A surface without an area has vertices.
   if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
-  const PointScan many = sample_scan(scan, constants.points);
+  const PointScan sample = sample_scan(scan, rigid_start_constants.points);
   const double size = size_of(surface.points);
   const double within = std::min(constants.within * mean_edge, constants.within_share * size);
   const double far = std::max(constants.far * mean_edge, constants.far_share * size);
 
   Alignment found;
   found.mean_edge = mean_edge;
-  found.ratio = size > 0 ? size_of(many.points) / size : 1;
+  found.ratio = size > 0 ? size_of(sample.points) / size : 1;
   found.other_unit =
       !(found.ratio < constants.other_unit && found.ratio > 1 / constants.other_unit);
-  const double before = distance_between(surface, Motion::Identity(), many);
+  const double before = distance_between(surface, Motion::Identity(), sample);
   found.before = found.after = before / mean_edge;
   found.lies_in_scan = found.matches = before <= within && !found.other_unit;
   if (found.lies_in_scan || found.other_unit) return found;
 
-  const Motion motion = rigid_starts(faces, frame, scan).front();
+  const Motion motion = rigid_starts(faces, frame, sample).front();
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found.rotation.data()) = motion.linear();
   Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
-  const double after = distance_between(surface, motion, many);
+  const double after = distance_between(surface, motion, sample);
   found.after = after / mean_edge;
   found.matches = after <= std::min(within, far);
   return found;

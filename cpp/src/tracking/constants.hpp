@@ -129,11 +129,8 @@ struct AlignmentConstants {
   /// A scan so many times larger or smaller than a template is in another unit.
   double other_unit = 20;
 
-  /// Of a scan, about so many points are used at most, whose normals are estimated. About so many
-  /// of these and places of the template tell how far they are from each other.
+  /// Of a scan, about so many points are used at most, whose normals are estimated.
   std::size_t most_points = 20000;
-  std::size_t points = 1000;
-  std::size_t places = 4000;
   /// The share of a surface that a single camera sees at least.
   double seen = 0.4;
 };
