@@ -187,7 +187,8 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
 
 /// Draws the template into the scan from where the coarse mesh is. At first it is stiff and its
 /// shape yields nowhere, which untwists its limbs; then the weight of the points grows, and at last
-/// the shape yields at its joints, which brings all of it to the points.
+/// the shape yields at its joints, which brings all of it to the points. Rounds are frames of a
+/// tracker, whose prediction goes on with what moves slowly, such as limbs that untwist.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, false);
   const auto& rotations = coarse_.shape().rotations().quaternions();
@@ -216,7 +217,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       generations.classify(topology_.cells, pose.observed);
       fine_.measure_errors(generations, pose.agreement.far_share > tracking.lost_far);
     }
-    fine_.place(pose.x, false);
+    fine_.remember(pose.x, true);
+    fine_.forget_shape();
     weight = std::min(constants_.most_weight, std::sqrt(tracking.weight_growth) * weight);
     if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
       yields = true;

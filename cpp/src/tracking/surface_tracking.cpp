@@ -131,7 +131,7 @@ void SurfaceTracking::remember(Field completed, bool moves) {
 void SurfaceTracking::place(Field frame, bool has_own_shape) {
   shape_.begin_frame();
   remember(frame, false);
-  if (!has_own_shape) shape_.forget_shape();
+  if (!has_own_shape) forget_shape();
 }
 
 SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {

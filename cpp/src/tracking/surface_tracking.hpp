@@ -60,6 +60,8 @@ class SurfaceTracking {
   /// Makes this the last frame, at rest and in any pose, whatever was before. Its shape is its own
   /// or, if that is not trusted, that of frame 0.
   void place(Field frame, bool has_own_shape = true);
+  /// The shape of the last frame is that of frame 0 from now on.
+  void forget_shape() { shape_.forget_shape(); }
   /// Bends the last frame, without points, while its landmarks move to their targets.
   void bend(std::span<const Landmark> landmarks, int steps);
 
