@@ -26,6 +26,19 @@ def sheet(n: int, offset: float = 0.0) -> Mesh:
     return Mesh(np.concatenate(squares), vertices.astype(np.float64))
 
 
+def bumpy_torus(n: int) -> Mesh:
+    """A closed surface on which every place differs from all others."""
+    i, j = (a.ravel() for a in np.indices((n, n)))
+    u, v = 2 * np.pi * i / n, 2 * np.pi * j / n
+    bump = 0.25 * np.sin(2 * u + v) + 0.2 * np.sin(3 * u)
+    r = (3 + np.cos(v)) * (1 + 0.3 * bump)
+    vertices = np.stack([r * np.cos(u), r * np.sin(u), np.sin(v) * (1 + bump)], axis=1)
+    a, b = i * n + j, i * n + (j + 1) % n
+    c, d = (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n
+    faces = np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
+    return Mesh(faces, vertices)
+
+
 def join(*meshes: Mesh) -> Mesh:
     """Joins meshes into one, without connecting them."""
     starts = np.cumsum([0] + [len(m.vertices) for m in meshes])

@@ -14,9 +14,8 @@ from commands import dynmesh_command as run
 from conftest import recorded
 from hypothesis import given
 from hypothesis import strategies as st
-from meshes import EVENTS, Array, Mesh, sheet
+from meshes import EVENTS, Array, Mesh, bumpy_torus, sheet
 from numpy.typing import DTypeLike
-from test_tracking import bumpy_torus
 from test_training import errors_of
 
 import dynmesh

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import Array, Mesh, join, sheet, turned
+from meshes import Array, Mesh, bumpy_torus, join, sheet, turned
+from scans_of_meshes import bent, edge, error, scan_of
 from scipy.spatial import cKDTree
 from tracking_reference import Tracked, TrackedTrained, vertex_normals
 
@@ -13,48 +14,6 @@ import dynmesh
 from dynmesh import Tracker, _core
 from dynmesh.degrade.visibility import visible
 from dynmesh.scans import DepthScan
-
-
-def bumpy_torus(n: int) -> Mesh:
-    """A closed surface on which every place differs from all others."""
-    i, j = (a.ravel() for a in np.indices((n, n)))
-    u, v = 2 * np.pi * i / n, 2 * np.pi * j / n
-    bump = 0.25 * np.sin(2 * u + v) + 0.2 * np.sin(3 * u)
-    r = (3 + np.cos(v)) * (1 + 0.3 * bump)
-    vertices = np.stack([r * np.cos(u), r * np.sin(u), np.sin(v) * (1 + bump)], axis=1)
-    a, b = i * n + j, i * n + (j + 1) % n
-    c, d = (i + 1) % n * n + j, (i + 1) % n * n + (j + 1) % n
-    faces = np.concatenate([np.stack([a, c, b], axis=1), np.stack([b, c, d], axis=1)])
-    return Mesh(faces, vertices)
-
-
-def bent(vertices: Array, amount: float) -> Array:
-    """Bends the surface about y, more the farther out."""
-    x, y, z = vertices.T
-    angle = amount * x / 4
-    return np.stack([x * np.cos(angle), y, z + x * np.sin(angle)], axis=1)
-
-
-def scan_of(
-    mesh: Mesh, vertices: Array, n: int, rng: np.random.Generator, noise: float = 0.0
-) -> tuple[Array, Array]:
-    """Random points of the surface, with normals interpolated between the vertices."""
-    face = mesh.faces[rng.integers(len(mesh.faces), size=n)]
-    share = rng.dirichlet([1, 1, 1], size=n)
-    points = np.einsum("ni,nij->nj", share, vertices[face])
-    normals = np.einsum("ni,nij->nj", share, vertex_normals(mesh.faces, vertices)[face])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return points + noise * rng.normal(size=points.shape), normals
-
-
-def edge(mesh: Mesh) -> float:
-    a, b = mesh.vertices[mesh.faces[:, 0]], mesh.vertices[mesh.faces[:, 1]]
-    return float(np.linalg.norm(a - b, axis=1).mean())
-
-
-def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
-    """The mean distance from the true vertices, in mean edges."""
-    return float(np.linalg.norm(truth - tracked, axis=1).mean() / edge(mesh))
 
 
 @pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.08), (0.8, 1, 0.1)])

@@ -1,0 +1,278 @@
+"""The command `dynmesh register`: its scans, pages, landmarks, units and messages."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from browser import Page, in_colour
+from commands import dynmesh_command as run
+from meshes import Array
+from scans_of_meshes import TORUS, error, scan
+from scipy.spatial.transform import Rotation
+
+import dynmesh
+from dynmesh.draw.figures import View
+from dynmesh.scans import PointScan, write_ply
+from dynmesh.tracking.landmarks import exchanged, read_landmarks
+from dynmesh.tracking.single_scan import open_single
+from dynmesh.tracking.units import Units
+
+
+def written(folder: Path, rng: np.random.Generator) -> Array:
+    """Writes a template and scans, and returns the true positions."""
+    truth = Rotation.from_euler("xyz", [2, 1, 0.5]).apply(TORUS.vertices)
+    dynmesh.write(folder / "body.obj", dynmesh.Sequence(TORUS.vertices[None], TORUS.faces))
+    (folder / "scans").mkdir()
+    points, normals = scan(TORUS, truth, rng)
+    write_ply(folder / "scans" / "first.ply", PointScan(points, normals, None))
+    mesh = dynmesh.Sequence(truth[None], TORUS.faces)
+    dynmesh.write(folder / "scans" / "second.obj", mesh)
+    return truth
+
+
+def positions(path: Path) -> Array:
+    return np.asarray(dynmesh.read(path).vertices[0], np.float64)
+
+
+@pytest.mark.parametrize("name", ["first.ply", "second.obj", "third.stl", "fourth.glb"])
+def test_a_scan_of_any_format(name: str, rng: np.random.Generator, tmp_path: Path) -> None:
+    """A point cloud, or a mesh whose vertices are the points; the template keeps its materials."""
+    truth = written(tmp_path, rng)
+    body, scan_file, made = tmp_path / "body.obj", tmp_path / "scans" / name, tmp_path / "made.obj"
+    body.write_text("usemtl skin\n" + body.read_text())
+    is_model = not scan_file.exists()
+    if is_model:
+        trimesh.Trimesh(truth, TORUS.faces, process=False).export(scan_file)
+    told = json.loads(run("register", body, scan_file, made, "--json").stdout)
+    assert told["quality"] == "good"
+    assert "usemtl skin" in made.read_text()
+    assert error(TORUS, truth, positions(made)) < 0.5
+    if is_model:
+        scan_file.write_bytes(scan_file.read_bytes()[:100])
+        refused = run("register", body, scan_file, made, "--overwrite", code=1).stderr
+        assert f"{name}: cannot be read as {name[-3:].upper()}" in refused
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply"])
+def test_meshes_as_scans_have_the_normals_of_their_faces(tmp_path: Path, suffix: str) -> None:
+    dynmesh.write(tmp_path / f"scan.{suffix}", dynmesh.Sequence(TORUS.vertices[None], TORUS.faces))
+    (scan,) = open_single(tmp_path / f"scan.{suffix}", None).frames()
+    assert isinstance(scan, PointScan)
+    assert scan.normals is not None
+    corners = TORUS.vertices[TORUS.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    of_faces = across / np.linalg.norm(across, axis=1, keepdims=True)
+    assert ((scan.normals[TORUS.faces[:, 0]] * of_faces).sum(axis=1) > 0.7).all()
+
+
+def test_depth_images_of_one_moment_are_one_scan(tmp_path: Path) -> None:
+    turned = Rotation.from_euler("xyz", [2, 1, 0.5]).apply(TORUS.vertices)
+    truth = np.stack([TORUS.vertices, turned])
+    dynmesh.write(tmp_path / "truth.npz", dynmesh.Sequence(truth, TORUS.faces, start=7))
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(truth[:1], TORUS.faces))
+    depth, made = tmp_path / "depth", tmp_path / "made.obj"
+    size = ("--depth", "160x120", "--cameras", "4", "--up", "z")
+    run("degrade", tmp_path / "truth.npz", depth, *size)
+    words = ("register", tmp_path / "body.obj", depth / "depth_00008_*.png", made)
+    run(*words)
+    assert error(TORUS, turned, positions(made)) < 0.5
+    assert "holds 2 scans" in run(*words[:2], depth, tmp_path / "two.obj", code=1).stderr
+    (depth / "depth_00008_1.png").unlink()
+    assert "no image of camera '1' for frame 8" in run(*words, "--overwrite").stderr
+    (depth / "cameras.json").rename(tmp_path / "rig.json")
+    refused = run(*words, "--overwrite", code=2).stderr
+    assert "depth images need cameras" in refused
+    run(*words, "--overwrite", "--cameras", tmp_path / "rig.json")
+
+
+def test_the_page(rng: np.random.Generator, tmp_path: Path, browser: Any) -> None:
+    """A template that is elsewhere and in another unit, in its scan and one of something else."""
+    written(tmp_path, rng)
+    template = TORUS.vertices / 1000 + [50, 0, 0]
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(template[None], TORUS.faces))
+    wrong = rng.normal(size=(2000, 3)) * np.ptp(TORUS.vertices, axis=0) / 3
+    write_ply(tmp_path / "scans" / "wrong.ply", PointScan(wrong, None, None))
+    yellow = []
+    for name, quality in (("first", "good"), ("wrong", "ruined")):
+        files = tmp_path / "body.obj", tmp_path / "scans" / f"{name}.ply", tmp_path / f"{name}.obj"
+        html, code = tmp_path / f"{name}.html", 0 if quality == "good" else 3
+        run("register", *files, "--scale", "--page", html, code=code)
+        page = Page(browser, html)
+        captions = [f"{name}.ply, the scan", f"{name}.obj"]
+        assert page.captions() == captions
+        assert page.text("title").split()[0] == "distance"
+        pictures = page.pictures(0, 1)
+        areas = [in_colour(pixels).mean() for pixels in pictures]
+        assert min(areas) > 0.005
+        _, green, blue = pictures[1][in_colour(pictures[1])].mean(axis=0)
+        yellow.append(green - blue)
+        assert page.complaints == []
+    assert yellow[1] > yellow[0] + 10
+
+
+def seen(points: Array, width: float, height: float) -> Array:
+    """Where a page shows points at first, in pixels, and how far in front, (n, 3)."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    x, y, z = View.of(points, "z", 60.0).axes @ ((points - middle) / np.ptp(points, axis=0).max()).T
+    scale = height / 2 / (0.7 * max(1, height / width) - z * np.tan(np.radians(15)))
+    return np.stack([width / 2 + scale * x, height / 2 - scale * y, z], axis=1)
+
+
+def test_landmarks_are_picked_by_clicks(tmp_path: Path, browser: Any) -> None:
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(TORUS.vertices[None], TORUS.faces))
+    scanned = 1000 * TORUS.vertices + 7
+    write_ply(tmp_path / "cloud.ply", PointScan(scanned, None, None))
+    html = tmp_path / "pick.html"
+    words = ("view", tmp_path / "body.obj", "--scans", tmp_path / "cloud.ply", "-o", html)
+    run(*words, "--pick", "marks.json", "--up", "z")
+    page = browser.new_page()
+    page.set_viewport_size({"width": 1400, "height": 700})
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(html.as_uri())
+    page.wait_for_selector("#dynmesh-pairs[data-ready]", state="attached")
+
+    def click(side: str, points: Array, index: int) -> None:
+        box = page.locator(f"#dynmesh-{side}").bounding_box()
+        x, y, _ = seen(points, box["width"], box["height"])[index]
+        page.mouse.click(box["x"] + x, box["y"] + y)
+
+    front = np.argsort(-seen(TORUS.vertices, 1, 1)[:, 2])[:40]
+    vertices = front[[0, 13, 26, 39]]
+    assert page.is_disabled("#dynmesh-save")
+    for vertex in vertices:
+        click("template", TORUS.vertices, front[20])  # and then another choice
+        click("template", TORUS.vertices, vertex)
+        click("scan", scanned, vertex)
+    click("template", TORUS.vertices, front[20])
+    page.mouse.move(200, 200)  # which turns the view and picks nothing
+    page.mouse.down()
+    page.mouse.move(240, 210, steps=3)
+    page.mouse.up()
+    assert page.locator("#dynmesh-pairs tr").count() == 5
+    page.click("#dynmesh-undo")
+    with page.expect_download() as download:
+        page.click("#dynmesh-save")
+    assert download.value.suggested_filename == "marks.json"
+    download.value.save_as(tmp_path / "marks.json")
+    made_of, positions_of = read_landmarks(tmp_path / "marks.json")
+    np.testing.assert_array_equal(made_of, vertices)
+    np.testing.assert_allclose(positions_of, scanned[vertices], rtol=1e-5)
+    assert complaints == []
+    files = tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj"
+    run("register", *files, "--scale", "--landmarks", tmp_path / "marks.json")
+    assert error(TORUS, TORUS.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3
+
+
+def test_a_template_in_inches_and_a_scan_in_metres(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """A vertex without faces does not count in the size."""
+    truth = written(tmp_path, rng)
+    inches = np.concatenate([TORUS.vertices / 0.0254, [[1e5, 0, 0]]])
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(inches[None], TORUS.faces))
+    words = ("register", tmp_path / "body.obj", tmp_path / "scans" / "first.ply")
+    said = run(*words, tmp_path / "none.obj", code=1).stderr
+    assert re.search(r"the scan is 0\.02\d* times as large as the template, as if", said)
+    asked = "as if the template were in inch and the scan in m: if so, say it by "
+    assert asked + "--template-unit and --scan-unit" in said
+    units = ("--template-unit", "inch", "--scan-unit", "m")
+    assert asked + "--scan-unit" in run(*words, tmp_path / "none.obj", *units[:2], code=1).stderr
+    run(*words, tmp_path / "made.obj", *units)
+    made = dynmesh.read(tmp_path / "made.obj")
+    assert error(TORUS, truth, np.asarray(made.vertices[0, :-1], np.float64)) < 0.5
+    assert made.metres_per_unit == 1
+
+
+@pytest.mark.parametrize(
+    ("ratio", "size", "pair"),
+    [
+        (0.00095, 1800, "in mm and the scan in m"),
+        (950, 1.8, "in m and the scan in mm"),
+        (0.00095, 0.5, "in m and the scan in km"),  # a template of half a millimetre is none
+        (26, 70, "in inch and the scan in mm"),
+        (3.3, 1.8, "in m and the scan in foot"),
+        (1.3, 1.8, None),
+        (7, 1.8, ""),
+    ],
+)
+def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -> None:
+    told = Units(None, None).told(ratio, size)
+    assert bool(told) == (pair is not None)
+    assert (f"as if the template were {pair}" in told) == bool(pair)
+
+
+def test_units_that_are_stated_and_wrong() -> None:
+    assert "as if both were in the same unit" in Units(1, 0.001).told(0.00095, 1.8)
+
+
+def test_a_wrong_scan_ends_with_code_3_and_its_cause(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    points, normals = scan(TORUS, written(tmp_path, rng), rng, 1000)
+    size = np.ptp(TORUS.vertices, axis=0).max()
+    floor = rng.uniform(-3, 3, (1000, 3)) * size * [1, 1, 0] + points.min(axis=0) * [0, 0, 1]
+    room = np.concatenate([points, floor])
+    marks = [{"vertex": v, "position": list(TORUS.vertices[v] + size)} for v in (5, 120, 260)]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    landmarks = ("--landmarks", tmp_path / "marks.json")
+    wrong: dict[str, tuple[PointScan, tuple[Any, ...]]] = {
+        "landmarks say where": (PointScan(2 * rng.normal(size=(1000, 3)), None, None), ()),
+        ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
+        "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
+        "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
+        "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
+        ": all landmarks are ": (PointScan(points, normals, None), landmarks),
+    }
+    made = tmp_path / "made.obj"
+    for cause, (one, options) in wrong.items():
+        write_ply(tmp_path / "wrong.ply", one)
+        words = (tmp_path / "body.obj", tmp_path / "wrong.ply", made)
+        said = run("register", *words, *options, "--overwrite", code=3).stderr
+        assert re.search("made.obj: (doubtful|ruined): ", said)
+        assert cause in said
+        assert ("--remove-planes" in said) == ("--remove-planes" in cause)
+        # It is the room that is large.
+        assert "--remove-planes" not in said or "--scale" not in said
+        assert made.exists()
+    (tmp_path / "marks.json").write_text(json.dumps([marks[0] | {"vertex": 99999}]))
+    said = run("register", *words, *landmarks, "--overwrite", code=1).stderr
+    assert "marks.json: landmarks: landmark 0 is of vertex 99999" in said
+
+
+@pytest.mark.parametrize(
+    ("pairs", "named"),
+    [
+        ([(5, 5), (60, 60), (120, 120), (260, 260), (330, 330), (400, 130)], " of vertex 400 "),
+        (
+            [(5, 5), (60, 60), (120, 330), (260, 260), (330, 120), (400, 400)],
+            "s of vertices 120 and",
+        ),
+    ],
+)
+def test_landmarks_that_contradict_the_scan(
+    pairs: list[tuple[int, int]], named: str, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    truth = written(tmp_path, rng)
+    marks = [{"vertex": vertex, "position": truth[other].tolist()} for vertex, other in pairs]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
+    said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
+    assert re.search(rf"(doubtful|ruined): the landmark{named}", said)
+
+
+def test_exchanged_and_mirrored_landmarks(rng: np.random.Generator) -> None:
+    """Seen from behind, exchanged hands of a person are exchanged feet."""
+    person = np.array([[0, 0, 1.75], [-0.8, 0, 1.4], [0.8, 0, 1.4], [-0.2, 0.1, 0], [0.2, 0.1, 0]])
+    for hands in ([0, 2, 1, 3, 4], [0, 1, 2, 4, 3]):
+        places = person[hands] + rng.normal(size=(5, 3)) * 0.02
+        told = exchanged(person, (np.arange(5), places))
+        assert "of vertices 1 and 2, or of 3 and 4 are" in told
+    vertices = np.arange(0, 400, 37)
+    mirrored = TORUS.vertices * [-1, 1, 1]
+    assert exchanged(TORUS.vertices, (vertices, TORUS.vertices[vertices])) == ""
+    assert "left and right" in exchanged(TORUS.vertices, (vertices, mirrored[vertices]))
