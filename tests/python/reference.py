@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[Any]
@@ -88,16 +90,23 @@ def rigid_motion(before: Array, after: Array, what: Array) -> Array:
     return np.asarray((what - from_mean) @ rotation.T + to_mean)
 
 
+def graph_of(edges: Edges, k: int) -> Any:
+    """Returns the matrix of the graph, as SciPy takes it."""
+    return coo_array((np.ones(len(edges[0])), edges), shape=(k, k)).tocsr()
+
+
 def components(edges: Edges, k: int) -> NDArray[np.int64]:
-    """Labels each vertex with the smallest vertex of its component."""
-    i, j = edges
-    label = np.arange(k)
-    while True:
-        lower = label.copy()
-        np.minimum.at(lower, j, label[i])
-        if (lower == label).all():
-            return label
-        label = lower
+    """Labels each vertex with its component."""
+    return np.asarray(connected_components(graph_of(edges, k))[1])
+
+
+def edges_to(nearest: NDArray[np.bool_], edges: Edges) -> Array:
+    """(k,) the number of edges to the nearest of these vertices; infinity if there is none."""
+    if not nearest.any():
+        return np.full(len(nearest), np.inf)
+    graph, ends = graph_of(edges, len(nearest)), np.flatnonzero(nearest)
+    away = dijkstra(graph, indices=ends, unweighted=True, min_only=True)
+    return np.asarray(away)
 
 
 def follow(

@@ -17,7 +17,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from meshes import EVENTS, Array, masks, meshes, sheet, turned
-from scipy.sparse.csgraph import dijkstra
+from reference import directed_edges, edges_to
 from test_interface import COPIES
 
 import dynmesh
@@ -69,15 +69,6 @@ class Accepted(NamedTuple):
     frame: Array | None
     lengths: Array | None
     numbers: tuple[float, ...]
-
-
-def breadth_first(faces: Array, known: Array) -> Array:
-    """Generations: edges to the nearest anchor, -1 where there is none."""
-    if not known.any():
-        return np.full(len(known), -1)
-    edges = dynmesh.adjacency(faces, len(known))
-    away = dijkstra(edges, indices=np.flatnonzero(known), unweighted=True, min_only=True)
-    return np.where(np.isfinite(away), away, -1).astype(int)
 
 
 def sharing(make: Callable[[], Subject]) -> Subject:
@@ -143,7 +134,8 @@ class AnyCalls(RuleBasedStateMachine):
     def check_history(self, observed: Array) -> None:
         """Checks what is known of the vertices after a frame in which some were observed."""
         self.age = np.where(observed, 0, self.age + 1).astype(np.int32)
-        expected = breadth_first(self.faces, observed)
+        away = edges_to(observed, directed_edges(self.faces))
+        expected = np.where(np.isfinite(away), away, -1).astype(int)
         np.testing.assert_array_equal(self.subject.generation, expected)
         np.testing.assert_array_equal(self.subject.age, self.age)
         report = self.subject.report

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from reference import directed_edges
+from reference import directed_edges, edges_to
 
 import dynmesh
 
@@ -80,15 +80,6 @@ def smooth_fill(positions: Array, fixed: Array, edges: Array) -> Array:
     return filled
 
 
-def edges_between(nearest: Array, edges: Array) -> Array:
-    """(k,) the number of edges to the nearest of these vertices; infinity if there is none."""
-    distance = np.where(nearest, 0.0, np.inf)
-    for _ in range(len(nearest)):
-        for a, b in (edges.T, edges.T[::-1]):
-            np.minimum.at(distance, a, distance[b] + 1)
-    return distance
-
-
 def whole_frame(
     faces: Array, frames: Array, known: Array, base: int, n_trips: int
 ) -> tuple[Array, Array]:
@@ -124,10 +115,11 @@ def whole_frame(
     of_sides = (share * np.array([error**2 for _, error, _ in results.values()])).sum(axis=0)
 
     seen = np.asarray(known.any(axis=0))
-    r = edges_between(here, edges)
-    u = np.minimum(edges_between(~seen, edges), 20)
+    around = directed_edges(faces)
+    r = edges_to(here, around)
+    u = np.minimum(edges_to(~seen, around), 20)
     near: Array = 0.92 * np.sqrt(0.3 * of_sides + disagreement) * np.sqrt(r)
     h = np.exp(np.nanmedian(mu))
-    of_unseen = 0.5 * h * np.minimum(edges_between(seen, edges), 6) ** 0.85
+    of_unseen = 0.5 * h * np.minimum(edges_to(seen, around), 6) ** 0.85
     errors = np.where(seen, near * (1 + 2 / np.maximum(u, 1)), np.maximum(2.5 * near, of_unseen))
     return positions, np.where(here, 0, errors)
