@@ -28,7 +28,10 @@ NEXT_FRAMES = """async () => {
 class Page:
     """A page in a browser, with its requests and error messages."""
 
-    def __init__(self, browser: Any, path: Path) -> None:
+    def __init__(
+        self, browser: Any, path: Path, made: str = "#dynmesh-counter:not(:empty)"
+    ) -> None:
+        """Waits until something is on the page that scripts have made."""
         self.page = browser.new_page()
         self.has_clocks = True
         self.requests: list[str] = []
@@ -40,7 +43,7 @@ class Page:
             lambda said: self.complaints.append(said.text) if said.type == "error" else None,
         )
         self.page.goto(path.as_uri())
-        self.page.wait_for_selector("#dynmesh-counter:not(:empty)")
+        self.page.wait_for_selector(made, state="attached")
 
     def text(self, name: str) -> str:
         """Returns the visible text of a part of the page."""

@@ -129,12 +129,8 @@ def test_landmarks_are_picked_by_clicks(tmp_path: Path, browser: Any) -> None:
     html = tmp_path / "pick.html"
     words = ("view", tmp_path / "body.obj", "--scans", tmp_path / "cloud.ply", "-o", html)
     run(*words, "--pick", "marks.json", "--up", "z")
-    page = browser.new_page()
-    page.set_viewport_size({"width": 1400, "height": 700})
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.goto(html.as_uri())
-    page.wait_for_selector("#dynmesh-pairs[data-ready]", state="attached")
+    shown = Page(browser, html, "#dynmesh-pairs[data-ready]")
+    page = shown.page
 
     def click(side: str, points: Array, index: int) -> None:
         box = page.locator(f"#dynmesh-{side}").bounding_box()
@@ -162,7 +158,7 @@ def test_landmarks_are_picked_by_clicks(tmp_path: Path, browser: Any) -> None:
     made_of, positions_of = read_landmarks(tmp_path / "marks.json")
     np.testing.assert_array_equal(made_of, vertices)
     np.testing.assert_allclose(positions_of, scanned[vertices], rtol=1e-5)
-    assert complaints == []
+    assert shown.complaints == []
     files = tmp_path / "body.obj", tmp_path / "cloud.ply", tmp_path / "made.obj"
     run("register", *files, "--scale", "--landmarks", tmp_path / "marks.json")
     assert error(TORUS, TORUS.vertices, (positions(tmp_path / "made.obj") - 7) / 1000) < 0.3

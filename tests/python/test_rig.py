@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
 from meshes import turned
@@ -242,19 +243,15 @@ def test_the_page_shows_cameras_and_what_was_found(
     template = ("--template", folder / "body.obj")
     output = tmp_path / "rig.html"
     run(*words, *template, "--page", output, code=0 if is_right else 3)
-    page = chromium.new_page()
-    complaints: list[str] = []
-    page.on("pageerror", lambda error: complaints.append(str(error)))
-    page.goto(output.as_uri())
-    page.wait_for_selector("#rig")
-    assert ("exchanged" in page.inner_text("#rig")) != is_right
-    assert page.locator("#rig tr").count() == 4
-    objects = page.evaluate(
+    shown = Page(chromium, output, "#rig")
+    assert ("exchanged" in shown.page.inner_text("#rig")) != is_right
+    assert shown.page.locator("#rig tr").count() == 4
+    objects = shown.page.evaluate(
         "(async () => Object.values((await K3DInstance).getWorld().ObjectsListJson)"
         ".map((one) => one.type))()"
     )
     assert sorted(objects) == 4 * ["Lines"] + ["Mesh"] + 4 * ["Points"]
-    assert complaints == []
+    assert shown.complaints == []
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
     bare = run(*words, "--page", tmp_path / "bare.html").stdout
     assert "nothing is judged" in bare
