@@ -155,12 +155,6 @@ def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
     assert "were they exchanged?" in run("evaluate", *files[::-1]).stdout
 
 
-def test_a_misspelt_setting_is_refused() -> None:
-    misspelt: Any = {"nosie": 1.0}
-    with pytest.raises(TypeError, match="nosie"):
-        dynmesh.complete(SHOT, **misspelt)
-
-
 def test_zeros_may_tell_what_was_missing() -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
     zeros = np.where(known[..., None], SHOT.vertices + 1, 0)

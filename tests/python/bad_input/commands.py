@@ -26,7 +26,6 @@ _TABLES = {
     "too_few": ("input,output\n\nbody.npz\n", "too_few.csv: line 3"),
     "unclosed": ('input,output\nbody.npz,"new.npz\n', "unclosed.csv:"),
     "overwrites": ("input,output,overwrite\nbody.npz,new.npz,yes\n", "line 1: overwrite:"),
-    "semicolons": ("input;output\nbody.npz;new.npz\n", "semicolons.csv:", "'input'"),
 }  # fmt: skip
 """What is in a table of jobs, and what is said of it."""
 
@@ -151,7 +150,6 @@ shell = [
     misused(f"{_DEGRADE} --known 30", "--known", "not 30"),
     misused(f"{_DEGRADE} --known 130%", "--known", "130%"),
     misused(f"{_DEGRADE} --patches third", "--patches", "0.3 or 30%", "third"),
-    misused(f"{_DEGRADE} --known 0.5 --seed -1", "--seed", "-1"),
     refused("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4"),
     misused("evaluate body.npz body.npz --only missing", "--input: is needed"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),

@@ -137,8 +137,6 @@ _out = _call("push", "out")
 
 pushes = [
     _points("one row too few", lambda w: w.points[:48], ValueError, "points:", "48 rows", "49"),
-    _points("two columns", lambda w: w.points[:, :2], ValueError, "points:", "(49, 2)"),
-    _points("integers", lambda w: w.points.astype(int), TypeError, "points:", "int64"),
     _points("NaN, marked known", lambda w: w.with_value(np.nan), ValueError, "row 4", "nan"),
     _points("1e201", lambda w: w.with_value(1e201), ValueError, "row 4", "1e+201", "1e200"),
     _push("1e300", lambda w: w.single.push(w.with_value(1e300), w.known), ValueError, "e+38"),

@@ -48,6 +48,7 @@ streams = [
     _complete("infinity in frame 2, marked known", lambda w: _stream(w, [w.vertices, w.points, w.with_value(np.inf)], [_whole] * 3), ValueError, "frame 2: points: row 4", "inf"),
     _complete("a sequence and frames", lambda w: dynmesh.complete(w.sequence, w.points), ValueError, "frames:"),
     _complete("`start` for frames", lambda w: dynmesh.complete(w.faces, w.points, start=2), ValueError, "frames: start"),  # type: ignore[call-overload]
+    _complete("a sequence and `speed=1`", lambda w: dynmesh.complete(w.sequence, speed=1), TypeError, "'speed'"),  # type: ignore[call-overload]
     _complete("`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "'speed'"),
 ]  # fmt: skip
 

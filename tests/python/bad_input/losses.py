@@ -97,7 +97,6 @@ _wrong_frames = [
 cases = [
     *_masks,
     *_wrong_frames,
-    _random("`share`: 30, for 30 %", lambda _: degrade.random_known(5, 49, 30), ValueError, "share:", "30"),
     _random("`share`: NaN", lambda _: degrade.random_known(5, 49, _NAN), ValueError, "share:", "nan"),
     _camera("no camera for frame 2", lambda w: _seen(w, [w.points] * 4, lambda frame: w.cameras(frame) if frame < 2 else []), ValueError, "cameras:", "frame 2"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),

@@ -244,10 +244,8 @@ cases = [
     _file("no template", _track("cloud", "none.npz"), FileNotFoundError, "none.npz"),
     _file("the output is the template", _track("cloud", output="template.npz", overwrite=True), ValueError, "template.npz:", "input"),
     misused("track cloud new.npz", "--template"),
-    misused("track cloud new.npz --template template.npz --scan-unit furlong", "--scan-unit", "'furlong'"),
     misused("degrade body.npz new --scan --depth 64x48", "--scan:", "depth images"),
     misused("degrade body.npz new --depth 64", "--depth", "64"),
     misused("degrade body.npz new --scan --camera 1", "--camera:", "scans"),
-    misused("degrade body.npz new --scan --noise -1", "--noise", "-1"),
     refused("degrade body.npz cloud --scan --up z", "s_0000.ply", "exists already"),
 ]  # fmt: skip
