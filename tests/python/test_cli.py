@@ -148,13 +148,6 @@ def test_who_reads_the_output_may_stop(job: Path) -> None:
     assert process.returncode == 0
 
 
-def test_many_words_are_not_all_repeated() -> None:
-    many = [f"{number}.png" for number in range(20)]
-    said = run("track", *many, "--template", "a.obj", code=2).stderr
-    assert "put patterns in quotes" in said
-    assert "9.png" not in said
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder that commands run in, with a small sea, whole, partial and with a hole."""

@@ -285,10 +285,6 @@ def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
     assert isinstance(refused.value, ValueError)
     assert refused.value.frame == 2
     assert str(refused.value) == f"frame 2: {refused.value.reason}"
-    with pytest.raises(dynmesh.DynmeshError) as of_a_kind:
-        list(dynmesh.complete(mesh.faces, [mesh.vertices, mesh.vertices.astype(int)]))
-    assert isinstance(of_a_kind.value, TypeError)
-    assert of_a_kind.value.frame == 1
 
 
 def test_the_file_that_is_damaged_is_named_alone(tmp_path: Path, mesh: Mesh) -> None:

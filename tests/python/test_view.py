@@ -460,18 +460,6 @@ def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> Non
     assert np.flatnonzero(~frame.beside["input"].visible).tolist() == [3, 8]
 
 
-@pytest.mark.parametrize("colour", ["generation", "age", "known"])
-def test_scales_cover_what_is_shown(sequence: Sequence, colour: Colour) -> None:
-    heatmap = Heatmap(SequenceReader(sequence), wanted=colour)
-    frames = list(heatmap.frames(range(5)))
-    scale = heatmap.scale(heatmap.colour, frames)
-    assert scale is not None
-    for frame in frames:
-        places = scale.position(frame.values[heatmap.colour])
-        assert ((places >= 0) & (places <= 1)).all()
-    assert [tick.position for tick in scale.ticks] == sorted(t.position for t in scale.ticks)
-
-
 @pytest.mark.parametrize(
     ("low", "high", "values", "places", "labels"),
     [
