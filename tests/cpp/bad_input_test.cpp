@@ -252,7 +252,6 @@ TEST_CASE("C refuses what a completer cannot use") {
                      n_faces, &frame, &settings, training, &other);
   refused({"first_frame:", "64", "training", "not 32"},
           dynmesh_create_trained(faces, n_faces, &single, &settings, training, &other));
-  refused({"faces:", "-1"}, dynmesh_create_trained(faces, -1, &frame, &settings, training, &other));
   CHECK(other == nullptr);
   CHECK(dynmesh_create_trained(faces, n_faces, &frame, &settings, training, &other) == DYNMESH_OK);
   dynmesh_destroy(other);
@@ -294,23 +293,14 @@ TEST_CASE("C refuses what a completer cannot use") {
                         const dynmesh_output& to) {
     return dynmesh_push(c, &rows, &mask, &to, nullptr);
   };
-  const auto of = [&](std::int64_t count) {
-    return dynmesh_points{given.frame.data, count, 3, 1, 64};
-  };
   refused({"points:", "64", "32"}, push(single, known, out));
   refused({"points: row_stride", "0", "49"}, push(planar, known, out));
   refused({"points:", "null pointer"}, push(nothing, known, out));
   refused({"points:", "-1"}, push(negative, known, out));
-  refused({"points:", "9223372036854775807"},
-          push(of(std::numeric_limits<std::int64_t>::max()), known, out));
   refused({"points:", "aligned", "8 bytes"}, push(misaligned, known, out));
   refused({"known:", "-2"}, push(frame, {known.data, -2, 1}, out));
-  refused({"out:", "-5"}, push(frame, known, {out.data, -5, 3, 1, 64}));
   refused({"out:", "64", "not 32"}, push(frame, known, {out.data, k, 3, 1, 32}));
-  refused({"out:", "aligned", "8 bytes"},
-          push(frame, known, {static_cast<char*>(out.data) + 1, k, 3, 1, 64}));
   refused({"indices:", "-1"}, dynmesh_push_sparse(c, twice.data(), -1, &two, &out, nullptr));
-  refused({"frame: row_stride", "0", "49"}, dynmesh_reset(c, &planar));
   refused({"state:", std::to_string(size - 1), std::to_string(size)},
           dynmesh_state(c, room.data(), size - 1));
   refused({"state:", "-1"}, dynmesh_restore(c, state.data(), -1));
@@ -345,7 +335,6 @@ TEST_CASE("C refuses what a tracker cannot use") {
   CHECK(other == nullptr);
   refused.with_nulls(dynmesh_tracker_push, {"tracker", "points", nullptr, nullptr, "out", nullptr},
                      t, &frame, nullptr, nullptr, &out, nullptr);
-  refused({"points:", "type"}, dynmesh_tracker_push(t, &single, nullptr, nullptr, &out, nullptr));
 
   dynmesh_depth_image image = {world.pixels.data(), 4, 5, 0, 0, {}, {}};
   std::ranges::copy(world.intrinsics, image.intrinsics);
@@ -359,7 +348,6 @@ TEST_CASE("C refuses what a tracker cannot use") {
   dynmesh_alignment alignment{};
   refused.with_nulls(dynmesh_find_alignment, {nullptr, nullptr, "first_frame", "scan", "alignment"},
                      faces, n_faces, &frame, &frame, &alignment);
-  refused({"scan:", "type"}, dynmesh_find_alignment(faces, n_faces, &frame, &single, &alignment));
   CHECK(alignment.mean_edge == 0);
 
   dynmesh_registration_request request{};
