@@ -12,8 +12,6 @@ import dynmesh
 from .case import Case, World, without_rights
 from .functions import of
 
-_NAN = float("nan")
-
 
 def prepare(world: World) -> None:
     """Creates the files that the cases read."""
@@ -27,15 +25,15 @@ def prepare(world: World) -> None:
     (folder / "frames").mkdir()
     dynmesh.write(folder / "single.npz", replace(sequence, vertices=sequence.vertices[:1]))
     late = sequence.vertices.copy()
-    late[1, 4, 1] = _NAN
+    late[1, 4, 1] = np.nan
     dynmesh.write(folder / "late_holes.npz", replace(sequence, vertices=late))
     points = sequence.vertices.copy()
-    points[0, 4, 1] = _NAN
+    points[0, 4, 1] = np.nan
     dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
-    sparse = np.full_like(points, _NAN)
+    sparse = np.full_like(points, np.nan)
     sparse[2, 1:] = 1
     dynmesh.write(folder / "no_whole.npz", replace(sequence, vertices=sparse))
-    dynmesh.write(folder / "nothing.npz", replace(sequence, vertices=_NAN * points))
+    dynmesh.write(folder / "nothing.npz", replace(sequence, vertices=np.nan * points))
     turned_face = sequence.faces.copy()
     turned_face[3] = turned_face[3, ::-1]
     dynmesh.write(folder / "turned_face.npz", replace(sequence, faces=turned_face))

@@ -13,7 +13,6 @@ from dynmesh.draw import figures
 from .case import Case, World
 
 Run = Callable[[World], Any]
-_NAN = float("nan")
 
 
 def of(call: str) -> Callable[..., Case]:
@@ -40,7 +39,7 @@ streams = [
     _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "ndarray"),
     _complete("`known`: a number", lambda w: _stream(w, [], 5), TypeError, "known:", "int"),
     _complete("`frames`: one frame, not several", lambda w: _stream(w, w.vertices), ValueError, "first_frame:", "(3,)"),
-    _complete("NaN in frame 0", lambda w: _stream(w, [w.with_value(_NAN)]), ValueError, "first_frame: vertex 4", "nan"),
+    _complete("NaN in frame 0", lambda w: _stream(w, [w.with_value(np.nan)]), ValueError, "first_frame: vertex 4", "nan"),
     _complete("a vertex of frame 0 not known", lambda w: _stream(w, [w.vertices], [np.arange(49) != 7]), ValueError, "known: vertex 7", "frame 0"),
     _complete("`known` of frame 0 one too few", lambda w: _stream(w, [w.vertices], [_whole[:48]]), ValueError, "known:", "(49,)", "(48,)"),
     _complete("fewer masks than frames", lambda w: _stream(w, [w.vertices, w.points], [_whole]), ValueError, "known:", "frame 1"),
@@ -68,13 +67,13 @@ _summary = of("metrics.summary")
 measures = [
     of("metrics.bounding_box_diagonal")("`frame`: two frames", lambda w: metrics.bounding_box_diagonal(np.stack([w.points] * 2)), ValueError, "frame:", "(k, 3)", "(2, 49, 3)"),
     _nmsve("`completed`: one row too few", lambda w: metrics.nmsve(w.faces, w.points, w.points[:48]), ValueError, "completed:", "(48, 3)", "(49, 3)"),
-    _nmsve("`completed`: NaN in it", lambda w: metrics.nmsve(w.faces, w.points, w.with_value(_NAN)), ValueError, "completed: vertex 4", "nan"),
+    _nmsve("`completed`: NaN in it", lambda w: metrics.nmsve(w.faces, w.points, w.with_value(np.nan)), ValueError, "completed: vertex 4", "nan"),
     _nmsve("`reference`: infinity in it", lambda w: metrics.nmsve(w.faces, w.with_value(np.inf), w.points), ValueError, "reference: vertex 4", "inf"),
     _nmsve("no vertex", lambda w: metrics.nmsve(w.faces[:0], w.empty, w.empty), ValueError, "reference:", "no vertices"),
     _nmsve("`faces` of a larger mesh", lambda w: metrics.nmsve(w.faces + 1, w.points, w.points), ValueError, "faces: face 71", "vertex 49"),
     _vertex_error("a frame and a sequence", lambda w: metrics.vertex_error(w.points, w.points[None]), ValueError, "completed:", "(1, 49, 3)", "(49, 3)"),
     _summary("nothing", lambda _: metrics.summary(np.zeros(0)), ValueError, "errors:", "empty"),
-    _summary("NaN in it", lambda _: metrics.summary(np.array([0, _NAN])), ValueError, "errors: position 1"),
+    _summary("NaN in it", lambda _: metrics.summary(np.array([0, np.nan])), ValueError, "errors: position 1"),
 ]  # fmt: skip
 
 _lsm = of("baselines.least_squares_mesh")
@@ -100,8 +99,8 @@ other_methods = [
     _lsm("nothing known", lambda w: _mesh(w, w.points, ~_whole), ValueError, "known: component 0", "49 vertices"),
     _lsm("the second component not known", lambda _: _two_parts(baselines.least_squares_mesh, lambda v: v < 49), ValueError, "known: component 1", "16 vertices", "49"),
     _lia("the first component not known", lambda _: _two_parts(baselines.laplacian_interpolation, lambda v: v > 48), ValueError, "known: component 0", "49 vertices"),
-    _lsm("`points`: NaN, marked known", lambda w: _mesh(w, w.with_value(_NAN), w.known), ValueError, "points: row 4"),
-    _lsm("`previous`: NaN in it", lambda w: _mesh(w, w.points, w.known, previous=w.with_value(_NAN)), ValueError, "previous: vertex 4"),
+    _lsm("`points`: NaN, marked known", lambda w: _mesh(w, w.with_value(np.nan), w.known), ValueError, "points: row 4"),
+    _lsm("`previous`: NaN in it", lambda w: _mesh(w, w.points, w.known, previous=w.with_value(np.nan)), ValueError, "previous: vertex 4"),
     _lia("`objective='x'`", lambda w: _interpolation(w, objective="x"), ValueError, "objective:", "'x'", "'harmonic'"),
     _lia("`weights='x'`", lambda w: _interpolation(w, weights="x"), ValueError, "weights:", "'x'", "'uniform'"),
     _lia("inverse distances of nothing", lambda w: _interpolation(w, weights="inverse_distance"), ValueError, "reference:", "is required"),
@@ -138,10 +137,10 @@ pictures_and_whole_frames = [
     _whole_frame("no vertex known", lambda w: _put_together(w, known=~_masks), ValueError, "no vertex is known"),
     _whole_frame("frame 1 smaller", lambda w: _put_together(w, [w.points, w.points[:5]]), ValueError, "frames:", "cannot be converted"),
     _whole_frame("frames of text", lambda w: _put_together(w, w.sequence.vertices.astype(str)), TypeError, "frames:", "float32 or float64"),
-    _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(_NAN)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
+    _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(np.nan)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
     _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
-    _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(_NAN)), ValueError, "points: must be finite, but vertex 4"),
-    _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, _NAN)), ValueError, "places: must be finite"),
+    _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(np.nan)), ValueError, "points: must be finite, but vertex 4"),
+    _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, np.nan)), ValueError, "places: must be finite"),
     _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
 ]  # fmt: skip
 

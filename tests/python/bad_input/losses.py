@@ -11,8 +11,6 @@ from dynmesh import degrade, synth
 from .case import Case, World
 from .functions import Run, of
 
-_NAN = float("nan")
-
 _random = of("degrade.random_known")
 _camera = of("degrade.camera_known")
 _patch = of("degrade.patch_known")
@@ -88,7 +86,7 @@ _wrong_frames = [
         _frames(name, given, frames, ValueError, *names)
         for name in ("add_noise", "add_outliers")
         for given, frames, *names in (
-            ("NaN in frame 0", lambda w: [w.with_value(_NAN)], "frame 0:", "vertex 4", "nan"),
+            ("NaN in frame 0", lambda w: [w.with_value(np.nan)], "frame 0:", "vertex 4", "nan"),
             ("all vertices in one place", lambda w: [0 * w.points], "frame 0", "edges"),
         )
     ],
@@ -97,7 +95,7 @@ _wrong_frames = [
 cases = [
     *_masks,
     *_wrong_frames,
-    _random("`share`: NaN", lambda _: degrade.random_known(5, 49, _NAN), ValueError, "share:", "nan"),
+    _random("`share`: NaN", lambda _: degrade.random_known(5, 49, np.nan), ValueError, "share:", "nan"),
     _camera("no camera for frame 2", lambda w: _seen(w, [w.points] * 4, lambda frame: w.cameras(frame) if frame < 2 else []), ValueError, "cameras:", "frame 2"),
     _camera("no camera", lambda w: _seen(w, [w.points], []), ValueError, "cameras:", "none"),
     _camera("something else for a camera", lambda w: _seen(w, [w.points], [3]), TypeError, "cameras: item 0", "3"),
@@ -112,7 +110,7 @@ cases = [
     _outliers("`distance`: 0", lambda w: degrade.add_outliers([], w.faces, 0.1, distance=0), ValueError, "distance:", "not 0"),
     _orbit("`n_cameras`: 0", lambda w: degrade.orbit(w.points, 0), ValueError, "n_cameras:", "not 0"),
     _orbit("`degrees_per_frame`: infinity", lambda w: degrade.orbit(w.points, degrees_per_frame=np.inf), ValueError, "degrees_per_frame:", "inf"),
-    _orbit("`first_frame`: NaN in it", lambda w: degrade.orbit(w.with_value(_NAN)), ValueError, "first_frame:", "vertex 4"),
+    _orbit("`first_frame`: NaN in it", lambda w: degrade.orbit(w.with_value(np.nan)), ValueError, "first_frame:", "vertex 4"),
     _orbit("`up`: zero", lambda w: degrade.orbit(w.points, 1, up=(0, 0, 0)), ValueError, "up:", "(0, 0, 0)"),
     _orbit("`elevation`: 90", lambda w: degrade.orbit(w.points, 1, elevation=90), ValueError, "elevation:", "not 90"),
     _orbit("all vertices in one place", lambda w: degrade.orbit(0 * w.points, 1), ValueError, "first_frame:"),
@@ -121,7 +119,7 @@ cases = [
     _eye("`up`: text", lambda _: _cameraof(up=(0, 0, "x")), TypeError, "up:", "'x'"),
     _eye("`up`: parallel to the view", lambda _: _cameraof(up=(2, 0, 0)), ValueError, "up:", "parallel"),
     _eye("`field_of_view`: 0", lambda _: _cameraof(field_of_view=0), ValueError, "field_of_view:", "not 0"),
-    _eye("`field_of_view`: NaN", lambda _: _cameraof(field_of_view=_NAN), ValueError, "field_of_view:", "nan"),
+    _eye("`field_of_view`: NaN", lambda _: _cameraof(field_of_view=np.nan), ValueError, "field_of_view:", "nan"),
     _synth("`ocean(1, grid=1)`", lambda _: synth.ocean(1, grid=1), ValueError, "grid:", "not 1"),
     _synth("`ocean(5, fps='x')`", lambda _: synth.ocean(5, fps="x"), TypeError, "fps:", "'x'"),  # type: ignore[arg-type]
     _synth("`walker(5, seed=-1)`", lambda _: synth.walker(5, seed=-1), ValueError, "seed:", "-1"),

@@ -27,7 +27,6 @@ from .case import Case, World
 from .commands import misused, refused
 from .functions import of
 
-_NAN = float("nan")
 _POSE = np.diag([1.0, -1, -1, 1])
 _CAMERA = ScanCamera("left", _POSE, np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]]), 0.001)
 
@@ -47,7 +46,7 @@ _CAMERAS: dict[str, tuple[Callable[[Any], Any], tuple[str, ...]]] = {
     "a pose that mirrors": (_entry("camera_to_world", 0, 0, -1.0), ("camera 0: camera_to_world:", "mirrors")),
     "a pose whose last row is another": (_entry("camera_to_world", 3, 0, 1), ("camera_to_world:", "1 0 0 1")),
     "a number that is too large": (_entry("camera_to_world", 0, 3, 10**400), ("camera_to_world: row 0:", "finite, not 1000")),
-    "NaN": (_entry("intrinsics", 0, 2, _NAN), ("intrinsics: row 0:", "nan")),
+    "NaN": (_entry("intrinsics", 0, 2, np.nan), ("intrinsics: row 0:", "nan")),
     "a focal length of 0": (_entry("intrinsics", 1, 1, 0), ("intrinsics:", "0 0 ")),
     "intrinsics whose last row is another": (_entry("intrinsics", 2, 0, 0.1), ("intrinsics:", "0.1 0 1")),
     "an unknown field": (_field(lens="wide"), ("'lens'", "intrinsics")),
@@ -95,7 +94,7 @@ def prepare(world: World) -> None:
     ):
         (folder / name).mkdir()
         write_ply(folder / name / "s_0000.ply", PointScan(found, None, None), unit)
-    write_ply(folder / "partly.ply", PointScan(np.array([[_NAN, 2, 3]]), None, None))
+    write_ply(folder / "partly.ply", PointScan(np.array([[np.nan, 2, 3]]), None, None))
     for number, (text, _) in enumerate(_CLOUDS.values()):
         (folder / f"cloud_{number}.xyz").write_text(text)
     for number, text in enumerate(_LANDMARKS):
@@ -119,7 +118,7 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "template.npz", single)
     dynmesh.write(folder / "template_m.npz", replace(single, metres_per_unit=1.0))
     holed = replace(single, vertices=single.vertices.copy())
-    holed.vertices[0, 4, 1] = _NAN
+    holed.vertices[0, 4, 1] = np.nan
     dynmesh.write(folder / "template_holed.npz", holed)
 
 
@@ -197,9 +196,9 @@ cases = [
     _points("`cameras`: 0", _scan(cameras=0), ValueError, "cameras:", "not 0"),
     _points("`cameras`: none", _scan(cameras=[]), ValueError, "cameras:", "at least one"),
     _points("`cameras`: a name", _scan(cameras=["left"]), TypeError, "cameras:", "'left'"),
-    _points("`noise`: NaN", _scan(noise=_NAN), ValueError, "noise:", "nan"),
+    _points("`noise`: NaN", _scan(noise=np.nan), ValueError, "noise:", "nan"),
     _points("`missing`: 1", _scan(missing=1), ValueError, "missing:", "not 1"),
-    _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(_NAN)])(w), ValueError, "frame 0:", "vertex 4"),
+    _points("a frame is not finite", lambda w: _scan(frames=[w.with_value(np.nan)])(w), ValueError, "frame 0:", "vertex 4"),
     _points("a frame has another shape", lambda w: _scan(frames=[w.vertices, w.points[:9]])(w), ValueError, "frame 1:", "(9, 3)"),
     _depth("`width`: 0", _image(width=0), ValueError, "width:", "not 0"),
     *(_cloud(f"cloud_{n}.xyz", given, *names) for n, (given, (_, names)) in enumerate(_CLOUDS.items())),
