@@ -52,9 +52,6 @@ inline constexpr struct RegistrationConstants {
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
   /// drawn to the points of these.
   std::size_t most_coarse_vertices = 4000;
-  /// The share of far and disagreeing points, and the mean stretch of edges, together, below which
-  /// rigid starts have found the pose, so that far poses need not be sought.
-  double near_misfit = 0.13;
   /// Of poses of the coarse mesh, others than the best one may still be right if their misfit is at
   /// most so many times as large. At most so many are tried that are farther from each other than
   /// this on average, in mean edges of the coarse mesh.

@@ -55,7 +55,8 @@ Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
 }
 
 /// Tries where the template may be, near its own pose and then far from it, until a pose is good,
-/// and keeps the best one. The coarse mesh hardly tells whether a limb is twisted.
+/// and keeps the best one. Far poses can wait if a near one leaves no point far from the coarse
+/// mesh, which hardly tells whether a limb is twisted.
 bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   finished_.clear();
   auto candidates = by_points(targets);
@@ -63,7 +64,7 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
     candidates.push_back({targets.motion_from(template_.frame), targets});
   }
   std::vector<Trial> trials = trials_of(candidates);
-  if (trials.front().misfit < constants_.near_misfit && finish(scan, trials.front())) return true;
+  if (trials.front().far_share == 0 && finish(scan, trials.front())) return true;
   std::ranges::move(trials_of(candidates_by_tips(template_.faces, template_.frame, scan, targets)),
                     std::back_inserter(trials));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
@@ -152,7 +153,10 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   guides.insert(guides.end(), rough.begin(), rough.end());
   if (!guides.empty()) coarse_.bend(guides, constants_.bending_steps);
   const auto found = coarse_.compare_last(sample_);
-  return {candidate, {found.x.begin(), found.x.end()}, misfit_of(found)};
+  return {candidate,
+          {found.x.begin(), found.x.end()},
+          found.agreements.all.far_share,
+          misfit_of(found)};
 }
 
 /// The coarse mesh of a trial, drawn to the scan.
@@ -162,6 +166,7 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   const auto found = coarse_.track(
       sample_, guides_of(landmarks, motion, constants_.landmark_weight), constants_.iterations);
   trial.x.assign(found.x.begin(), found.x.end());
+  trial.far_share = found.agreements.all.far_share;
   trial.misfit = misfit_of(found);
   return trial;
 }
