@@ -4,7 +4,6 @@
 #include <dynmesh/tracker.hpp>
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "arrays.hpp"
 #include "stream/one_at_a_time.hpp"

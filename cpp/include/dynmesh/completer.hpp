@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/settings.hpp>

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <limits>
-#include <memory>
 #include <type_traits>
 #include <utility>
 

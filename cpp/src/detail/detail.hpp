@@ -15,7 +15,6 @@
 #include "detail/detail_operator.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/first_order.hpp"
-#include "detail/modes.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"

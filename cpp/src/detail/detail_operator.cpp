@@ -6,7 +6,6 @@
 
 #include "detail/constants.hpp"
 #include "support/checks.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {

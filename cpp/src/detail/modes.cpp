@@ -1,10 +1,8 @@
 #include "detail/modes.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "support/geometry.hpp"
 #include "support/shortest_paths.hpp"
 
 namespace dynmesh {

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <functional>
 #include <numeric>
 #include <tuple>
 #include <utility>
 
-#include "support/geometry.hpp"
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {

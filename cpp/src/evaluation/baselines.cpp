@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <dynmesh/baselines.hpp>
-#include <string_view>
 #include <vector>
 
 #include "factor/interpolation.hpp"

@@ -3,7 +3,6 @@
 
 #include "factor/masked_factor.hpp"
 #include "kernels/dense_kernels.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {

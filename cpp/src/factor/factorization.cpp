@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "factor/masked_factor.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 

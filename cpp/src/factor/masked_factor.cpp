@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "support/geometry.hpp"
-
 namespace dynmesh {
 namespace {
 

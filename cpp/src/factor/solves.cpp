@@ -1,11 +1,9 @@
 /// Solving with a factor, also in single precision for conjugate gradients: most of the time of a
 /// solve is that of loading the factor.
 #include <algorithm>
-#include <array>
 #include <numeric>
 
 #include "factor/masked_factor.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {

@@ -8,7 +8,6 @@
 #include <limits>
 #include <span>
 #include <sstream>
-#include <string>
 #include <type_traits>
 
 #include "mesh/mesh_files.hpp"

@@ -5,7 +5,6 @@
 #include <dynmesh/topology.hpp>
 #include <limits>
 #include <optional>
-#include <string>
 #include <unordered_map>
 #include <utility>
 

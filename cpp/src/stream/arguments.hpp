@@ -9,7 +9,6 @@
 #include <dynmesh/types.hpp>
 #include <initializer_list>
 #include <limits>
-#include <span>
 #include <utility>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <dynmesh/settings.hpp>
-#include <optional>
 
 #include "stream/settings_table.hpp"
 #include "support/checks.hpp"

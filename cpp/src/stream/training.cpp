@@ -1,5 +1,4 @@
 #include <dynmesh/training.hpp>
-#include <stdexcept>
 #include <string>
 #include <utility>
 

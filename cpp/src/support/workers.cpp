@@ -1,8 +1,6 @@
 #include "support/workers.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cstddef>
 #include <string>
 #include <system_error>
 
