@@ -57,22 +57,19 @@ LocalBlend::LocalBlend(const Clusters& clusters, Workers& workers)
       blend_(clusters.of_vertex.size()) {}
 
 std::span<const double> LocalBlend::find(const ResidualField& residuals, const Blend& global) {
-  const auto n_clusters = static_cast<Index>(clusters_.size());
-  const auto add_residuals = [&](Index first, Index last) {
-    for (Index c = first; c < last; ++c) {
-      Fit& fit = fits_[c] = {};
-      if (!global.is_b_known) continue;
-      for (const Index v : clusters_.members[c]) {
-        residuals.visit(at(v), [&](const Residuals& r) {
-          fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
-          fit.q += r.weight * dot(r.r1, r.r1);
-        });
-      }
+  const auto add_residuals = [&](std::size_t c) {
+    Fit& fit = fits_[c] = {};
+    if (!global.is_b_known) return;
+    for (const Index v : clusters_.members[c]) {
+      residuals.visit(at(v), [&](const Residuals& r) {
+        fit.h -= r.weight * dot(r.r1, r.r0 + global.c * r.r2);
+        fit.q += r.weight * dot(r.r1, r.r1);
+      });
     }
   };
-  workers_.for_each_short_chunk(n_clusters, add_residuals, Clusters::typical_size);
+  workers_.for_each_in_chunks(clusters_.size(), add_residuals, Clusters::typical_size);
   double sum = 0;
-  for (Index c = 0; c < n_clusters; ++c) {
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
     around_[c] = fits_[c];
     for (const Index other : clusters_.neighbours[c]) {
       around_[c].h += fits_[other].h;
@@ -80,8 +77,8 @@ std::span<const double> LocalBlend::find(const ResidualField& residuals, const B
     }
     sum += around_[c].q;
   }
-  const double eta = detail_constants.pull * sum / static_cast<double>(n_clusters);
-  for (Index c = 0; c < n_clusters; ++c) {
+  const double eta = detail_constants.pull * sum / static_cast<double>(clusters_.size());
+  for (std::size_t c = 0; c < clusters_.size(); ++c) {
     const double blend = (around_[c].h + eta * global.b) / (around_[c].q + eta);
     of_clusters_[c] = bounded_blend(std::isfinite(blend) ? blend : global.b);
   }

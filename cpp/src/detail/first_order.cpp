@@ -254,9 +254,8 @@ std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
   const auto rows = factor_.order();
   const auto solution = scratch.first(positions.size());
   const auto step = scratch.subspan(positions.size(), positions.size());
-  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index end) {
-    for (Index r = first; r < end; ++r) solution[r] = residual(at(rows[r]), positions);
-  });
+  workers_.for_each_in_chunks(
+      rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
   factor_.solve(solution, 1);
   std::ranges::fill(step, Vector3<double>{});
   for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];

@@ -121,12 +121,8 @@ void MaskedFactor::round() {
   }
   if (rounded_.size() < size) rounded_.resize(size);
   constexpr Index panel_weight = 8;  // of the work of a vertex
-  workers_.for_each_short_chunk(
-      static_cast<Index>(panels_.size()),
-      [&](Index first, Index last) {
-        for (Index p = first; p < last; ++p) round(panels_[p]);
-      },
-      panel_weight);
+  const auto round_one = [&](std::size_t p) { round(panels_[p]); };
+  workers_.for_each_in_chunks(panels_.size(), round_one, panel_weight);
   is_rounded_ = true;
 }
 

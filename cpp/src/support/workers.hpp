@@ -112,11 +112,12 @@ class Workers {
   }
   /// Calls `work(i)` for i = 0 ... count - 1, in short chunks.
   template <class Work>
-  void for_each_in_chunks(std::size_t count, const Work& work) {
-    for_each_short_chunk(static_cast<Index>(count), [&](Index first, Index last) {
+  void for_each_in_chunks(std::size_t count, const Work& work, Index weight = 1) {
+    const auto of_chunk = [&](Index first, Index last) {
       for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(last); ++i)
         work(i);
-    });
+    };
+    for_each_short_chunk(static_cast<Index>(count), of_chunk, weight);
   }
 
  private:
