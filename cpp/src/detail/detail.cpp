@@ -27,8 +27,6 @@ double deformation(std::span<const Vector3<double>> from, std::span<const Vector
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
   ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
 
  private:
@@ -85,7 +83,11 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
                        std::span<const std::uint8_t> known, Generations& generations) {
   report_ = {};
   next_generations_.classify(topology_.cells, known);
-  hold(previous, points, next_generations_);  // may throw
+  anchors_.set_frame(previous, points, next_generations_, lambda_);
+  if (anchors_.any_solved()) {
+    const Stopwatch stopwatch(report_.factor_seconds);
+    system_.factorize(anchors_);  // may throw
+  }
   std::swap(generations, next_generations_);
   first_order_.count_frame();
   if (!anchors_.any_solved()) {
@@ -138,14 +140,6 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   report_.blend = blend.b;
   report_.solve_seconds -= report_.rotation_seconds;
   return rounds;
-}
-
-/// Sets the anchors of the frame and factors N for them.
-void Detail::hold(Frame previous, std::span<const Vector3<double>> points,
-                  const Generations& next) {
-  anchors_.set_frame(previous, points, next, lambda_);
-  const Stopwatch stopwatch(report_.factor_seconds);
-  if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
 /// The smoothest motion from the last frame X' that the anchors allow: min |K (X - X')|^2.

@@ -75,7 +75,6 @@ class Detail final : public Estimator<double> {
  private:
   using Field = std::span<const Vector3<double>>;
 
-  void hold(Frame previous, std::span<const Vector3<double>> points, const Generations& next);
   void move_smoothly(Frame previous);
   void fit_rotations(Field positions);
   ResidualField find_directions();

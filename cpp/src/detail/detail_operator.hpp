@@ -103,7 +103,6 @@ SparseMatrix normal_matrix(const DetailOperator& k, std::span<const double> memb
 /// stands.
 class Rounding {
  public:
-  Rounding() = default;
   /// `epsilon` is that of the type in which positions are given.
   Rounding(const DetailOperator& k, double mean_edge, double epsilon)
       : solution_(1e-9 * mean_edge), epsilon_(epsilon) {
@@ -130,8 +129,8 @@ class Rounding {
 
  private:
   double mean_squared_row_ = 0;
-  double solution_ = 0;
-  double epsilon_ = 0;
+  double solution_;
+  double epsilon_;
 };
 
 }  // namespace dynmesh

@@ -24,15 +24,6 @@ ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool
   averaged_.resize(k);
 }
 
-/// Begins the ensemble again, as in frame 0, which has no error.
-void ErrorBars::begin_again() {
-  for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
-  std::ranges::fill(energies_, Energy{});
-  std::ranges::fill(sizes_, 1.0);
-  energy_ = {};
-  frame_ = 0;
-}
-
 /// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
 /// those of the frame before. T = e + eta are then the errors of the shape that the frame is to
 /// have.
@@ -81,24 +72,21 @@ void ErrorBars::set_noise(const Anchors& anchors) {
 Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Energy& energy = newest_[v] = {};
-    if (anchors.counts[v] != 0) {
-      energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
+    if (anchors.counts[v] == 0) return;
+    energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
+    if (anchors.are_noisy()) {
+      const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
+      energy.x += anchors.weights[v] * squared_norm(off);
+    }
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      energy.y += squared_norm(next_[i] - targets_[i]) / members;
       if (anchors.are_noisy()) {
-        const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
-        energy.x += anchors.weights[v] * squared_norm(off);
-      }
-      for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-        energy.y += squared_norm(next_[i] - targets_[i]) / members;
-        if (anchors.are_noisy()) {
-          const auto off = anchors.observable(v, steps[i] - noise_[i]);
-          energy.y += anchors.weights[v] * squared_norm(off) / members;
-        }
+        const auto off = anchors.observable(v, steps[i] - noise_[i]);
+        energy.y += anchors.weights[v] * squared_norm(off) / members;
       }
     }
   });
-  Energy sum;
-  for (const Energy& energy : newest_) sum = sum + energy;
-  return sum;
+  return std::accumulate(newest_.begin(), newest_.end(), Energy{});
 }
 
 /// Adds the newest energies, which are those of changes of the current sizes, to the energies
@@ -117,8 +105,7 @@ void ErrorBars::learn_sizes() {
 /// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
 /// closer to 1 where there is little energy to tell.
 void ErrorBars::find_sizes() {
-  Energy mean;
-  for (const Energy& energy : energies_) mean = mean + energy;
+  const Energy mean = std::accumulate(energies_.begin(), energies_.end(), Energy{});
   const double ratio = mean.x / mean.y;
   const double prior = uncertainty_constants.pull * mean.x / static_cast<double>(energies_.size());
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
@@ -159,8 +146,14 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
   system.apply(steps, static_cast<int>(members), next_);
 
   const Energy energy = compare(frame, steps, anchors);
-  if (!(energy.y < largest_member)) {  // nothing that was made up makes sense any more
-    begin_again();
+  if (!(energy.y < largest_member)) {
+    // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
+    // error.
+    for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
+    std::ranges::fill(energies_, Energy{});
+    std::ranges::fill(sizes_, 1.0);
+    energy_ = {};
+    frame_ = 0;
     return pass(generations, clusters);
   }
   double scale = infinite;

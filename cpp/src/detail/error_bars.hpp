@@ -85,7 +85,6 @@ class ErrorBars {
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
 
-  void begin_again();
   void draw_changes(const Clusters& clusters);
   void set_noise(const Anchors& anchors);
   Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);

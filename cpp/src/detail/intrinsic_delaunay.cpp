@@ -29,7 +29,17 @@ class Flipping {
  public:
   explicit Flipping(std::vector<IntrinsicTriangle> triangles)
       : triangles_(std::move(triangles)), across_(3 * triangles_.size(), none) {
-    glue();
+    // Connect the two half-edges of every edge that has exactly two, one in each direction.
+    const auto edge_of = [&](Index half) { return std::minmax({begin(half), begin(next(half))}); };
+    std::vector<Index> all(across_.size());
+    std::iota(all.begin(), all.end(), Index{0});
+    std::ranges::stable_sort(all, {}, edge_of);
+    for (auto first = all.begin(); first != all.end();) {
+      const auto is_other = [&](Index half) { return edge_of(half) != edge_of(*first); };
+      const auto last = std::find_if(first, all.end(), is_other);
+      if (last - first == 2 && begin(first[0]) != begin(first[1])) join(first[0], first[1]);
+      first = last;
+    }
   }
 
   std::vector<IntrinsicTriangle> run() {
@@ -64,20 +74,6 @@ class Flipping {
   void join(Index a, Index b) {
     across_[a] = b;
     if (b != none) across_[b] = a;
-  }
-
-  /// Connects the two half-edges of every edge that has exactly two, one in each direction.
-  void glue() {
-    const auto edge_of = [&](Index half) { return std::minmax({begin(half), begin(next(half))}); };
-    std::vector<Index> all(across_.size());
-    std::iota(all.begin(), all.end(), Index{0});
-    std::ranges::stable_sort(all, {}, edge_of);
-    for (auto first = all.begin(); first != all.end();) {
-      const auto is_other = [&](Index half) { return edge_of(half) != edge_of(*first); };
-      const auto last = std::find_if(first, all.end(), is_other);
-      if (last - first == 2 && begin(first[0]) != begin(first[1])) join(first[0], first[1]);
-      first = last;
-    }
   }
 
   bool flip_if_needed(Index half) {

@@ -28,14 +28,6 @@ std::vector<std::size_t> seeds_of(std::span<const Vector3<double>> frame, Index 
   return seeds;
 }
 
-/// The lengths of the shortest paths along edges.
-std::vector<double> distances_from(std::size_t seed, const Cells& cells,
-                                   std::span<const Vector3<double>> frame) {
-  return shortest_paths(frame.size(), seed, [&](std::size_t v, const auto& visit) {
-    for (const Index n : cells[v]) visit(at(n), std::sqrt(squared_norm(frame[n] - frame[v])));
-  });
-}
-
 /// The median of the second smallest distance of each vertex, where there is one; else 0.
 double typical_distance(const std::vector<std::vector<double>>& distances, std::size_t n_vertices) {
   std::vector<double> second;
@@ -55,9 +47,12 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
 
 SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
                             Index local_parts) {
+  const auto along_edges = [&](std::size_t v, const auto& visit) {
+    for (const Index n : cells[v]) visit(at(n), std::sqrt(squared_norm(frame[n] - frame[v])));
+  };
   std::vector<std::vector<double>> distances;
   for (const std::size_t seed : seeds_of(frame, local_parts)) {
-    distances.push_back(distances_from(seed, cells, frame));
+    distances.push_back(shortest_paths(frame.size(), seed, along_edges));
   }
   const double reach = training_constants.reach * typical_distance(distances, frame.size());
   if (!(reach > 0)) distances.clear();
@@ -99,13 +94,13 @@ Modes::Modes(SurfaceParts parts, double mean_edge)
       sums_(parts_.size(), 2 * n_coefficients_) {}
 
 void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
-                 std::size_t n_frames, Workers& workers) {
+                 Workers& workers) {
   const auto k = static_cast<Index>(parts_.size());
   workers.for_each_short_chunk(k, [&](Index first, Index last) {
     best_kernels().modes.form(data(), shapes, combinations, values_.data(), first, last);
   });
   size_ = size;
-  n_frames_ = n_frames;
+  n_frames_ = at(combinations.n_slots);
 }
 
 void Modes::combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
@@ -119,8 +114,8 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   });
 }
 
-void Modes::project(Field field, std::span<double> projected, std::span<const double> weights,
-                    std::span<double> squares, Workers& workers) {
+void Modes::project(std::span<const Vector3<double>> field, std::span<double> projected,
+                    std::span<const double> weights, std::span<double> squares, Workers& workers) {
   const std::size_t n = n_coefficients_;
   const auto add = [&](float* sums, Index first, Index last) {
     best_kernels().modes.project(data(), field.data(), weights.data(), sums, sums + n, first, last);

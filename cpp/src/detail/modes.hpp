@@ -80,16 +80,14 @@ class VertexSums {
 /// to modes of zero and have no effect.
 class Modes {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// No modes.
   Modes() = default;
   /// None yet, to be set by `form`.
   Modes(SurfaceParts parts, double mean_edge);
 
-  /// Sets `size` modes to combinations of `n_frames` shapes, which are in `unit()`.
+  /// Sets `size` modes to combinations of shapes, which are in `unit()`.
   void form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
-            std::size_t n_frames, Workers& workers);
+            Workers& workers);
 
   [[nodiscard]] const SurfaceParts& parts() const { return parts_; }
   /// A power of two near the mean edge length.
@@ -105,8 +103,8 @@ class Modes {
   void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
                Workers& workers);
   /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
-  void project(Field field, std::span<double> projected, std::span<const double> weights,
-               std::span<double> squares, Workers& workers);
+  void project(std::span<const Vector3<double>> field, std::span<double> projected,
+               std::span<const double> weights, std::span<double> squares, Workers& workers);
 
  private:
   [[nodiscard]] ModeData data() const {

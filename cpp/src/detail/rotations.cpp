@@ -16,9 +16,8 @@ namespace {
 /// over all vertices affects the mean.
 std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
   constexpr double steps = 1 << 20;
-  Vector3<double> mean;
-  for (const auto& position : positions) mean = mean + position;
-  mean = (1 / static_cast<double>(positions.size())) * mean;
+  const auto sum = std::accumulate(positions.begin(), positions.end(), Vector3<double>{});
+  const auto mean = (1 / static_cast<double>(positions.size())) * sum;
   std::vector<double> distances(positions.size());
   double largest = 0;
   for (std::size_t v = 0; v < distances.size(); ++v) {

@@ -109,22 +109,18 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
   return energies;
 }
 
-/// What a coefficient is, as far as is known before the frame: 0 if the anchors determine it, so
-/// that the fit is no larger than they demand, and otherwise what it was, so that a limb that is
-/// hidden keeps its shape.
-double ShapeFit::expected(std::size_t j) const {
-  return std::clamp((1 - shares_[j]) * coefficients_[j], -largest_kept_, largest_kept_);
-}
-
 /// Minimises |r + r3 + F(B d)|^2 + sum_j lambda_j (a_j + d_j - e_j)^2 over d, e being what is
 /// expected, by preconditioned conjugate gradients. F(f) = K Y - Q f with the steps Y towards Q f.
 /// Adds d to a.
 double ShapeFit::descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations) {
   const std::span<double> a = used();
   AddedShape& along = direction_added_;
-  // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e).
+  // The gradient, downhill: B^T Q^T r, which it is before, - lambda (a - e). A coefficient is
+  // expected to be 0 if the anchors determine it, so that the fit is no larger than they demand,
+  // and otherwise what it was, so that a limb that is hidden keeps its shape.
   for (std::size_t j = 0; j < a.size(); ++j) {
-    gradient_[j] -= penalties_[j] * (a[j] - expected(j));
+    const double expected = std::clamp((1 - shares_[j]) * a[j], -largest_kept_, largest_kept_);
+    gradient_[j] -= penalties_[j] * (a[j] - expected);
   }
   const auto precondition = [&] {
     for (std::size_t j = 0; j < a.size(); ++j) {

@@ -95,7 +95,6 @@ class ShapeFit {
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Anchors& anchors);
   void penalize(double ratio);
-  [[nodiscard]] double expected(std::size_t coefficient) const;
   double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);
   void update_evidence();
   [[nodiscard]] bool is_plausible() const;

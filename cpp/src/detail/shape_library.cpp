@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <ranges>
 
 #include "detail/constants.hpp"
 #include "detail/rotations.hpp"
@@ -22,22 +23,9 @@ static_assert(most_shapes <= largest_symmetric);
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
 
-/// The rotation that best maps one frame to another as a whole.
-Quaternion whole_rotation(std::span<const Vector3<double>> from,
-                          std::span<const Vector3<double>> to) {
-  const Eigen::Quaterniond q(fit_rigid_motion<double>(from, to).rotation);
-  return {q.w(), q.x(), q.y(), q.z()};
-}
-
-double largest_change(std::span<const Quaternion> before, std::span<const Quaternion> after) {
-  double largest = 0;
-  for (std::size_t v = 0; v < before.size(); ++v) {
-    const Quaternion& a = before[v];
-    const Quaternion& b = after[v];
-    largest = std::max({largest, std::abs(a.w - b.w), std::abs(a.x - b.x), std::abs(a.y - b.y),
-                        std::abs(a.z - b.z)});
-  }
-  return largest;
+bool are_near(const Quaternion& a, const Quaternion& b) {
+  return std::abs(a.w - b.w) <= settled && std::abs(a.x - b.x) <= settled &&
+         std::abs(a.y - b.y) <= settled && std::abs(a.z - b.z) <= settled;
 }
 
 }  // namespace
@@ -104,7 +92,7 @@ void ShapeLibrary::make(Modes& modes) {
   std::size_t size = 0;
   for (std::size_t part = 0; part < n_parts_; ++part) size += find_modes(part);
   modes.form(shapes(), {order_.data(), static_cast<Index>(n_members_), factors_.data()}, size,
-             n_members_, workers_);
+             workers_);
 }
 
 /// Finds the leading eigenvectors of the products of a part, as combinations of the shapes. Those
@@ -136,8 +124,7 @@ std::size_t ShapeLibrary::find_modes(std::size_t part) {
 }
 
 void ShapeLibrary::recall() {
-  std::vector<Index> all(slots_);
-  std::iota(all.begin(), all.end(), 0);
+  const auto all = std::views::iota(Index{0}, static_cast<Index>(slots_));
   if (!std::ranges::is_permutation(order_, all) || n_members_ > most_) {
     refuse_state("does not contain a valid library of shapes");
   }
@@ -162,11 +149,13 @@ Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers, first, mean_edge);
   for (const auto& frame : training) {
-    std::ranges::fill(rotations.quaternions(), whole_rotation(first, frame));
+    const Eigen::Quaterniond whole(fit_rigid_motion<double>(first, frame).rotation);
+    std::ranges::fill(rotations.quaternions(),
+                      Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
     for (int n = 0; n < most_fits; ++n) {
       std::ranges::copy(rotations.quaternions(), before.begin());
       rotations.fit(frame);
-      if (largest_change(before, rotations.quaternions()) <= settled) break;
+      if (std::ranges::equal(before, rotations.quaternions(), are_near)) break;
     }
     apply_operator(k, frame, 1, kx, workers);
     rotations.turn_back(kx, kx);
