@@ -1,6 +1,5 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -33,9 +32,6 @@ namespace {
 
 using namespace dynmesh;
 namespace fs = std::filesystem;
-
-static_assert(std::endian::native == std::endian::little,
-              "frames are read and written in the byte order of memory");
 
 constexpr const char* help =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...

@@ -4,8 +4,8 @@
 
 namespace dynmesh {
 
-// Nobody has run dynmesh on others: frames in files have the byte order of memory, and the memory
-// of 32-bit processors is too small for the sizes that are allowed.
+// Nobody has run dynmesh on others: frames in files and states have the byte order of memory, and
+// the memory of 32-bit processors is too small for the sizes that are allowed.
 static_assert(std::endian::native == std::endian::little,
               "dynmesh requires a little-endian processor");
 static_assert(sizeof(void*) == 8, "dynmesh requires a 64-bit processor");

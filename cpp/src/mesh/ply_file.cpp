@@ -17,6 +17,7 @@ struct Type {
   PlyNumbers none;
 };
 
+/// In the order of PlyNumbers.
 const std::array<Type, 8>& types() {
   static const std::array<Type, 8> all = {{{"char", "int8", std::vector<std::int8_t>{}},
                                            {"uchar", "uint8", std::vector<std::uint8_t>{}},
@@ -31,10 +32,7 @@ const std::array<Type, 8>& types() {
 
 template <class T>
 std::string type_name() {
-  const auto is_it = [](const Type& type) {
-    return std::holds_alternative<std::vector<T>>(type.none);
-  };
-  return std::string(std::ranges::find_if(types(), is_it)->old_name);
+  return std::string(types()[PlyNumbers(std::vector<T>()).index()].old_name);
 }
 
 std::string record_of(const PlyElement& element, std::size_t record) {
@@ -204,7 +202,7 @@ class Text {
 class Binary {
  public:
   Binary(std::string_view data, std::string_view rest, bool is_big_endian)
-      : data_(data), rest_(rest), is_swapped_(is_big_endian != is_big_endian_here) {}
+      : data_(data), rest_(rest), is_swapped_(is_big_endian) {}  // processors are little-endian
 
   void begin_record(const PlyElement& element, std::size_t record) {
     element_ = &element;
@@ -243,8 +241,6 @@ class Binary {
   }
 
  private:
-  static constexpr bool is_big_endian_here = std::endian::native == std::endian::big;
-
   std::string_view data_;
   std::string_view rest_;
   bool is_swapped_;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,9 +15,6 @@
 #include <vector>
 
 namespace dynmesh {
-
-static_assert(std::endian::native == std::endian::little,
-              "numbers are stored in the byte order of memory");
 
 [[noreturn]] inline void refuse_state(const std::string& why) {
   throw std::invalid_argument("state: " + why);
@@ -39,13 +35,11 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
 /// Writes numbers one after another.
 class Writer {
  public:
-  Writer() = default;
   /// Expects as many bytes.
-  explicit Writer(std::size_t size) { bytes_.reserve(size); }
+  explicit Writer(std::size_t size = 0) { bytes_.reserve(size); }
 
   template <class T>
   void write(T value) {
-    static_assert(std::is_arithmetic_v<T>);
     write(std::span<const T>(&value, 1));
   }
   template <class T>
