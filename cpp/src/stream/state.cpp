@@ -1,17 +1,14 @@
 #include "stream/state.hpp"
 
-#include <algorithm>
 #include <bit>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/version.hpp>
 #include <optional>
-#include <string>
 #include <type_traits>
 
 #include "stream/settings_table.hpp"
 #include "support/checks.hpp"
-#include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
@@ -118,26 +115,6 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
   return reader;
 }
 
-template <class Real>
-std::vector<Vector3<Real>> stored_frame(Reader& reader, std::size_t n_vertices) {
-  std::vector<Vector3<Real>> frame(n_vertices);
-  reader.read(frame);
-  check_stored_frame(frame);
-  return frame;
-}
-
-template <class Real>
-void check_stored_frame(const std::vector<Vector3<Real>>& frame) {
-  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
-  if (wrong == frame.end()) return;
-  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
-               " that is not finite, or too large");
-}
-
-template std::vector<Vector3<float>> stored_frame(Reader&, std::size_t);
-template std::vector<Vector3<double>> stored_frame(Reader&, std::size_t);
-template void check_stored_frame(const std::vector<Vector3<float>>&);
-template void check_stored_frame(const std::vector<Vector3<double>>&);
 template void begin_state(Writer&, const StateKind&, const StreamMesh&, const Settings&);
 template void begin_state(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
 template Reader open_state(std::span<const std::byte>, std::size_t, const StateKind&,

@@ -3,14 +3,16 @@
 /// and packed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <dynmesh/frame_report.hpp>
+#include <dynmesh/types.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "stream/stream.hpp"
+#include "support/geometry.hpp"
 #include "support/stored_numbers.hpp"
 
 namespace dynmesh {
@@ -37,11 +39,22 @@ template <class Settings>
 Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
                   const StreamMesh& mesh, const Settings& settings);
 
-/// Reads a frame. Refuses positions that are not finite, or too large.
+/// Refuses positions that are not finite, or too large.
 template <class Real>
-std::vector<Vector3<Real>> stored_frame(Reader& reader, std::size_t n_vertices);
+void check_stored_frame(const std::vector<Vector3<Real>>& frame) {
+  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
+  if (wrong == frame.end()) return;
+  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+               " that is not finite, or too large");
+}
+/// Reads a frame and checks it.
 template <class Real>
-void check_stored_frame(const std::vector<Vector3<Real>>& frame);
+std::vector<Vector3<Real>> stored_frame(Reader& reader, std::size_t n_vertices) {
+  std::vector<Vector3<Real>> frame(n_vertices);
+  reader.read(frame);
+  check_stored_frame(frame);
+  return frame;
+}
 
 /// What a state keeps of a report. Later numbers of vertices and the standard error follow from
 /// what else it keeps.
