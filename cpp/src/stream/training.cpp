@@ -23,7 +23,6 @@ void Training<Real>::add(Points<const Real> frame) {
   }
   if (n_added_ % interval_ == 0) {
     if (frames_.size() == most_frames) {
-      frames_.reserve(most_frames + 1);
       // Keep every second frame. The number of frames is odd, so the next one fits behind them.
       for (std::size_t i = 0; 2 * i < frames_.size(); ++i) std::swap(frames_[i], frames_[2 * i]);
       frames_.resize((frames_.size() + 1) / 2);
