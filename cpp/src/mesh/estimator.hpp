@@ -38,7 +38,7 @@ class Estimator {
 
   /// Updates the memory of the method with a completed frame, including its disconnected vertices.
   /// Called before the next `estimate`.
-  virtual void remember(Frame completed) = 0;
+  virtual void remember(Frame /*completed*/) {}
 
   /// Writes the memory of the method, which has always the same size in bytes, in the internal
   /// order of vertices, which follows from the faces.

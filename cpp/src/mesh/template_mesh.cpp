@@ -7,11 +7,11 @@
 #include <iterator>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <type_traits>
 
 #include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
+#include "support/checks.hpp"
 #include "support/paths.hpp"
 
 namespace dynmesh {
@@ -65,10 +65,10 @@ std::vector<float> checked_positions(const std::vector<double>& positions) {
   for (const double coordinate : positions) {
     vertices.push_back(static_cast<float>(coordinate));
     if (std::isfinite(vertices.back())) continue;
-    std::ostringstream why;
-    why << "vertex " << (vertices.size() - 1) / 3 << ", counted from 0, has the coordinate "
-        << coordinate << "; a template must be complete, with coordinates in the range of float";
-    throw MalformedFile(why.str());
+    throw MalformedFile(
+        joined("vertex ", (vertices.size() - 1) / 3, ", counted from 0, has the coordinate ",
+               to_text(coordinate, 6),
+               "; a template must be complete, with coordinates in the range of float"));
   }
   if (vertices.empty()) throw MalformedFile("has no vertices");
   return vertices;

@@ -31,7 +31,6 @@ class Motion final : public Estimator<Real> {
 
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
-  void remember(Frame /*completed*/) override {}
 
  private:
   Index sweep(Index t);
@@ -69,7 +68,6 @@ class MotionOnce final : public Estimator<Real> {
 
   Index estimate(Frame previous, std::span<Vector3<Real>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
-  void remember(Frame /*completed*/) override {}
 
  private:
   const Cells& cells_;

@@ -34,7 +34,8 @@
 
 namespace dynmesh {
 
-/// Points in as many dimensions, with a k-d tree (nanoflann) in which they are found.
+/// Points in as many dimensions, with a k-d tree (nanoflann) in which they are found. It cannot be
+/// copied or moved, as the tree cannot, which refers to the points.
 template <std::size_t dimensions>
 class PointTree {
  public:
@@ -44,12 +45,6 @@ class PointTree {
       : cloud_{std::move(points)},
         tree_(static_cast<int>(dimensions), cloud_,
               nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size)) {}
-  // The tree refers to the points.
-  PointTree(const PointTree&) = delete;
-  PointTree& operator=(const PointTree&) = delete;
-  PointTree(PointTree&&) = delete;
-  PointTree& operator=(PointTree&&) = delete;
-  ~PointTree() = default;
 
   [[nodiscard]] bool empty() const { return cloud_.points.empty(); }
 
