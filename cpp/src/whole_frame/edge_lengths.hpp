@@ -34,8 +34,7 @@ struct PairLength {
 /// Each edge once.
 inline std::vector<VertexPair> edges_of(const Cells& cells) {
   std::vector<VertexPair> edges;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto v = static_cast<Index>(i);
+  for (Index v = 0; v < static_cast<Index>(cells.size()); ++v) {
     for (const Index n : cells[v]) {
       if (v < n) edges.push_back({v, n});
     }
@@ -47,9 +46,8 @@ inline std::vector<VertexPair> edges_of(const Cells& cells) {
 inline std::vector<VertexPair> pairs_two_edges_apart(const Cells& cells) {
   std::vector<VertexPair> pairs;
   std::vector<Index> near_to(cells.size(), -1);  // the last vertex that a vertex is near to
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto v = static_cast<Index>(i);
-    near_to[i] = v;
+  for (Index v = 0; v < static_cast<Index>(cells.size()); ++v) {
+    near_to[v] = v;
     for (const Index n : cells[v]) near_to[n] = v;
     for (const Index n : cells[v]) {
       for (const Index far : cells[n]) {
@@ -122,16 +120,12 @@ void drop_outliers(const Cells& cells, Window<Real>& window) {
   // median, and this many of their spreads.
   constexpr double outlier_distance = 0.7;
   constexpr double outlier_spreads = 4;
-  struct Votes {
-    Index all = 0;
-    Index against = 0;
-  };
   const auto edges = edges_of(cells);
   const auto farther = pairs_two_edges_apart(cells);
   const auto of_edges = pair_lengths<Real>(edges, window);
   const auto of_farther = pair_lengths<Real>(farther, window);
   for (std::size_t t = 0; t < window.size(); ++t) {
-    std::vector<Votes> votes(cells.size());
+    std::vector<Index> n_pairs(cells.size()), n_against(cells.size());  // of each vertex
     std::vector<std::uint8_t> kept = window.known[t];
     const auto count = [&](std::span<const VertexPair> pairs, std::span<const PairLength> usual) {
       for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -141,12 +135,12 @@ void drop_outliers(const Cells& cells, Window<Real>& window) {
         const bool contradicts = std::abs(*logarithm - usual[i].median) >
                                  outlier_distance + outlier_spreads * usual[i].spread;
         for (const Index v : pairs[i]) {
-          ++votes[v].all;
-          votes[v].against += contradicts ? 1 : 0;
+          ++n_pairs[v];
+          n_against[v] += contradicts ? 1 : 0;
         }
       }
-      for (std::size_t v = 0; v < votes.size(); ++v) {
-        if (votes[v].all > 0 && 2 * votes[v].against >= votes[v].all) kept[v] = 0;
+      for (std::size_t v = 0; v < kept.size(); ++v) {
+        if (n_pairs[v] > 0 && 2 * n_against[v] >= n_pairs[v]) kept[v] = 0;
       }
     };
     count(edges, of_edges);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -120,13 +119,10 @@ using Way = std::vector<std::size_t>;
 /// The ways to the first and to the last frame, without one that has no frame beside the base.
 template <class Real>
 std::vector<Way> ways_from_base(const Window<Real>& window) {
-  std::array<Way, 2> both;
-  for (std::size_t i = window.base + 1; i > 0; --i) both[0].push_back(i - 1);
-  for (std::size_t i = window.base; i < window.size(); ++i) both[1].push_back(i);
-  std::vector<Way> ways;
-  for (Way& way : both) {
-    if (way.size() > 1) ways.push_back(std::move(way));
-  }
+  std::vector<Way> ways(2);
+  for (std::size_t i = window.base + 1; i > 0; --i) ways[0].push_back(i - 1);
+  for (std::size_t i = window.base; i < window.size(); ++i) ways[1].push_back(i);
+  std::erase_if(ways, [](const Way& way) { return way.size() == 1; });
   return ways;
 }
 
@@ -242,8 +238,7 @@ inline std::vector<double> standard_errors(const Combination& combination, const
                                            double typical_length, bool has_noise) {
   const std::size_t k = known.size();
   std::vector<std::uint8_t> unseen(k);
-  std::ranges::transform(seen, unseen.begin(),
-                         [](std::uint8_t s) { return static_cast<std::uint8_t>(s == 0); });
+  for (std::size_t v = 0; v < k; ++v) unseen[v] = seen[v] == 0 ? 1 : 0;
   const auto edges_to = [&](std::span<const std::uint8_t> nearest) {
     Generations generations(k);
     generations.classify(cells, nearest);
