@@ -72,7 +72,6 @@ class InDoublePrecision final : public Estimator<float> {
 template <class Real>
 std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& settings,
                                               const std::vector<Vector3<Real>>& first) {
-  const std::size_t k = first.size();
   if (settings.method == Method::detail) {
     auto detail =
         std::make_unique<Detail>(widened(first), mesh.faces, mesh.topology, mesh.training,
@@ -80,7 +79,7 @@ std::unique_ptr<Estimator<Real>> estimator_of(StreamMesh& mesh, const Settings& 
     if constexpr (std::is_same_v<Real, double>) {
       return detail;
     } else {
-      return std::make_unique<InDoublePrecision>(std::move(detail), k);
+      return std::make_unique<InDoublePrecision>(std::move(detail), first.size());
     }
   }
   const Cells& cells = mesh.topology.cells;

@@ -11,7 +11,7 @@ namespace {
 
 /// Returns GL(v_i), eq. (6).
 Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
-                                    Index vertex, double shortest) {
+                                    std::size_t vertex, double shortest) {
   const Vector3<double> v_i = frame[vertex];
   if (cells[vertex].empty()) return {};
   Vector3<double> sum;
@@ -36,9 +36,8 @@ double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real
   const double shortest = std::sqrt(squared_length_floor) * mean_edge_length<double>(cells, v);
   double sum = 0;
   for (std::size_t i = 0; i < k; ++i) {
-    const auto vertex = static_cast<Index>(i);
-    const auto laplacian_error = geometric_laplacian(cells, v, vertex, shortest) -
-                                 geometric_laplacian(cells, w, vertex, shortest);
+    const auto laplacian_error =
+        geometric_laplacian(cells, v, i, shortest) - geometric_laplacian(cells, w, i, shortest);
     sum += std::sqrt(squared_norm(v[i] - w[i])) + std::sqrt(squared_norm(laplacian_error));
   }
   return sum / (2 * static_cast<double>(k));  // eq. (5)

@@ -125,8 +125,7 @@ template <class Real>
 Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {
   double sum = 0;
   for (std::size_t v = 0; v < cells.size(); ++v) {
-    const auto vertex = static_cast<Index>(v);
-    for (const Index n : cells[vertex]) {
+    for (const Index n : cells[v]) {
       const auto edge = frame[n] - frame[v];
       sum += std::hypot(static_cast<double>(edge.x), static_cast<double>(edge.y),
                         static_cast<double>(edge.z));
