@@ -70,7 +70,7 @@ class PoseSearch {
   using Cloud = std::vector<Vector3<double>>;
   struct Trial {
     Candidate candidate = {};
-    Cloud x = {};  ///< of the coarse mesh
+    Cloud x = {};          ///< of the coarse mesh
     double far_share = 1;  ///< of the points, with which it was compared
     double misfit = std::numeric_limits<double>::infinity();
   };

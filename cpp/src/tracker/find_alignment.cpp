@@ -1,6 +1,5 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <dynmesh/alignment.hpp>
 #include <span>
 #include <utility>

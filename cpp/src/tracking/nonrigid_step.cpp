@@ -1,7 +1,6 @@
 #include "tracking/nonrigid_step.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
