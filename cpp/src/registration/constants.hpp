@@ -33,7 +33,7 @@ inline constexpr struct TipConstants {
   std::size_t of_template = 6;
   std::size_t of_scan = 8;
   /// About so many points of the scan are used. Each is connected with its nearest neighbours, if
-  /// they are at most so many mean distances between neighbours away and their normals have at
+  /// they are at most so many usual distances between neighbours away and their normals have at
   /// least this cosine.
   std::size_t points = 6000;
   int neighbours = 10;
@@ -52,10 +52,8 @@ inline constexpr struct RegistrationConstants {
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
   /// drawn to the points of these.
   std::size_t most_coarse_vertices = 4000;
-  /// Of poses of the coarse mesh, others than the best one may still be right if their misfit is at
-  /// most so many times as large. At most so many are tried that are farther from each other than
-  /// this on average, in mean edges of the coarse mesh.
-  double alike = 1.5;
+  /// At most so many poses of the coarse mesh are tried that are farther from each other than this
+  /// on average, in mean edges of the coarse mesh.
   std::size_t most_finished = 2;
   double same_pose = 0.5;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances

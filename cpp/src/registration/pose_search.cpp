@@ -68,10 +68,8 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
   std::ranges::move(trials_of(candidates_by_tips(template_.faces, template_.frame, scan, targets)),
                     std::back_inserter(trials));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  const double worst = constants_.alike * trials.front().misfit;
   return std::ranges::any_of(trials, [&](const Trial& trial) {
-    return trial.misfit <= worst && finished_.size() < constants_.most_finished &&
-           finish(scan, trial);
+    return finished_.size() < constants_.most_finished && finish(scan, trial);
   });
 }
 
