@@ -61,15 +61,25 @@ Graph graph_of(const PointScan& scan) {
   const auto distance = [&](std::size_t i, std::size_t j) {
     return std::sqrt(squared_norm(scan.points[i] - scan.points[j]));
   };
-  double spacing = 0;
+  std::vector<double> spacings;
+  double mean = 0;
   for (std::size_t i = 0; i < n; ++i) {
     near[i] = scan.nearest_to(i, count);
-    if (near[i].size() > 1) spacing += distance(i, near[i][1]) / static_cast<double>(n);
+    spacings.push_back(near[i].size() > 1 ? distance(i, near[i][1]) : 0);
+    mean += spacings.back() / static_cast<double>(n);
+  }
+  // Parts of a surface that were measured sparsely are connected; a stray point is not, since its
+  // neighbours are near each other.
+  std::vector<double> usual;
+  for (const auto& neighbours : near) {
+    std::vector<double> around;
+    for (const std::size_t j : neighbours) around.push_back(spacings[j]);
+    usual.push_back(std::max(mean, quantile(std::move(around), 0.5)));
   }
   Graph graph(n);
   for (std::size_t i = 0; i < n; ++i) {
     for (const std::size_t j : near[i]) {
-      if (j == i || distance(i, j) > tip_constants.reach * spacing) continue;
+      if (j == i || distance(i, j) > tip_constants.reach * std::min(usual[i], usual[j])) continue;
       const bool is_undecided = scan.is_undecided(i) || scan.is_undecided(j);
       const double cosine = dot(scan.normals[i], scan.normals[j]);
       if (!is_undecided && cosine < tip_constants.least_cosine) continue;
