@@ -61,8 +61,8 @@ class Registration:
         distance: the root mean square distance of the points that are not far.
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
-        quality: "good"; "doubtful", if a part is probably wrong or missing: `unexplained` / 0.02,
-            `stretch` / 0.15, `hole` / 0.035 and `overlap` / 0.003 add up to more than 1, or a
+        quality: "good"; "doubtful", if a part is probably wrong or missing: `unexplained` / 0.03,
+            `stretch` / 0.13, `hole` / 0.035 and `overlap` / 0.003 add up to more than 1, or a
             landmark is not where it belongs; "ruined", if the scan shows something else or its pose
             was not found.
         growth: how many times as large as the template the vertices are, by the median of the

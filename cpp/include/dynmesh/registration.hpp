@@ -16,7 +16,7 @@ namespace dynmesh {
 /// How well a registered template explains its scan, as the shares in Registration tell.
 enum class RegistrationQuality {
   /// Landmarks are where they belong, and what speaks against the result adds up to at most 1: the
-  /// unexplained share, the stretch, the hole and the overlap, divided by 0.02, 0.15, 0.035 and
+  /// unexplained share, the stretch, the hole and the overlap, divided by 0.03, 0.13, 0.035 and
   /// 0.003.
   good,
   doubtful,  ///< a part is probably wrong or missing

@@ -83,8 +83,8 @@ inline constexpr struct RegistrationConstants {
   /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
   /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
   /// this. Wrong poses often have some of each and not much of any.
-  double doubtful_unexplained = 0.02;
-  double doubtful_stretch = 0.15;
+  double doubtful_unexplained = 0.03;
+  double doubtful_stretch = 0.13;
   double doubtful_hole = 0.035;
   double doubtful_overlap = 0.003;
   /// Noise does not explain a point that is farther from the surface than so many times the median
