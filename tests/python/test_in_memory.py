@@ -85,7 +85,7 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
 
 
 def test_one_frame_can_be_measured() -> None:
-    found = dynmesh.evaluate(COMPLETED[2:3], TRUTH[2:3], frames=slice(2, 3))
+    found = dynmesh.evaluate(COMPLETED[2:3], TRUTH[2:3])
     assert (found.frames, [each.frame for each in found.each]) == (1, [2])
     whole = dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
     assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
@@ -364,12 +364,14 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
     np.savetxt(folder / "a_7.xyz", np.hstack([points, normals]))
     if is_folder:
         np.savetxt(folder / "a_9.xyz", points[:5])
+        (folder / "cameras.json").write_text("[]")
     given, output = (
         (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")
     )
     changes: dict[str, Any] = {"unit": "mm", "to_unit": "m", "up": "z", "to_up": "y"}
     report = dynmesh.convert_file(given, output, **changes)
     assert report.frames == 1 + is_folder
+    assert any("cameras.json" in remark for remark in report.remarks) == is_folder
     found = read_points(output / "a_7.ply" if is_folder else output)
     turned = points[:, [0, 2, 1]] * [1, 1, -1] / 1000
     np.testing.assert_allclose(found.scan.points, turned, atol=1e-12)

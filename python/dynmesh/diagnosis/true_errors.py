@@ -63,9 +63,8 @@ def measured(
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
     check_comparable(completed, reference)
-    if frames is None and reference.n_frames < 2:
-        raise InputError("has no frame after the first to measure", file=reference.path)
-    numbers = range(1, reference.n_frames)
+    n = reference.n_frames
+    numbers = range(min(1, n - 1), n)
     if frames is not None:
         numbers = indices_of(frame_numbers(completed.header), frames)
     unit = _diagonal(reference)

@@ -48,9 +48,7 @@ def agreed(
 
 
 def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
-    """Returns pairs of units that differ by about a ratio of sizes, the nearest and usual first.
-
-    Among pairs that are equally near within a tenth, as poses change sizes, usual ones are first.
+    """Returns pairs of units that differ by about a ratio of sizes, the usual ones first.
 
     Args:
         ratio: how many times as large, in numbers, something in the second unit is as the same in
@@ -61,4 +59,4 @@ def explaining(ratio: float, tolerance: float) -> list[tuple[str, str]]:
     pairs = permutations(usual, 2)
     off = {pair: abs(math.log(ratio * UNITS[pair[1]] / UNITS[pair[0]])) for pair in pairs}
     near = [pair for pair in off if off[pair] < math.log(tolerance)]
-    return sorted(near, key=lambda pair: (int(10 * off[pair]), *sorted(map(usual.index, pair))))
+    return sorted(near, key=lambda pair: sorted(map(usual.index, pair)))

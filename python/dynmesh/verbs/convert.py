@@ -21,6 +21,7 @@ from ..files.numbered import files_in, find_files
 from ..files.ply import read_elements
 from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats
+from ..scans.reader import CAMERAS
 from ..sequence import Sequence
 
 
@@ -140,7 +141,14 @@ def _convert_clouds(
             check_output(file, overwrite, ".ply")  # another process may have written it
             file.parent.mkdir(exist_ok=True)
             (hidden / file.name).replace(file)
-    return Written(output=output, frames=len(outputs), vertices=n_points // len(outputs))
+    has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
+    remark = f"{CAMERAS} was not converted, and holds for the former unit and axes only"
+    return Written(
+        output=output,
+        frames=len(outputs),
+        vertices=n_points // len(outputs),
+        remarks=(remark,) if has_cameras else (),
+    )
 
 
 def _clouds_in(path: Path) -> list[Path]:

@@ -95,7 +95,7 @@ def evaluate(
         completed: the completed sequence.
         reference: the true sequence, with the same mesh and number of frames.
         frames: from the number of the first frame to measure to that after the last one, such as
-            1001:1050, in the completed sequence; all after the first frame if it is not given.
+            1001:1050, in the completed sequence; else, all after the first frame, or the only one.
         only: "missing" measures the distances of vertices that were not observed, as the sequence
             that was completed says, or else the generations of the completed one.
         partial: the sequence that was completed; only its missing vertices matter. Without masks,

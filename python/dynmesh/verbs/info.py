@@ -88,7 +88,7 @@ def info(
     meshes = dict(files.meshes_of(path, format))
     several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
     if several and sum(several.values()) != 1 and not strict:
-        told = ("describe one of them by its path",)
+        told = ("`prim` describes one of them, by its path",)
         return InfoReport(format=name, meshes=several, remarks=told)
     with files.open(path, format=format, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)

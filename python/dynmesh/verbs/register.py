@@ -28,6 +28,8 @@ from ..tracking.units import ratio_of, size_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
+_HOLE = 0.03
+"""A larger piece without a point, as a share of the area, may be what no sensor saw."""
 _LONG = ("vertices", "standard_error")
 """What :meth:`RegisterReport.to_dict` does not say of a result."""
 
@@ -89,7 +91,7 @@ def register_file(
         template: the mesh, of which the first frame is registered.
         scan: a point cloud (PLY, XYZ), a mesh, or the depth images of one moment: a
             folder, or a pattern such as 'depth_00012_*.png'.
-        output: the registered mesh.
+        output: the registered mesh, in the unit of the scan.
         landmarks: a JSON file: [{"vertex": 12, "position": [x, y, z]}, ...], with positions in the
             unit of the scan.
         cameras: where the cameras stand; else, `cameras.json` beside the scan.
@@ -157,8 +159,8 @@ def register_file(
             shows_room = may_show_room and bool(planes_around(first, mesh.faces, left))
             if scale:
                 sizes = f"the template became {found.growth:.3g} times as large"
-            elif shows_room:
-                sizes = ""  # The room is large, whatever the unit.
+            elif shows_room or found.cause == "part":
+                sizes = ""  # The room is large and the part small, whatever the unit.
             elif sizes and found.quality != "good":
                 sizes += "; `scale` finds it in any size"
         header = replace(
@@ -226,10 +228,10 @@ def _reason(
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
+    elif found.hole > _HOLE and isinstance(scan, PointScan) and scan.viewpoints is None:
+        told += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
         told += "; landmarks say where head, hands and feet, for example, belong"
-    elif found.cause == "part" and isinstance(scan, PointScan) and scan.viewpoints is None:
-        told += "; `cameras` says which part could not be seen"
     return told
 
 
@@ -251,4 +253,4 @@ def _misplaced(found: Registration, landmarks: Landmarks) -> str:
     worst = int(distances.argmax())
     if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
         return ""
-    return f"the landmark of vertex {vertices[worst]} is {distances[worst]:.3g} from where it lies"
+    return f"vertex {vertices[worst]} lies {distances[worst]:.3g} from its landmark"

@@ -154,7 +154,6 @@ shell = [
     misused("evaluate body.npz body.npz --only missing", "--input: is needed"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),
     refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
-    refused("evaluate single.npz single.npz", "single.npz:", "no frame after the first"),
     misused("synth lake new.npz", "'lake'", "ocean"),
     misused("view body.npz -o new.txt", "new.txt:"),
     refused("view body.npz -o done.html", "done.html:", "--overwrite"),
