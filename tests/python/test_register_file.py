@@ -193,6 +193,7 @@ def test_a_template_in_inches_and_a_scan_in_metres(
         (26, 70, "in inch and the scan in mm"),
         (3.3, 1.8, "in m and the scan in foot"),
         (1.3, 1.8, None),
+        (900, 1.8, "in m and the scan in mm"),  # in another pose, and not in yards
         (7, 1.8, ""),
     ],
 )
@@ -213,6 +214,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
     size = np.ptp(TORUS.vertices, axis=0).max()
     floor = rng.uniform(-3, 3, (1000, 3)) * size * [1, 1, 0] + points.min(axis=0) * [0, 0, 1]
     room = np.concatenate([points, floor])
+    part = points[:, 0] < np.quantile(points[:, 0], 0.25)
     marks = [{"vertex": v, "position": list(TORUS.vertices[v] + size)} for v in (5, 120, 260)]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
     landmarks = ("--landmarks", tmp_path / "marks.json")
@@ -220,6 +222,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         "landmarks say where": (PointScan(2 * rng.normal(size=(1000, 3)), None, None), ()),
         ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
         "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
+        "--cameras says which part": (PointScan(points[part], normals[part], None), ()),
         "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
         "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
         ": all landmarks are ": (PointScan(points, normals, None), landmarks),
@@ -232,8 +235,10 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         assert re.search("made.obj: (doubtful|ruined): ", said)
         assert cause in said
         assert ("--remove-planes" in said) == ("--remove-planes" in cause)
-        # It is the room that is large.
-        assert "--remove-planes" not in said or "--scale" not in said
+        # A room is large, and a part small, whatever the size of the subject.
+        assert "--scale" not in said or not any(
+            one in said for one in ("--remove-planes", "--cameras")
+        )
         assert made.exists()
     (tmp_path / "marks.json").write_text(json.dumps([marks[0] | {"vertex": 99999}]))
     said = run("register", *words, *landmarks, "--overwrite", code=1).stderr
