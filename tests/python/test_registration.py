@@ -236,7 +236,7 @@ def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path
         ("horse_gallop", 9, True, 0.7),
         ("horse_gallop", 18, True, 0.6),
         ("crane", 60, True, 0.2),
-        ("crane", 100, True, 0.6),
+        ("crane", 100, True, 0.3),
         ("crane", 110, False, 0.2),
     ],
 )
