@@ -228,11 +228,15 @@ def _reason(
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
-    elif found.hole > _HOLE and isinstance(scan, PointScan) and scan.viewpoints is None:
+    elif found.cause in ("part", "place") and found.hole > _HOLE and _lacks_cameras(scan):
         told += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
         told += "; landmarks say where head, hands and feet, for example, belong"
     return told
+
+
+def _lacks_cameras(scan: Scan) -> bool:
+    return isinstance(scan, PointScan) and scan.viewpoints is None
 
 
 def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:
