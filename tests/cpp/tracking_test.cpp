@@ -1,4 +1,4 @@
-/// What was measured, the surface that it is compared with, and steps towards it.
+/// The surface with which a scan is compared, and steps towards the scan.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -11,7 +11,6 @@
 
 #include "detail/shape_system.hpp"
 #include "meshes.hpp"
-#include "registration/coverage.hpp"
 #include "scans.hpp"
 #include "shared_work.hpp"
 #include "support/geometry.hpp"
@@ -19,144 +18,11 @@
 #include "tracking/cloth.hpp"
 #include "tracking/membrane.hpp"
 #include "tracking/point_scan.hpp"
-#include "tracking/scan_arguments.hpp"
 #include "tracking/surface_places.hpp"
 #include "tracking/surface_system.hpp"
 
 namespace dynmesh::testing {
 namespace {
-
-TEST_CASE("a point of a scan counts for the viewpoint that its normal turns to") {
-  PointScan scan;
-  scan.points = {{0, 0, 1}, {0, 0, -1}, {0.1, 0, -1}};
-  scan.normals = {{0, 0, 1}, {0.1, 0, -0.99}, {0, 0.1, 0.99}};
-  scan.undecided = {0, 0, 1};
-  scan.sensors = {{1, 0, 9}, {0, 1, -9}};
-  CHECK(scan.sensor_of(0) == 0);
-  CHECK(scan.sensor_of(1) == 1);
-  CHECK(scan.sensor_of(2) == 0);
-  scan.normals[2] = {0, 0.1, -0.99};
-  CHECK(scan.sensor_of(2) == 1);
-}
-
-constexpr std::size_t image_height = 48;
-constexpr std::size_t image_width = 64;
-
-/// An image of a camera at the origin whose numbers all differ.
-struct ObliqueImage {
-  std::vector<float> pixels;
-
-  /// It shows the plane z = distance + 0.2 x + 0.1 y.
-  explicit ObliqueImage(double distance) {
-    for (std::size_t row = 0; row < image_height; ++row) {
-      for (std::size_t column = 0; column < image_width; ++column) {
-        const double y = (static_cast<double>(row) - 22.7) / 60;
-        const double x = (static_cast<double>(column) - 31.3 - 25 * y) / 70;
-        pixels.push_back(static_cast<float>(distance / (1 - 0.2 * x - 0.1 * y)));
-      }
-    }
-  }
-  [[nodiscard]] DepthImage view() const {
-    return {pixels.data(),
-            image_height,
-            image_width,
-            image_width,
-            1,
-            {70, 25, 31.3, 0, 60, 22.7, 0, 0, 1},
-            {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}};
-  }
-};
-
-const Vector3<double> towards_camera = (1 / std::sqrt(1.05)) * Vector3<double>{0.2, 0.1, -1};
-
-TEST_CASE("the points of a depth image lie on its surface, with its normal") {
-  ObliqueImage near(5);
-  const ObliqueImage far(50);
-  near.pixels[20 * image_width + 30] = 0;
-  const std::vector<DepthImage> images = {near.view(), far.view()};
-  // Of the neighbours of the hole, each has others on its other sides.
-  const PointScan scan = point_scan_of(images, 1, 2 * image_height * image_width);
-  CHECK(scan.size() == 2 * image_height * image_width - 1);
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const auto point = scan.points[i];
-    const double distance = scan.sensor_of(i) == 0 ? 5 : 50;
-    CHECK(point.z == doctest::Approx(distance + 0.2 * point.x + 0.1 * point.y).epsilon(1e-6));
-    CHECK(dot(scan.normals[i], towards_camera) > 1 - 1e-6);
-  }
-  const PointScan few = point_scan_of(images, 1, 2 * image_height * image_width / 9);
-  CHECK(few.size() == 2 * (image_height / 3) * ((image_width + 2) / 3));
-}
-
-TEST_CASE("pixels beyond a jump are of other surfaces") {
-  ObliqueImage image(5);
-  image.pixels[20 * image_width + 30] = 9;
-  const std::vector<DepthImage> images = {image.view()};
-  CHECK(point_scan_of(images, 1, image_height * image_width).size() ==
-        image_height * image_width - 1);
-}
-
-/// A grid on z = 0, of which the sensors estimate the normals.
-PointScan& estimated(PointScan& scan) {
-  Workers workers(1);
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) {
-      scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
-    }
-  }
-  scan.estimate_normals(workers);
-  return scan;
-}
-
-TEST_CASE("normals point to where all sensors are, though some see the surface from the side") {
-  for (const double side : {1.0, -1.0}) {
-    PointScan scan;
-    // 75 degrees and more from the normal.
-    scan.sensors = {{2, 2, side * 9}, {40, 2, side * 9}};
-    estimated(scan);
-    for (std::size_t i = 0; i < scan.size(); ++i) {
-      CHECK(scan.normals[i].z == doctest::Approx(side));
-      CHECK_FALSE(scan.is_undecided(i));
-    }
-  }
-}
-
-TEST_CASE("between sensors that face each other, and without sensors, either side agrees") {
-  for (const bool any : {true, false}) {
-    PointScan scan;
-    // The second one sees the surface from the side.
-    if (any) scan.sensors = {{2, 2, 9}, {40, 2, -9}};
-    estimated(scan);
-    for (const double side : {1.0, -1.0}) {
-      CHECK(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0, side}, 1, 0.8));
-      CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0.7, 0.7 * side}, 1, 0.8));
-      CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0, side}, 0.3, 0.8));
-    }
-  }
-}
-
-TEST_CASE("points that are repeated count once in normals") {
-  // On a bent surface, in an order in which copies are not together.
-  PointScan once;
-  PointScan repeated;
-  for (int i = 0; i < 8; ++i) {
-    for (int j = 0; j < 8; ++j) {
-      const double x = i + 0.1 * j;
-      const double y = j - 0.07 * i;
-      once.points.push_back({x, y, 0.02 * x * x - 0.03 * x * y});
-    }
-  }
-  once.sensors = repeated.sensors = {{4, 4, 90}};
-  for (int copy = 0; copy < 5; ++copy) {
-    repeated.points.insert(repeated.points.end(), once.points.begin(), once.points.end());
-  }
-  Workers workers(1);
-  for (PointScan* scan : {&once, &repeated}) scan->estimate_normals(workers);
-  for (std::size_t i = 0; i < repeated.size(); ++i) {
-    const auto expected = once.normals[i % once.size()];
-    CHECK(dot(repeated.normals[i], expected) == doctest::Approx(1));
-    CHECK_FALSE(repeated.is_undecided(i));
-  }
-}
 
 TEST_CASE("the nearest place is that of all triangles, also after the surface has moved") {
   const auto mesh = torus(12);
@@ -429,111 +295,6 @@ TEST_CASE("the membrane pulls down the slope of its energy, and not where cloth 
     if (fold[v + 1] > 0) fold[v + 2] = std::exchange(fold[v + 1], 0.0);
   }
   for (const auto& force : force_at(fold)) CHECK(squared_norm(force) < 1e-24);
-}
-
-/// Ten equal tori beside each other, and points on some of them.
-struct Tori {
-  static constexpr std::size_t number = 10;
-
-  Mesh<double> torus = bumpy_torus(24);
-  Mesh<double> mesh = all();
-  std::vector<Triangle> faces = triangles_of(mesh);
-  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame;
-  std::vector<Vector3<double>> normals = vertex_normals(faces, frame);
-  Topology topology = build_topology(mesh.faces(), mesh.size());
-  PointScan scan;
-
-  [[nodiscard]] Mesh<double> all() const {
-    Mesh<double> found = torus;
-    for (std::size_t i = 1; i < number; ++i) {
-      const double distance = 50.0 * static_cast<double>(i);
-      found = join(found, {translated(torus.vertices, distance, 0.0, 0.0), torus.indices});
-    }
-    return found;
-  }
-  /// Adds the vertices of the first ones as points.
-  void measure(std::size_t n) {
-    const auto end = static_cast<std::ptrdiff_t>(n * torus.size());
-    scan = {};
-    scan.points.assign(frame.begin(), frame.begin() + end);
-    scan.normals.assign(normals.begin(), normals.begin() + end);
-  }
-  /// Moves the last torus to the first one.
-  void put_last_on_first() {
-    for (std::size_t v = 0; v < torus.size(); ++v) x[x.size() - torus.size() + v] = frame[v];
-  }
-  [[nodiscard]] Coverage found() const {
-    const std::vector<std::uint8_t> is_sheet(x.size());
-    return coverage_of({faces, topology.cells, frame, x, normals, is_sheet,
-                        mean_edge_length<double>(topology.cells, frame)},
-                       scan);
-  }
-};
-
-TEST_CASE("what has no points is as large as its largest piece") {
-  Tori tori;
-  tori.measure(Tori::number);
-  CHECK(tori.found().hole == 0);
-  tori.measure(Tori::number - 1);
-  CHECK(tori.found().hole == doctest::Approx(0.1));
-  tori.measure(1);
-  CHECK(tori.found().hole == doctest::Approx(0.1));
-  CHECK(tori.found().overlap == 0);
-}
-
-TEST_CASE("parts that lie on the same points overlap unless they face opposite ways") {
-  Tori tori;
-  tori.measure(Tori::number - 1);
-  tori.put_last_on_first();
-  CHECK(tori.found().hole == 0);
-  CHECK(tori.found().overlap == doctest::Approx(0.2));
-  for (std::size_t v = 0; v < tori.torus.size(); ++v) tori.normals[v] = -1.0 * tori.normals[v];
-  CHECK(tori.found().overlap < 0.01);
-}
-
-/// Squares of n by n vertices, one edge apart, around the origin of the x and y axes.
-struct Squares {
-  std::vector<Vector3<double>> vertices, normals;
-
-  void add(int n, double z, double facing) {
-    for (int i = 0; i < n * n; ++i) {
-      vertices.push_back({i % n - 0.5 * (n - 1), i / n - 0.5 * (n - 1), z});
-      normals.push_back({0, 0, facing});
-    }
-  }
-  /// How many of the vertices of each square are seen.
-  [[nodiscard]] std::vector<std::ptrdiff_t> seen_from(
-      const std::vector<Vector3<double>>& viewpoints, const std::vector<int>& sizes) const {
-    const std::vector<std::uint8_t> is_sheet(vertices.size());
-    const auto seen = find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0}, viewpoints);
-    std::vector<std::ptrdiff_t> numbers;
-    auto first = seen.begin();
-    for (const int n : sizes) {
-      numbers.push_back(std::count(first, first + n * n, 1));
-      first += n * n;
-    }
-    return numbers;
-  }
-};
-
-using Numbers = std::vector<std::ptrdiff_t>;
-
-TEST_CASE("what lies behind something else is hidden") {
-  Squares squares;
-  squares.add(11, 2, 1);
-  squares.add(5, -2, 1);
-  for (const double distance : {20.0, 400.0}) {
-    CHECK(squares.seen_from({{0, 0, distance}}, {11, 5}) == Numbers{121, 0});
-  }
-  CHECK(squares.seen_from({}, {11, 5}) == Numbers{121, 25});
-}
-
-TEST_CASE("a back is not seen") {
-  Squares square;
-  square.add(11, 0, 1);
-  for (const double side : {20.0, -20.0}) {
-    CHECK(square.seen_from({{0, 0, side}}, {11}) == Numbers{side > 0 ? 121 : 0});
-  }
 }
 
 TEST_CASE("threads share the frames of a tracker of eight thousand vertices") {
