@@ -50,7 +50,7 @@ inline constexpr struct RegistrationConstants {
   int scalings = 3;
 
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
-  /// drawn to the points of these.
+  /// drawn to the points with which these were found.
   std::size_t most_coarse_vertices = 4000;
   /// At most so many poses of the coarse mesh are tried that are farther from each other than this
   /// on average, in mean edges of the coarse mesh.

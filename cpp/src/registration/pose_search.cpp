@@ -145,7 +145,8 @@ std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate
 PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   Cloud start;
   for (const auto& x : mesh_.positions) start.push_back(from_eigen(candidate.motion * to_eigen(x)));
-  coarse_.place(start, false);
+  coarse_.place(start);
+  coarse_.forget_shape();
   auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
   const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
   guides.insert(guides.end(), rough.begin(), rough.end());
@@ -159,7 +160,8 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
 
 /// The coarse mesh of a trial, drawn to the scan.
 PoseSearch::Trial PoseSearch::drawn(Trial trial) {
-  coarse_.place(trial.x, false);
+  coarse_.place(trial.x);
+  coarse_.forget_shape();
   const auto& [motion, landmarks, rough] = trial.candidate;
   const auto found = coarse_.track(
       sample_, guides_of(landmarks, motion, constants_.landmark_weight), constants_.iterations);
@@ -193,9 +195,10 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
 /// the shape yields at its joints, which brings all of it to the points. Rounds are frames of a
 /// tracker, whose prediction goes on with what moves slowly, such as limbs that untwist.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
-  coarse_.place(trial.x, false);
+  coarse_.place(trial.x);
   const auto& rotations = coarse_.shape().rotations().quaternions();
-  fine_.place(mesh_.lifted(template_.frame, trial.x, rotations), false);
+  fine_.place(mesh_.lifted(template_.frame, trial.x, rotations));
+  fine_.forget_shape();
   std::vector<Landmark> landmarks;
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});

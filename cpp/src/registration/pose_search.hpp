@@ -71,7 +71,7 @@ class PoseSearch {
   struct Trial {
     Candidate candidate = {};
     Cloud x = {};          ///< of the coarse mesh
-    double far_share = 1;  ///< of the points, with which it was compared
+    double far_share = 1;  ///< of the points of the sample
     double misfit = std::numeric_limits<double>::infinity();
   };
 

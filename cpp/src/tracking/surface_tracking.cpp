@@ -128,10 +128,9 @@ void SurfaceTracking::remember(Field completed, bool moves) {
   shape_.remember(last_);
 }
 
-void SurfaceTracking::place(Field frame, bool has_own_shape) {
+void SurfaceTracking::place(Field frame) {
   shape_.begin_frame();
   remember(frame, false);
-  if (!has_own_shape) forget_shape();
 }
 
 SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
@@ -154,7 +153,8 @@ void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
     shape_.take({}, moving, 0, x_);
   }
   const std::vector<Vector3<double>> bent = x_;
-  place(bent, false);
+  place(bent);
+  forget_shape();
 }
 
 void SurfaceTracking::write_memory(Writer& writer) const {

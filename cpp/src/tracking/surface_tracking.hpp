@@ -57,10 +57,9 @@ class SurfaceTracking {
   /// Makes this the last frame. Velocities are 0 if nothing was found in it.
   void remember(Field completed, bool moves);
 
-  /// Makes this the last frame, at rest and in any pose, whatever was before. Its shape is its own
-  /// or, if that is not trusted, that of frame 0.
-  void place(Field frame, bool has_own_shape = true);
-  /// The shape of the last frame is that of frame 0 from now on.
+  /// Makes this the last frame, at rest and in any pose, whatever was before.
+  void place(Field frame);
+  /// Lets the last frame have the shape of frame 0, where its own is not trusted.
   void forget_shape() { shape_.forget_shape(); }
   /// Bends the last frame, without points, while its landmarks move to their targets.
   void bend(std::span<const Landmark> landmarks, int steps);
