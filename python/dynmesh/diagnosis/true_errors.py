@@ -63,8 +63,7 @@ def measured(
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
     check_comparable(completed, reference)
-    n = reference.n_frames
-    numbers = range(min(1, n - 1), n)
+    numbers = range(1, reference.n_frames) or range(1)
     if frames is not None:
         numbers = indices_of(frame_numbers(completed.header), frames)
     unit = _diagonal(reference)
