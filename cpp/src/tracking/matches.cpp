@@ -1,11 +1,9 @@
 #include "tracking/matches.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "support/geometry.hpp"
@@ -242,33 +240,22 @@ std::vector<double> Matches::nearest_distances() const {
 }
 
 /// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
-/// all are far, and where it has, those that are far are of something else. The median of the
-/// distances around a cluster is found in a histogram, up to where it no longer matters.
+/// all are far, and where it has, those that are far are of something else.
 std::vector<double> Matches::usual_distances() const {
-  constexpr std::size_t n_bins = 32;
-  using Histogram = std::array<std::uint32_t, n_bins + 1>;  // the last bin is for what is farther
-  const double width = constants_.largest_scale / constants_.usual_distances / n_bins;
-  std::vector<Histogram> histograms(clusters_.size());
-  const auto distances = nearest_distances();
-  for (std::size_t v = 0; v < distances.size(); ++v) {
-    if (!std::isfinite(distances[v])) continue;
-    const double bin = std::min(distances[v] / width, static_cast<double>(n_bins));
-    ++histograms[clusters_.of_vertex[v]][static_cast<std::size_t>(bin)];
+  const auto nearest = nearest_distances();
+  std::vector<std::vector<double>> distances(clusters_.size());
+  for (std::size_t v = 0; v < nearest.size(); ++v) {
+    if (std::isfinite(nearest[v])) distances[clusters_.of_vertex[v]].push_back(nearest[v]);
   }
-  std::vector<double> usual(clusters_.size());
+  std::vector<double> usual(clusters_.size(), constants_.resolution);
   for (std::size_t c = 0; c < usual.size(); ++c) {
-    Histogram around = histograms[c];
+    auto around = distances[c];
     for (const Index other : clusters_.neighbours[c]) {
-      const Histogram& of_other = histograms[other];
-      for (std::size_t bin = 0; bin <= n_bins; ++bin) around[bin] += of_other[bin];
+      around.insert(around.end(), distances[other].begin(), distances[other].end());
     }
-    double left = std::accumulate(around.begin(), around.end(), 0.0) / 2;
-    std::size_t bin = 0;
-    while (bin < n_bins && left > around[bin]) left -= around[bin++];
-    const double in_bin = around[bin] > 0 ? left / around[bin] : 0;
-    const double median = width * (static_cast<double>(bin) + in_bin);
-    usual[c] = std::clamp(constants_.usual_distances * median, constants_.resolution,
-                          constants_.largest_scale);
+    if (around.empty()) continue;
+    usual[c] = std::clamp(constants_.usual_distances * quantile(std::move(around), 0.5),
+                          constants_.resolution, constants_.largest_scale);
   }
   return usual;
 }
