@@ -510,6 +510,29 @@ def test_cloth_through_which_a_wave_runs_slides_along_itself_and_is_followed() -
     assert np.mean(within) > 0.5
 
 
+def test_a_bag_that_folds_does_not_shrink_along_itself(rng: np.random.Generator) -> None:
+    """Its planes hardly notice how long it is."""
+    rings, angle = np.arange(30)[:, None], 2 * np.pi * np.arange(20) / 20
+    radius = 4.5 * np.sqrt(np.minimum(rings + 0.5, 5) / 5)
+    x, y = 1.5 * radius * np.cos(angle), radius * np.sin(angle)
+    tube = np.stack([x, y, 0 * x - np.maximum(rings - 2, 0)], axis=2).reshape(-1, 3)
+    here = np.arange(600).reshape(30, 20)
+    beside = np.roll(here, -1, axis=1)
+    above = np.concatenate([np.full((1, 20), 600), here[:-1]])
+    faces = [[above, here, beside], [above[1:], beside[1:], beside[:-1]]]
+    mesh = Mesh(
+        np.concatenate([np.stack(f, axis=2).reshape(-1, 3) for f in faces]).astype(np.int32),
+        np.concatenate([tube, [[0, 0, 0.2]]]),
+    )
+    folds = np.append(rings / 29 * np.cos(5 * angle), 0)[:, None]
+    folds = folds * vertex_normals(mesh.faces, mesh.vertices)
+    tracker = Tracker(mesh.faces, mesh.vertices)
+    for frame in range(1, 9):
+        truth = mesh.vertices + 0.7 * edge(mesh) * np.sin(0.3 * frame) * folds
+        tracked = tracker.push(*scan_of(mesh, truth, 6000, rng))
+        assert np.abs(tracked - truth).max() < edge(mesh)
+
+
 def test_cloth_that_ends_where_the_scan_goes_on_is_not_drawn_outwards() -> None:
     mesh, large = flat(12), flat(40)
     tracker = Tracker(mesh.faces, mesh.vertices)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 Integers = NDArray[np.int64]
 
-MEMBRANE = 0.01
+MEMBRANE = 0.02
 HOLD = 1e-4 * MEMBRANE
 
 
@@ -199,20 +199,14 @@ class Tracked(reference.Detail):
         return rows._replace(weights=density * weights)
 
     def _usual(self, rows: Rows) -> Array:
-        """Six times the median, found in a histogram, of the distances of the vertices around."""
+        """Six times the median of the distances of the vertices around."""
         nearest = rows.nearest_distances()
         cluster = self.clusters[list(nearest)]
         distances = np.array(list(nearest.values()))
         around = self.beside | np.eye(len(self.beside), dtype=bool)
         usual = np.zeros(len(around))
         for c in np.unique(cluster):
-            width = 1.5 / 6 / 32
-            bins = np.minimum(distances[around[c, cluster]] / width, 32).astype(int)
-            counts = np.bincount(bins, minlength=33)
-            below = np.concatenate([[0], np.cumsum(counts)])
-            bin_ = int(np.searchsorted(below[1:], counts.sum() / 2))
-            share = (counts.sum() / 2 - below[bin_]) / counts[bin_]
-            usual[c] = 6 * width * (bin_ + share)
+            usual[c] = 6 * np.median(distances[around[c, cluster]])
         return np.clip(usual, 0.3, 1.5)[self.clusters[rows.nearest_corners()]]
 
     def _moved_rigidly(self, x: Array, rows: Rows) -> Array:
@@ -295,7 +289,7 @@ class TrackedTrained(Tracked, training_reference.Trained):
             mean = rows.to_vertices(rows.weights[:, None] * rows.normals, self.k)
             mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
             known, seen = sums > 0, np.full(self.k, True)
-            self.weights = (0.014 / weight * sums)[:, None]
+            self.weights = (0.05 / weight * sums)[:, None]
             self.weight = self.weights  # type: ignore[assignment]
             self.now = x
             observed = x + along[:, None] * mean

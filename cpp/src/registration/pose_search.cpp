@@ -16,9 +16,7 @@ namespace {
 
 TrackingConstants for_coarse() {
   TrackingConstants coarse;
-  coarse.rigid_steps = 0;
   coarse.most_iterations = registration_constants.iterations;
-  coarse.largest_slippage = 0;
   return coarse;
 }
 
@@ -106,7 +104,7 @@ void PoseSearch::begin(const PointScan& scan, const Targets& targets) {
   checked_ = {};
   std::vector<double> spacings;
   for (std::size_t i = 0; i < scan.size(); i += 1 + scan.size() / 256) {
-    spacings.push_back(std::sqrt(scan.squared_spacing(i, 4)));
+    spacings.push_back(std::sqrt(scan.squared_spacing(i)));
   }
   const double reach =
       std::max(fine_.mean_edge(), constants_.held_spacings * quantile(std::move(spacings), 0.5));

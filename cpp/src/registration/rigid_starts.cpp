@@ -226,7 +226,7 @@ PointScan sample_scan(const PointScan& scan, std::size_t n) {
   constexpr double not_stray = 0.9;
   std::vector<double> areas(scan.size(), 1.0);
   if (scan.size() > n) {
-    for (std::size_t i = 0; i < areas.size(); ++i) areas[i] = scan.squared_spacing(i, 4);
+    for (std::size_t i = 0; i < areas.size(); ++i) areas[i] = scan.squared_spacing(i);
     const double largest = quantile(areas, not_stray);
     for (double& area : areas) area = largest > 0 ? std::min(area, largest) : 1;
   }

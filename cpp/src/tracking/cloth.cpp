@@ -69,25 +69,24 @@ std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
   return is_cloth;
 }
 
-ClothBoundary::ClothBoundary(std::span<const Triangle> faces, const Topology& topology,
-                             double mean_edge, std::span<const std::uint8_t> is_cloth,
-                             const TrackingConstants& constants)
+Boundary::Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
+                   std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants)
     : topology_(topology),
       constants_(constants),
       mean_edge_(mean_edge),
       next_sides_(next_sides(faces)),
+      is_cloth_(is_cloth),
       is_boundary_(is_cloth.size()) {
   for (std::size_t side = 0; side < next_sides_.size(); ++side) {
     if (next_sides_[side] != side) continue;
     for (const std::size_t end : {side + 1, side + 2}) {
-      const Index v = faces[side / 3][end % 3];
-      is_boundary_[v] = is_cloth[v];
+      is_boundary_[faces[side / 3][end % 3]] = 1;
     }
   }
 }
 
-/// Whether a place is on the boundary of cloth: a vertex or a side of it.
-bool ClothBoundary::contains(const Place& place) const {
+/// Whether a place is on the boundary: a vertex or a side of it.
+bool Boundary::contains(const Place& place) const {
   if (is_boundary_[place.nearest_corner()] == 0) return false;
   const auto n_zero = std::ranges::count(place.shares, 0.0);
   const auto zero = std::ranges::find(place.shares, 0.0) - place.shares.begin();
@@ -95,8 +94,8 @@ bool ClothBoundary::contains(const Place& place) const {
   return n_zero == 2 || (n_zero == 1 && next_sides_[side] == side);
 }
 
-/// The unit direction in which the cloth ends at a vertex of its boundary; 0 where it has none.
-Vector3<double> ClothBoundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
+/// The unit direction in which the surface ends at a vertex of its boundary; 0 where it has none.
+Vector3<double> Boundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
   Vector3<double> sum;
   for (const Index other : topology_.cells[vertex]) {
     sum = sum + (1 / mean_edge_) * (x[vertex] - x[other]);
@@ -106,7 +105,7 @@ Vector3<double> ClothBoundary::conormal(std::uint32_t vertex, Field x, Field nor
   return length > 0 ? (1 / length) * sum : Vector3<double>{};
 }
 
-void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
+void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
   const std::size_t n = rows.size();
   std::vector<Vector3<double>> conormals(x.size());
   for (std::uint32_t v = 0; v < x.size(); ++v) {
@@ -147,6 +146,8 @@ void ClothBoundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) 
   }
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     const double end = outermost[v];
+    // Bodies stretch, and keep no length by which one vertex could tell of others.
+    if (is_cloth_[v] == 0) continue;
     if (!(end > -constants_.farthest_end && end < -constants_.least_overshoot)) continue;
     SurfaceRow row;
     row.corners = {v, v, v};

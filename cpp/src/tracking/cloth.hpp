@@ -1,5 +1,5 @@
-/// Which parts of a surface are sheets, which of these are cloth, and where cloth ends, compared
-/// with where the measured points end.
+/// Which parts of a surface are sheets, which of these are cloth, and where the surface ends,
+/// compared with where the measured points end.
 #pragma once
 
 #include <cstdint>
@@ -28,19 +28,19 @@ std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
                                      std::span<const Vector3<double>> first_frame,
                                      const TrackingConstants& constants);
 
-/// Cloth slides along itself without leaving the planes of its points; its boundary must lie where
-/// the points end.
-class ClothBoundary {
+/// A surface slides along itself without leaving the planes of its points, and only its boundary
+/// tells: it must lie where the points end.
+class Boundary {
  public:
   using Field = std::span<const Vector3<double>>;
 
   /// All arguments must outlive this object. (k,) `is_cloth` are the vertices of cloth.
-  ClothBoundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
-                std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants);
+  Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
+           std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants);
 
   /// Adds to the rows of points those that draw the boundary of X: outwards to the points whose
-  /// place is on it, and inwards where it lies beyond the last point. `normals` (k,) are those of
-  /// X.
+  /// place is on it, and that of cloth inwards where it lies beyond the last point. `normals` (k,)
+  /// are those of X.
   void draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const;
 
  private:
@@ -51,6 +51,7 @@ class ClothBoundary {
   const TrackingConstants& constants_;
   double mean_edge_;
   std::vector<std::uint32_t> next_sides_;
+  std::span<const std::uint8_t> is_cloth_;
   std::vector<std::uint8_t> is_boundary_;  // (k,)
 };
 

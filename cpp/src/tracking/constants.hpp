@@ -16,13 +16,10 @@ struct TrackingConstants {
   /// surface, and points that are nearer than this count at least a quarter.
   double resolution = 0.3;
 
-  /// How often at most the whole surface is moved rigidly before it bends. A point at half the
-  /// radius counts half there.
-  int rigid_steps = 6;
-
-  /// How often points are matched at most, as always with cloth, whose points do not tell how far
-  /// it slides; and how many times more than at least for each mean edge within which this share of
-  /// the vertices has a point at first.
+  /// How often points are matched at most, while the whole surface moves rigidly and then while it
+  /// bends, as always with cloth, whose points do not tell how far it slides; and how many times
+  /// more than at least for each mean edge within which this share of the vertices has a point at
+  /// first.
   int most_iterations = 8;
   double iterations_per_edge = 3;
   double far_share = 0.98;
@@ -39,14 +36,16 @@ struct TrackingConstants {
   /// grown so many times.
   double factored_growth = 8;
   /// The weight of a point in the last iteration, how much smaller it is in each one before, and
-  /// its smallest value: the stiff surface first comes to lie right as a whole. The membrane of
-  /// cloth lets its weights be larger, since it keeps the noise of the points and wrong matches
-  /// from folding the surface.
+  /// its smallest value: the stiff surface first comes to lie right as a whole. The modes of a
+  /// training sequence are fitted with the smallest, as the noise of the points and what is between
+  /// them then say little. The membrane of cloth lets its weights be larger, since it keeps the
+  /// noise of the points and wrong matches from folding the surface.
   double last_weight = 2;
   double weight_growth = 2.2;
   double first_weight = 0.05;
   double cloth_weights = 60;
-  /// How far from the surface points are matched.
+  /// How far from the surface points are matched. While the whole surface moves rigidly, a point at
+  /// half of this counts half.
   double radius = 8;
   /// A point counts a quarter at so many times the median of the distances of the vertices around
   /// it from their nearest points, at least at the resolution and at most at `largest_scale`.
@@ -63,7 +62,7 @@ struct TrackingConstants {
   double pull = 0.4;
   double cloth_pull = 0.1;
   /// mu, the weight of the shape of triangles.
-  double membrane = 0.01;
+  double membrane = 0.02;
   double cloth_membrane = 8;
   /// The weight with which vertices are held where they are, a share of mu. It decides where
   /// nothing else does, and keeps cloth from sliding far along itself for the few points that first
@@ -75,20 +74,13 @@ struct TrackingConstants {
   std::size_t fewest_ties = 4;
   std::size_t most_ties = 16;
   double tie_weight = 0.3;
-  /// The weight of a point where the modes of a training sequence are fitted, in the last iteration
-  /// but one: small, so that the noise of the points and what is between them say little.
-  double mode_weight = 0.014;
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.
   std::size_t fewest = 12;
 
-  /// A point that is far from the surface is stray, and of no surface, if the so manyth nearest of
-  /// all points around it is at least so many times farther from it than usual.
-  int stray_neighbours = 4;
+  /// A point that is far from the surface is stray, and of no surface, if the points around it are
+  /// so many times farther from it than usual.
   double stray_spacing = 2;
-  /// The normal of a point whose direction is undecided disagrees with the surface below this
-  /// cosine; others do if they are on its other side.
-  double least_undecided_cosine = 0.3;
 
   /// A first scan is refused if most of its points are far, and a smaller share of the vertices is
   /// observed.
@@ -101,10 +93,10 @@ struct TrackingConstants {
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
   double largest_slippage = 0.04;
-  /// The weight of a row that draws the boundary of cloth to where the points end, compared with
-  /// that of a point, and how far a vertex of it lies beyond them: at least so far, so that it does
-  /// not follow their spacing, and at most so far; what is farther was not seen. Points that lie
-  /// as far beyond the boundary tell that the scan goes on there.
+  /// The weight of a row that draws the boundary to where the points end, compared with that of a
+  /// point, and how far a vertex of that of cloth lies beyond them: at least so far, so that it
+  /// does not follow their spacing, and at most so far; what is farther was not seen. Points that
+  /// lie as far beyond the boundary tell that the scan goes on there.
   double boundary_weight = 4;
   double least_overshoot = 0.2;
   double farthest_end = 2.5;

@@ -73,18 +73,16 @@ std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std
                                       const TrackingConstants& constants) {
   const std::size_t n = is_near.size();
   std::vector<std::uint8_t> strays(n);
-  const auto neighbours = static_cast<std::size_t>(constants.stray_neighbours);
-  if (n <= neighbours || std::ranges::find(is_near, 0) == is_near.end()) return strays;
+  if (std::ranges::find(is_near, 0) == is_near.end()) return strays;
   constexpr std::size_t enough = 256;
   std::vector<double> usual;
   for (std::size_t i = 0; i < n; i += 1 + n / enough) {
-    usual.push_back(scan.squared_spacing(i, neighbours));
+    usual.push_back(scan.squared_spacing(i));
   }
-  const auto middle = usual.begin() + std::ssize(usual) / 2;
-  std::ranges::nth_element(usual, middle);
-  const double limit = constants.stray_spacing * constants.stray_spacing * *middle;
+  const double limit =
+      constants.stray_spacing * constants.stray_spacing * quantile(std::move(usual), 0.5);
   for (std::size_t i = 0; i < n; ++i) {
-    if (is_near[i] == 0 && scan.squared_spacing(i, neighbours) > limit) strays[i] = 1;
+    if (is_near[i] == 0 && scan.squared_spacing(i) > limit) strays[i] = 1;
   }
   return strays;
 }
@@ -287,32 +285,23 @@ double Matches::distance_of_far() const {
 
 Agreements Matches::agreements() const {
   const PointScan& scan = *measurement_;
-  std::vector<Place> places(found_.size());
-  for (std::size_t i = 0; i < found_.size(); ++i) places[order_[i]] = found_[i];
-  std::vector<std::uint8_t> is_near;
-  for (const Place& place : places) is_near.push_back(is_far(place) ? 0 : 1);
-  const auto agrees = [&](std::size_t i) {
-    const auto corner = places[i].nearest_corner();
-    const double cosine = dot(scan.normals[i], normals_[corner]);
-    return scan.is_undecided(i) || is_sheet_[corner] != 0
-               ? std::abs(cosine) >= constants_.least_undecided_cosine
-               : cosine >= 0;
-  };
+  std::vector<std::uint8_t> is_near(found_.size());
+  for (std::size_t i = 0; i < found_.size(); ++i) is_near[order_[i]] = is_far(found_[i]) ? 0 : 1;
   const auto strays = find_strays(scan, is_near, constants_);
   Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (strays[i] != 0) continue;
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (strays[order_[i]] != 0) continue;
     const auto add_to = [&](Agreement& sums) {
       ++sums.points;
-      if (is_near[i] == 0) {
+      if (is_far(found_[i])) {
         ++sums.far_share;
         return;
       }
-      sums.disagreeing += agrees(i) ? 0 : 1;
-      sums.distance += places[i].squared / (mean_edge_ * mean_edge_);
+      sums.disagreeing += squared_norm(agreeing_normal(found_[i], i)) > 0 ? 0 : 1;
+      sums.distance += found_[i].squared / (mean_edge_ * mean_edge_);
     };
     add_to(found.all);
-    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(i)]);
+    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(order_[i])]);
   }
   average(found.all, mean_edge_);
   for (Agreement& sums : found.of_sensors) average(sums, mean_edge_);

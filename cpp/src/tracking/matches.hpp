@@ -108,7 +108,7 @@ class Matches {
   const Clusters& clusters_;
   std::vector<std::uint8_t> is_sheet_;
   std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
-  ClothBoundary boundary_;
+  Boundary boundary_;
   SurfacePlaces places_;
 
   const PointScan* measurement_ = nullptr;

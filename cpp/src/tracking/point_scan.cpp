@@ -92,9 +92,9 @@ std::size_t PointScan::sensor_of(std::size_t i) const {
   return found;
 }
 
-double PointScan::squared_spacing(std::size_t i, std::size_t neighbours) const {
-  const auto around = nearest_to(i, neighbours + 1);  // itself first
-  if (around.size() <= neighbours) return std::numeric_limits<double>::infinity();
+double PointScan::squared_spacing(std::size_t i) const {
+  const auto around = nearest_to(i, 5);  // itself first
+  if (around.size() < 5) return std::numeric_limits<double>::infinity();
   return squared_norm(points[around.back()] - points[i]);
 }
 

@@ -34,9 +34,9 @@ class PointScan {
   }
   /// Which sensor measured a point; if that is not known, the one that its normal turns to most.
   [[nodiscard]] std::size_t sensor_of(std::size_t i) const;
-  /// The squared distance from a point to the so manyth nearest of the others; infinite if there
-  /// are fewer.
-  [[nodiscard]] double squared_spacing(std::size_t i, std::size_t neighbours) const;
+  /// The squared distance from a point to the fourth nearest of the others; infinite if there are
+  /// fewer.
+  [[nodiscard]] double squared_spacing(std::size_t i) const;
 
   /// The distance from a position to the nearest point.
   [[nodiscard]] double distance(const Vector3<double>& position) const {

@@ -79,7 +79,7 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
 int SurfaceTracking::approach(int fewest_iterations) {
   const Search search = {
       .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.radius / 2};
-  for (int step = 0; step < constants_.rigid_steps; ++step) {
+  for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (is_all_cloth_ || rows.size() < constants_.fewest) break;
@@ -107,7 +107,7 @@ bool SurfaceTracking::iterate(int left, double last_weight, std::span<const Land
     shape_.factorize(rows, landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
-  return shape_.take(rows, landmarks, left == 1 ? constants_.mode_weight / weight : 0, x_);
+  return shape_.take(rows, landmarks, left == 1 ? constants_.first_weight / weight : 0, x_);
 }
 
 /// Which vertices have a measured point in the end, and how far the points are.
