@@ -52,10 +52,10 @@ inline constexpr struct RegistrationConstants {
   /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
   /// drawn to the points with which these were found.
   std::size_t most_coarse_vertices = 4000;
-  /// At most so many poses of the coarse mesh are tried that are farther from each other than this
-  /// on average, in mean edges of the coarse mesh.
-  std::size_t most_finished = 2;
+  /// Poses of the coarse mesh are the same if they are nearer to each other than this on average,
+  /// in its mean edges, and the template follows at most so many.
   double same_pose = 0.5;
+  std::size_t most_finished = 2;
   /// A landmark holds to the end if the nearest point is farther than so many usual distances
   /// between points.
   double held_spacings = 4;

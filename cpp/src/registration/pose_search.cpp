@@ -74,8 +74,7 @@ bool PoseSearch::search(const PointScan& scan, const Targets& targets) {
 /// Draws the template into the scan from a trial that is unlike those before, keeps the better
 /// pose, of equal ones the first, and tells whether that is good.
 bool PoseSearch::finish(const PointScan& scan, const Trial& trial) {
-  const double same = constants_.same_pose * coarse_.mean_edge();
-  const auto is_like = [&](const Cloud& other) { return mean_distance(trial.x, other) < same; };
+  const auto is_like = [&](const Cloud& other) { return are_alike(trial.x, other); };
   if (std::ranges::any_of(finished_, is_like)) return pose_->is_good();
   finished_.push_back(trial.x);
   Pose pose = finished(scan, trial);
@@ -122,13 +121,24 @@ std::vector<Candidate> PoseSearch::by_points(const Targets& targets) const {
   return found;
 }
 
-/// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best;
-/// the best of these as long as that helps. The result begins with it.
+/// Whether two poses of the coarse mesh are the same.
+bool PoseSearch::are_alike(const Cloud& x, const Cloud& y) const {
+  return mean_distance(x, y) < constants_.same_pose * coarse_.mean_edge();
+}
+
+/// Bends the coarse mesh from all candidates, and draws it to the scan from those that fit best and
+/// are unlike each other; the best of these as long as that helps. The result begins with it.
 std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate>& candidates) {
   std::vector<Trial> trials;
   for (const Candidate& candidate : candidates) trials.push_back(bent(candidate));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
-  trials.resize(std::min(trials.size(), rigid_start_constants.starts));
+  std::vector<Trial> unlike;
+  for (Trial& trial : trials) {
+    const auto is_like = [&](const Trial& other) { return are_alike(trial.x, other.x); };
+    if (std::ranges::none_of(unlike, is_like)) unlike.push_back(std::move(trial));
+    if (unlike.size() == rigid_start_constants.starts) break;
+  }
+  trials = std::move(unlike);
   for (Trial& trial : trials) trial = drawn(std::move(trial));
   std::ranges::stable_sort(trials, {}, &Trial::misfit);
   if (trials.empty()) return trials;

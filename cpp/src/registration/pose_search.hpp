@@ -79,6 +79,7 @@ class PoseSearch {
   bool search(const PointScan& scan, const Targets& targets);
   bool finish(const PointScan& scan, const Trial& trial);
   [[nodiscard]] std::vector<Candidate> by_points(const Targets& targets) const;
+  [[nodiscard]] bool are_alike(const Cloud& x, const Cloud& y) const;
   std::vector<Trial> trials_of(const std::vector<Candidate>& candidates);
   Trial bent(const Candidate& candidate);
   Trial drawn(Trial trial);
