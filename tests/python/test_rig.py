@@ -304,10 +304,14 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
     above_the_floor = (-EDGE, -EDGE, 0.2 * EDGE)
     box = ",".join(str(x) for x in (*(low + above_the_floor), *(high + EDGE)))
     for options in (("--remove-planes",), ("--crop", box)):
-        run(*words, "--overwrite", *options)
+        said = run(*words, "--overwrite", *options).stderr
+        assert "no plane was removed" not in said
         found = dynmesh.read(rooms / "one.obj").vertices[0]
         distance = np.linalg.norm(found - TRUTH.vertices[0], axis=1).mean()
         assert distance < 0.2 * EDGE
+    alone = sorted((rooms / "alone").glob("*.ply"))[0]
+    said = run("register", template, alone, rooms / "one.obj", "--overwrite", "--remove-planes")
+    assert "no plane was removed" in said.stderr
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:

@@ -185,6 +185,13 @@ class Room:
             raise InputError("nothing is left of the scan without planes and what is cropped")
         return left
 
+    @property
+    def remark(self) -> str:
+        """What was asked for, but not found in the first scan."""
+        if not self._removes_planes or self.planes:
+            return ""
+        return "no plane was removed, as none in the scan is larger than the template"
+
     def without(self, scan: Scan) -> Scan:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:

@@ -142,7 +142,8 @@ def register_file(
             (measured,) = reader.frames()
             if measured is None:
                 raise InputError("all of its images are missing or damaged")
-            left = Room(box, remove_planes).enter(measured, mesh.faces, first)
+            room = Room(box, remove_planes)
+            left = room.enter(measured, mesh.faces, first)
             used = np.unique(mesh.faces)
             sizes = units.told(ratio_of(left, first[used]), size_of(own[used]))
             options = {"align": align, "scale": scale, "threads": threads}
@@ -189,7 +190,7 @@ def register_file(
     return RegisterReport(
         quality=found.quality,
         reason=_reason(found, first, left, marks, align, shows_room),
-        remarks=(*filter(None, [sizes]), *writer.remarks, *reader.lost),
+        remarks=(*filter(None, [sizes, room.remark]), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
         page=None if page is None else Path(page),

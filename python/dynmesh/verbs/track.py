@@ -192,7 +192,7 @@ def track_file(
     check_flags(remove_planes=remove_planes, recover=recover)
     check_flags(uncertainty=uncertainty, provenance=provenance)
     check_integer("threads", threads, 1)
-    room, takes = Room(crop_of(crop), remove_planes), crop is not None or remove_planes
+    room = Room(crop_of(crop), remove_planes)
     training_files = paths_of(training)
     target = files.target_of(output)
     target.check(overwrite=overwrite)
@@ -226,6 +226,7 @@ def track_file(
         ):
             at = placed_in(reader, mesh, room, units, marks, look, threads)
             room.follow(at.points)
+            takes = crop is not None or room.planes
             with learnt.frames() as frames:
                 tracker = Tracker(
                     mesh.faces,
@@ -254,7 +255,7 @@ def track_file(
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,
-        remarks=(*filter(None, [at.remark]), *writer.remarks, *fits.remarks),
+        remarks=(*filter(None, [at.remark, room.remark]), *writer.remarks, *fits.remarks),
         output=Path(output),
         frames=header.n_frames,
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
