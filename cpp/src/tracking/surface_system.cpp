@@ -61,8 +61,8 @@ std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<dou
     const double reach = distances[of_component[0]] + constants.tied_within;
     const auto beyond = std::ranges::upper_bound(of_component, reach, {}, distance);
     const auto near = static_cast<std::size_t>(beyond - of_component.begin());
-    of_component.resize(std::min(of_component.size(), std::max(near, constants.fewest_ties)));
-    for (const std::uint32_t v : spread(of_component, constants.most_ties, first_frame)) {
+    of_component.resize(std::min(of_component.size(), std::max(near, constants.ties)));
+    for (const std::uint32_t v : spread(of_component, constants.ties, first_frame)) {
       const auto other = static_cast<std::uint32_t>(nearest[v]);
       const double weight = constants.tie_weight / (1 + distances[v] * distances[v]);
       ties.push_back({v, other, weight, first_frame[v] - first_frame[other]});
