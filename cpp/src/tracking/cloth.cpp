@@ -148,11 +148,11 @@ void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const
     const double end = outermost[v];
     // Bodies stretch, and keep no length by which one vertex could tell of others.
     if (is_cloth_[v] == 0) continue;
-    if (!(end > -constants_.farthest_end && end < -constants_.least_overshoot)) continue;
+    if (!(end > -constants_.farthest_end && end < -constants_.resolution)) continue;
     SurfaceRow row;
     row.corners = {v, v, v};
     row.normal = conormals[v];
-    row.point = x[v] + mean_edge_ * (end + constants_.least_overshoot) * conormals[v];
+    row.point = x[v] + mean_edge_ * (end + constants_.resolution) * conormals[v];
     row.weight = constants_.boundary_weight;
     rows.push_back(row);
   }

@@ -13,7 +13,8 @@ struct TrackingConstants {
 
   /// A distance below which nothing matters: the surface lies still if a rigid step moves no vertex
   /// farther, a place that agrees with its point is near enough to need no search of the whole
-  /// surface, and points that are nearer than this count at least a quarter.
+  /// surface, points that are nearer than this count at least a quarter, and the boundary of cloth
+  /// lies as far beyond its points, so that it does not follow their spacing.
   double resolution = 0.3;
 
   /// How often points are matched at most, while the whole surface moves rigidly and then while it
@@ -93,11 +94,9 @@ struct TrackingConstants {
   /// the mean squared displacement. Cloth has up to 0.02, a face 0.07.
   double largest_slippage = 0.04;
   /// The weight of a row that draws the boundary to where the points end, compared with that of a
-  /// point, and how far a vertex of that of cloth lies beyond them: at least so far, so that it
-  /// does not follow their spacing, and at most so far; what is farther was not seen. Points that
-  /// lie as far beyond the boundary tell that the scan goes on there.
+  /// point, and how far a vertex of that of cloth lies beyond them at most; what is farther was not
+  /// seen. Points that lie as far beyond the boundary tell that the scan goes on there.
   double boundary_weight = 4;
-  double least_overshoot = 0.2;
   double farthest_end = 2.5;
 
   /// The jump in depth between neighbouring pixels from which on they belong to different surfaces.
