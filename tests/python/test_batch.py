@@ -17,7 +17,7 @@ from commands import dynmesh_command as run
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.verbs.batch import read_jobs, run_job
+from dynmesh.verbs.batch import read_jobs
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -119,27 +119,6 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
     assert tracking.options == {"template": tmp_path / "t.ply", "threads": 2, "overwrite": False}
 
 
-@pytest.mark.parametrize(
-    ("columns", "row", "column"),
-    [
-        ("input,output,drop_above", "a.npz,b.npz,far", "drop_above"),
-        ("input,output,threads", "a.npz,b.npz,1.5", "threads"),
-        ("input,output,provenance", "a.npz,b.npz,perhaps", "provenance"),
-        ("input,output,method", "a.npz,b.npz,lsm", "method"),
-        ("input,output,start", "a.npz,b.npz,first", "start"),
-        ("input,scans,output", "a.npz,scans,b.npz", "scans"),
-        ("input,output", ",b.npz", "input"),
-        ("scan,output,template", "a.ply,b.npz,", "template"),
-    ],
-)
-def test_a_wrong_cell_is_named(tmp_path: Path, columns: str, row: str, column: str) -> None:
-    table = tmp_path / "jobs.csv"
-    table.write_text(f"{columns}\n{row}\n")
-    with pytest.raises(dynmesh.DynmeshError) as refused:
-        read_jobs(table)
-    assert (refused.value.file, refused.value.argument) == (table, f"line 2: {column}")
-
-
 @pytest.mark.parametrize("other", ["o.npz", "sub/../o.npz", "linked/o.npz", "link.npz"])
 def test_no_two_rows_have_one_output(tmp_path: Path, other: str) -> None:
     (tmp_path / "linked").symlink_to(tmp_path, target_is_directory=True)
@@ -193,14 +172,3 @@ def test_workers_may_die_and_end_with_the_command(tmp_path: Path) -> None:
     run("batch", table, "--overwrite")
     outputs = [(tmp_path / f"out{i}.npz").read_bytes() for i in range(4)]
     assert outputs == [outputs[0]] * 4
-
-
-def test_a_page_that_exists_is_no_output(tmp_path: Path) -> None:
-    """The job has failed then, since nothing was registered."""
-    body = dynmesh.Sequence(np.zeros((1, 3, 3)) + np.eye(3), np.array([[0, 1, 2]]))
-    dynmesh.write(tmp_path / "body.obj", body)
-    (tmp_path / "page.html").write_text("old")
-    table = tmp_path / "jobs.csv"
-    table.write_text("template,scan,output,page\nbody.obj,body.obj,out.obj,page.html\n")
-    (job,) = read_jobs(table)
-    assert (run_job(job).status, (tmp_path / "out.obj").exists()) == ("failed", False)

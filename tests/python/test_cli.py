@@ -150,14 +150,11 @@ def test_who_reads_the_output_may_stop(job: Path) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder that commands run in, with a small sea, whole, partial and with a hole."""
+    """The folder that commands run in, with a small sea, whole and partial."""
     partial = sea(6, share=0.6, whole=[0])
-    broken = partial.vertices.copy()
-    broken[0, 5] = np.nan
     dynmesh.write(tmp_path / "truth.npz", replace(partial, known=None))
     dynmesh.write(tmp_path / "partial.npz", partial)
     dynmesh.write(tmp_path / "body.obj", replace(partial, known=None)[:1])
-    dynmesh.write(tmp_path / "holed.npz", replace(partial, vertices=broken, known=None, start=1001))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -213,14 +210,6 @@ def test_quiet_prints_errors_alone() -> None:
     assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
     assert run(*words, "--overwrite").stderr
     assert re.search(r"a.png: \d+ x \d+ pixels", run("picture", "out.npz", "-o", "a.png").stderr)
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("loss", ["--noise 1", "--outliers 0.1", "--scan"])
-def test_simulations_say_which_file_and_frame(loss: str) -> None:
-    output = "o" if loss == "--scan" else "o.npz"
-    told = run("degrade", "holed.npz", output, *loss.split(), code=1).stderr
-    assert "holed.npz: frame 1001: " in told
 
 
 def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:

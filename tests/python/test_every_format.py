@@ -410,12 +410,6 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, format: str) -> No
     assert max(used) - used[0] < 10_000
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path, format: str) -> None:
-    path = place(tmp_path, format)
-    with pytest.raises(FileNotFoundError, match=path.name):
-        dynmesh.open(path)
-
-
 @pytest.mark.parametrize("format", ["npz", "hdf5", "alembic"])
 def test_the_suffix_can_be_overridden(tmp_path: Path, format: str) -> None:
     """The other formats have several files, or libraries that insist on the suffix."""

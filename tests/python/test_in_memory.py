@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from commands import dynmesh_command as run
 from meshes import sheet
-from sequences import assert_refused, assert_same, sea
+from sequences import assert_same, sea
 
 import dynmesh
 from dynmesh.scans import read_points
@@ -89,13 +89,6 @@ def test_one_frame_can_be_measured() -> None:
     assert (found.frames, [each.frame for each in found.each]) == (1, [2])
     whole = dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
     assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
-
-
-def test_a_frame_of_the_reference_has_its_own_number() -> None:
-    truth = replace(TRUTH, start=5, vertices=TRUTH.vertices.copy())
-    truth.vertices[2, 0] = np.nan
-    with pytest.raises(dynmesh.DynmeshError, match="reference: frame 7"):
-        dynmesh.picture(COMPLETED, frames=2, reference=truth)
 
 
 def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
@@ -238,23 +231,6 @@ def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
     run(*words, "--template", tmp_path / "whole.obj")
     made = dynmesh.read(tmp_path / "out.npz").vertices
     assert np.abs(made - SHOT.vertices).max() < 0.2
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("12 3\n12 x\n", "line 2: must be a frame"),
-        ("3.5.1 2\n", "line 1: must be a frame"),
-        ("* 100\n", "line 1: there is no vertex 100, only 0 to 99"),
-        ("PK\xe5\x04", "line 1: must be a frame"),
-        ("9 1\n", "there is no frame 9"),
-    ],
-)
-def test_a_wrong_line_is_named(tmp_path: Path, text: str, told: str) -> None:
-    dynmesh.write(tmp_path / "in.npz", SHOT)
-    (tmp_path / "mask.txt").write_text(text, "latin-1")
-    mask = tmp_path / "mask.txt"
-    assert_refused(mask, told, lambda _: dynmesh.open(tmp_path / "in.npz", known=mask))
 
 
 @pytest.mark.parametrize("inverted", [False, True])

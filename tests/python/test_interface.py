@@ -232,14 +232,6 @@ def test_a_setting_belongs_to_its_methods(mesh: Mesh, name: str, method: str) ->
         assert refused.value.argument == name
 
 
-def test_what_belongs_to_another_method_is_refused_before_any_file(tmp_path: Path) -> None:
-    for name, value in (("bidirectional", True), ("drop_above", 1.0), ("training", "t.npz")):
-        options: Any = {"method": "motion", name: value}
-        with pytest.raises(SettingError) as refused:
-            dynmesh.complete_file(tmp_path / "none.npz", tmp_path / "out.npz", **options)
-        assert refused.value.argument == name
-
-
 @dataclass(frozen=True, kw_only=True)
 class Made(Report):
     output: Path

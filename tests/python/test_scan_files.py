@@ -345,16 +345,6 @@ def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
         np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints, rtol=1e-6)
 
 
-def test_scans_are_not_written_to_the_name_of_a_file(tmp_path: Path) -> None:
-    for name in ("scans.npz", "f_%04d.ply"):
-        with (
-            pytest.raises(ValueError, match="scans are written to a folder"),
-            scan_folder(tmp_path / name, a_rig(1)),
-        ):
-            pass
-    assert not any(tmp_path.iterdir())
-
-
 def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "a.xyz").write_text("# a cloud\n0 0 1\nnan nan nan\n\n1, 2, 3 # the last\n")
     np.testing.assert_array_equal(

@@ -8,9 +8,19 @@ from typing import Any
 import numpy as np
 
 import dynmesh
+from dynmesh._errors import SettingError
 
 from .case import Case, World, without_rights
 from .functions import of
+
+_LISTS = {
+    "2 3\n2 x\n": "line 2: must be a frame",
+    "3.5.1 2\n": "line 1: must be a frame",
+    "* 49\n": "line 1: there is no vertex 49, only 0 to 48",
+    "PK\xe5\x04": "line 1: must be a frame",
+    "9 1\n": "line 1: there is no frame 9",
+}
+"""What is in a file of damaged vertices, and what is said of it."""
 
 
 def prepare(world: World) -> None:
@@ -30,6 +40,7 @@ def prepare(world: World) -> None:
     points = sequence.vertices.copy()
     points[0, 4, 1] = np.nan
     dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
+    dynmesh.write(folder / "late_start.npz", replace(sequence, vertices=points, start=1001))
     sparse = np.full_like(points, np.nan)
     sparse[2, 1:] = 1
     dynmesh.write(folder / "no_whole.npz", replace(sequence, vertices=sparse))
@@ -46,6 +57,8 @@ def prepare(world: World) -> None:
     (folder / "text.npy").write_text("hello")
     np.save(folder / "numbers.npy", np.ones((3, 49)))
     np.save(folder / "known.npy", np.ones((3, 49), bool))
+    for number, text in enumerate(_LISTS):
+        (folder / f"damaged_{number}.txt").write_text(text, "latin-1")
     np.save(folder / "bare.npy", sequence.vertices)
     dynmesh.write(folder / "walk" / "frame_%04d.ply", sequence)
     dynmesh.write(folder / "scene.usda", sequence)
@@ -105,7 +118,10 @@ reading = [
     _read("`known`: a file with too few", lambda _: dynmesh.read("body.npz", known="mask.npy"), ValueError, "mask.npy: known:", "(3, 48)"),
     _read("`known`: a file of text", lambda _: dynmesh.read("body.npz", known="text.npy"), ValueError, "text.npy:", "mask"),
     _read("`known`: a file of numbers", lambda _: dynmesh.read("body.npz", known="numbers.npy"), ValueError, "numbers.npy: known:", "float64"),
+    *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
     _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
+    *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
+      for name in ("none.npz", "none.npy", "none.h5", "none.usd", "none.abc", "none.pc2", "none_%d.ply", "none_%d.obj")),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
 ]  # fmt: skip
 
@@ -176,6 +192,8 @@ completing = [
     _complete("`template` with holes", lambda w: _to_new(w, template="holes.npz"), ValueError, "holes.npz: 1 of 49 vertices is missing"),
     _complete("`template` with other faces", lambda w: _to_new(w, template="turned_face.npz"), ValueError, "turned_face.npz: has other faces than body.npz"),
     _complete("`template` in another unit", lambda w: _to_new(w, "in_metres.npz", template="in_millimetres.npz"), ValueError, "in_millimetres.npz: its unit in metres is 0.001, but 1"),
+    *(_complete(f"`{name}` with method motion, before any file", lambda w, option=option: _to_new(w, "none.npz", method="motion", **option), SettingError, f"{name}: is for method detail")
+      for option in ({"bidirectional": True}, {"drop_above": 1.0}, {"training": "t.npz"}) for name in option),
     _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
     _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
     _convert("`frames`: none of them", lambda w: _converted(w, frames=range(1, 1)), ValueError, "frames:", "not 1:1"),

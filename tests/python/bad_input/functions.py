@@ -138,6 +138,7 @@ pictures_and_whole_frames = [
     _whole_frame("frame 1 smaller", lambda w: _put_together(w, [w.points, w.points[:5]]), ValueError, "frames:", "cannot be converted"),
     _whole_frame("frames of text", lambda w: _put_together(w, w.sequence.vertices.astype(str)), TypeError, "frames:", "float32 or float64"),
     _whole_frame("NaN, marked known", lambda w: _put_together(w, [w.with_value(np.nan)], [_whole]), ValueError, "frame 0: vertex 4", "nan"),
+    of("picture")("NaN in frame 7 of the reference, the third", lambda w: dynmesh.picture(w.sequence, frames=2, reference=dynmesh.Sequence(np.stack([w.points, w.points, w.with_value(np.nan)]), w.faces, start=5)), ValueError, "reference: frame 7"),
     _render("`faces`: an index of k", lambda w: _drawn(w, faces=w.faces + 1), ValueError, "faces:", "vertex 49"),
     _render("`points`: NaN", lambda w: _drawn(w, points=w.with_value(np.nan)), ValueError, "points: must be finite, but vertex 4"),
     _render("`places`: NaN", lambda w: _drawn(w, places=np.full(49, np.nan)), ValueError, "places: must be finite"),

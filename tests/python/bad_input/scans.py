@@ -246,5 +246,7 @@ cases = [
     misused("degrade body.npz new --scan --depth 64x48", "--scan:", "depth images"),
     misused("degrade body.npz new --depth 64", "--depth", "64"),
     misused("degrade body.npz new --scan --camera 1", "--camera:", "scans"),
+    refused("degrade body.npz new.npz --scan", "new.npz: scans are written to a folder", ".npz"),
+    refused("degrade body.npz f_%04d.ply --scan", "f_%04d.ply: scans are written to a folder"),
     refused("degrade body.npz cloud --scan --up z", "s_0000.ply", "exists already"),
 ]  # fmt: skip
