@@ -310,8 +310,8 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
         distance = np.linalg.norm(found - TRUTH.vertices[0], axis=1).mean()
         assert distance < 0.2 * EDGE
     alone = sorted((rooms / "alone").glob("*.ply"))[0]
-    said = run("register", template, alone, rooms / "one.obj", "--overwrite", "--remove-planes")
-    assert "no plane was removed" in said.stderr
+    told = run("register", template, alone, rooms / "one.obj", "--overwrite", "--remove-planes")
+    assert "no plane was removed" in told.stderr
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
