@@ -177,10 +177,6 @@ def coarse_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(layout, "execute", lambda *_: None)
 
 
-PATIENCE = 10**6
-"""How often a call looks whether another thread takes part, for about a minute."""
-
-
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Chromium without a graphics card."""

@@ -1,6 +1,5 @@
 """What script/reproduce and script/bench make, on a small sequence; no measurement is tested."""
 
-import csv
 import re
 import sys
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
-from conftest import REPOSITORY
+from test_documents import DOCS, cells
 
 import dynmesh
 from benchmarks import __main__ as benchmarks
@@ -21,8 +20,6 @@ pytestmark = pytest.mark.slow
 Run = Any
 """A function that runs a benchmark with arguments, and returns the tables that it printed."""
 
-DOCS = REPOSITORY / "docs"
-
 
 def tables(text: str) -> list[list[list[str]]]:
     """Returns the cells of each table, starting with the header."""
@@ -31,12 +28,6 @@ def tables(text: str) -> list[list[list[str]]]:
         [[c.strip() for c in row.split("|")[1:-1]] for row in part.splitlines() if "---" not in row]
         for part in found
     ]
-
-
-def head_of(table: Path) -> list[str]:
-    """Returns the names of the columns of a CSV file."""
-    with table.open(newline="") as file:
-        return next(csv.reader(file))
 
 
 @pytest.fixture
@@ -88,7 +79,7 @@ def test_a_table_is_whole(
     assert [len(table) for table in found] == sizes
     for path in tmp_path.iterdir():
         if (DOCS / "tables" / path.name).exists():
-            assert head_of(path) == head_of(DOCS / "tables" / path.name)
+            assert cells(path)[0] == cells(DOCS / "tables" / path.name)[0]
 
 
 @pytest.mark.usefixtures("coarse_figures")
@@ -113,8 +104,7 @@ def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: P
     }
 
     (head, *rows), (_, *claims) = (
-        list(csv.reader((out / f"{name}.csv").read_text().splitlines()))
-        for name in ("sheet", "claims-recorded")
+        cells(out / f"{name}.csv") for name in ("sheet", "claims-recorded")
     )
     assert head == ["method", "10 % known", "30 %", "50 %", "70 %", "camera", "patches"]
     assert [row[0] for row in rows] == [m.label for m in (*COMPARED, *BASELINES, ONCE)]

@@ -250,24 +250,19 @@ def test_noise_that_is_too_small_to_matter_is_small_however_small() -> None:
     assert np.abs(complete(1) - expected).max() > 1e-3
 
 
-def taken_apart(mesh: Mesh) -> Mesh:
-    """The same triangles, which share no vertices."""
-    corners = mesh.vertices[mesh.faces].reshape(-1, 3)
-    return Mesh(np.arange(len(corners)).reshape(-1, 3), corners)
-
-
 SHEET = sheet(12)
 ROW = SHEET.vertices.copy()
 ROW[60:72, 1] = 4 + 1e-7
 TWICE = SHEET.vertices.copy()
 TWICE[41] = TWICE[40]
+CORNERS = SHEET.vertices[SHEET.faces].reshape(-1, 3)
 SHAPES = {
     "open": SHEET,
     "closed": bumpy_torus(12),
     "two coincident vertices": Mesh(SHEET.faces, TWICE),
     "needles": Mesh(SHEET.faces, SHEET.vertices * [1, 1e-9, 1]),
     "a row of needles": Mesh(SHEET.faces, ROW),
-    "single triangles": taken_apart(SHEET),
+    "single triangles": Mesh(np.arange(len(CORNERS)).reshape(-1, 3), CORNERS),
     "one component disconnected": meshes.join(SHEET, sheet(4, 14)),
 }
 
@@ -316,16 +311,6 @@ def test_a_vertex_with_too_many_neighbours_is_refused_by_detail_and_accepted_by_
     dynmesh.Completer(fan, vertices, method="motion")
 
 
-def waving(vertices: Array, n: int) -> Array:
-    """Frames of a surface that waves and turns."""
-    frames = []
-    for t in range(n):
-        moved = meshes.turned(vertices, 0.05 * t).copy()
-        moved[:, 2] += 0.3 * np.sin(vertices[:, 0] + 0.4 * t)
-        frames.append(moved)
-    return np.stack(frames)
-
-
 @pytest.mark.parametrize("noise", [None, 0.05])
 @pytest.mark.parametrize("in_bursts", [False, True])
 def test_they_equal_the_transcription(
@@ -333,7 +318,7 @@ def test_they_equal_the_transcription(
 ) -> None:
     mesh = meshes.join(meshes.sheet(8), meshes.sheet(4, 30.0))
     k = len(mesh.vertices)
-    frames = waving(mesh.vertices, 12)
+    frames = np.stack([meshes.turned(travelling(mesh, n), 0.05 * n) for n in range(12)])
     if in_bursts:  # then the largest scale is that of recent frames
         size = np.where(np.arange(12) // 2 == 3, 1.0, 0.01)[:, None, None]
         frames = mesh.vertices + size * (frames - mesh.vertices)
@@ -459,19 +444,14 @@ def test_evaluate_compares_them_with_the_truth(tmp_path: Path) -> None:
     assert json.loads(told.stdout)["calibration"] is None
 
 
-def surface_errors(completed: dynmesh.Sequence) -> dynmesh.Sequence:
-    """The same with standard errors as a tracker has them."""
-    assert completed.standard_error is not None
-    return replace(completed, standard_error_of="surface")
-
-
 def test_a_completion_of_a_tracked_sequence_says_what_its_own_errors_are_of(tmp_path: Path) -> None:
     tracked, target = tmp_path / "tracked.npy", tmp_path / "target.npy"
-    dynmesh.write(tracked, surface_errors(COMPLETED))
+    as_tracked = replace(COMPLETED, standard_error_of="surface")
+    dynmesh.write(tracked, as_tracked)
     for options in (["--uncertainty"], ["--provenance"]):
-        dynmesh.write(target, surface_errors(COMPLETED))
+        dynmesh.write(target, as_tracked)
         run("complete", tracked, target, *options, "--overwrite")
         assert dynmesh.read(target).standard_error_of == "position"
-    dynmesh.write(target, surface_errors(COMPLETED))
+    dynmesh.write(target, as_tracked)
     dynmesh.write(target, replace(COMPLETED, standard_error=None))
     assert not target.with_name("target.standard_error_of.npy").exists()

@@ -45,13 +45,6 @@ def blocks(language: str, document: str = README) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.DOTALL | re.MULTILINE)
 
 
-def shortened(document: str) -> str:
-    """Returns a document with shorter commands."""
-    for whole, less in SHORTER.items():
-        document = document.replace(whole, less)
-    return document
-
-
 def run(*command: str | Path, cwd: Path) -> str:
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
     result = subprocess.run(
@@ -322,7 +315,9 @@ def outputs(snippets: list[str], cwd: Path) -> list[str]:
 @pytest.mark.usefixtures("coarse_figures")
 @pytest.mark.filterwarnings("ignore:'benchmarks:RuntimeWarning")  # another test imported it
 def test_pages_do_what_they_say(name: str, tmp_path: Path) -> None:
-    document = shortened(with_tables(REPOSITORY / name))
+    document = with_tables(REPOSITORY / name)
+    for whole, less in SHORTER.items():
+        document = document.replace(whole, less)
     for folder in ("benchmarks", "docs"):  # commands name files of the repository
         (tmp_path / folder).symlink_to(REPOSITORY / folder)
     printed: list[str] = []

@@ -264,10 +264,6 @@ SCALED = sea(10, **ABOUT)
 HOLED = sea(10, share=0.6, whole=[0, 2], **ABOUT)
 
 
-def bare(sequence: dynmesh.Sequence) -> dynmesh.Sequence:
-    return replace(sequence, up_axis=None, metres_per_unit=None, fps=None)
-
-
 @pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
 def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
     made = dynmesh.convert(replace(SCALED, up_axis=one), to_up=other)
@@ -317,7 +313,7 @@ def test_files_are_converted_as_sequences_are(tmp_path: Path, options: dict[str,
 def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
     usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
     plain = tmp_path / "plain.obj"
-    dynmesh.write(plain, bare(SCALED)[:1])
+    dynmesh.write(plain, replace(SCALED[:1], up_axis=None, metres_per_unit=None))
     run("convert", plain, tmp_path / "a.usd")
     run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch")
     stage = usd.Stage.Open(str(tmp_path / "b.usd"))

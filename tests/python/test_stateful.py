@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from conftest import LONGER, PATIENCE
+from conftest import LONGER
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -73,7 +73,8 @@ class Accepted(NamedTuple):
 
 def sharing(make: Callable[[], Subject]) -> Subject:
     """Makes one whose pieces are small and wait for the other thread, so that both do some."""
-    usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=PATIENCE)
+    # The patience lasts for about a minute.
+    usual = _core._set_task_sharing(chunk=4, short_chunk=4, fewest_pieces=2, patience=10**6)
     made = make()
     _core._set_task_sharing(*usual)
     return made

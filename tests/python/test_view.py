@@ -264,19 +264,14 @@ SEQUENCE = replace(MOVING[:4], vertices=TRUTH.vertices[:4])
 """Four frames of a sheet; after frame 0 the vertices right of x = 5.5 are filled in."""
 
 
-def pixels(path: Path) -> Array:
-    """Reads the pixels, (height, width, 3)."""
-    with images.open(path) as image:
-        assert image.format == "PNG"
-        return np.asarray(image.convert("RGB")).astype(int)
-
-
 def draw(sequence: Sequence, folder: Path, **options: Any) -> Array:
-    """Writes a sequence and its picture, from the front with x to the right."""
+    """The pixels (height, width, 3) of a picture of a file, from the front with x to the right."""
     write(folder / "sheet.npz", sequence)
     with open_sequence(folder / "sheet.npz") as reader:
         drawn(reader, **{"up": "z", "azimuth": -90, **options}).save(folder / "sheet.png")
-    return pixels(folder / "sheet.png")
+    with images.open(folder / "sheet.png") as image:
+        assert image.format == "PNG"
+        return np.asarray(image.convert("RGB")).astype(int)
 
 
 def reddish(image: Array) -> Array:
