@@ -22,20 +22,14 @@ from dynmesh.scans import (
 )
 
 
-def bumpy() -> Mesh:
-    """A smooth closed body without symmetries."""
+def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:
+    """A smooth closed body without symmetries, which moves and turns."""
     sphere = trimesh.creation.icosphere(subdivisions=3)
     x, y, z = np.asarray(sphere.vertices, np.float64).T
     radii = 1 + 0.25 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.2 * np.sin(2.5 * z + x)
-    vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None]
-    return Mesh(np.asarray(sphere.faces, np.int64), vertices)
-
-
-def moving_body(n: int, shift: float = 0.01, scale: Any = 1) -> Sequence:
-    """A body that moves and turns."""
-    mesh = bumpy()
-    frames = [turned(mesh.vertices * scale, 0.02 * i) + shift * i for i in range(n)]
-    return Sequence(np.stack(frames), mesh.faces, up_axis="z")
+    vertices = np.stack([1.3 * x, y, 0.7 * z], axis=1) * radii[:, None] * scale
+    frames = [turned(vertices, 0.02 * i) + shift * i for i in range(n)]
+    return Sequence(np.stack(frames), np.asarray(sphere.faces, np.int64), up_axis="z")
 
 
 def error(tracked: Sequence, truth: Sequence) -> Array:

@@ -176,16 +176,6 @@ def test_folders_of_outputs_are_made(folder: Path, name: str, line: str) -> None
     assert len(list((folder / "new" / "deep").iterdir())) >= 1
 
 
-@pytest.mark.parametrize("output", ["new/deep/out.npz", "new/deep/out_%04d.ply"])
-def test_folders_that_stay_empty_are_removed(folder: Path, output: str) -> None:
-    vertices = sea(6).vertices.copy()
-    vertices[3, 5] = np.inf
-    known = np.ones((6, 100), np.bool_)
-    dynmesh.write("broken.npz", replace(sea(6), vertices=vertices, known=known))
-    assert "broken.npz: frame 3: " in run("complete", "broken.npz", output, code=1).stderr
-    assert not (folder / "new").exists()
-
-
 @pytest.mark.parametrize("line", ["convert truth.npz {}", "complete partial.npz {}"])
 def test_space_is_looked_at_before_a_job(
     folder: Path, monkeypatch: pytest.MonkeyPatch, line: str

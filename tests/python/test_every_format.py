@@ -3,6 +3,7 @@
 import math
 import random
 import re
+import resource
 import tracemalloc
 import zipfile
 from collections.abc import Callable
@@ -12,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bad_input.files import on_a_full_disk
 from commands import dynmesh_command, run_here
 from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
@@ -376,7 +376,13 @@ def test_a_full_disk_leaves_nothing_half_done(
     monkeypatch.chdir(tmp_path)
     # Text is made of binary data, which must be complete.
     largest = 1_100_000 if format == "usda" else 100_000 if several else 2_500_000
-    result = on_a_full_disk(lambda: run_here("convert", source, target), largest)
+    # Beyond the limit, writing fails as on a full disk.
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
+    try:
+        result = run_here("convert", source, target)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert (result.returncode, result.stdout) == (1, "")
     assert capfd.readouterr() == ("", "")  # of the libraries
     assert len(result.stderr.strip().splitlines()) == 1, result.stderr

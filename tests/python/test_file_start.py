@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 import whole_frame_reference as reference
 from commands import dynmesh_command as run
-from meshes import Array, Mesh, join, sheet, turned
+from meshes import join, sheet, turned
 from numpy.typing import NDArray
 from plain_files import XYZ, ply
+from scans_of_meshes import bent
 from sequences import assert_same, sea
 from test_training import poses
 
@@ -459,10 +460,9 @@ def test_what_one_way_rejects_or_does_not_know_comes_from_the_other() -> None:
 class Recording:
     """Frames of a bending sheet, of which each knows a part."""
 
-    def __init__(self, n: int = 12, share: float = 0.5, size: int = 8) -> None:
-        self.mesh = sheet(size)
-        self.faces = self.mesh.faces
-        self.frames = np.array([bent(self.mesh, 0.02 * t) for t in range(n)])
+    def __init__(self, n: int = 12, share: float = 0.5) -> None:
+        self.faces, vertices = sheet(8)
+        self.frames = np.array([bent(vertices, 0.1 * t) for t in range(n)])
         self.known = np.random.default_rng(5).random(self.frames.shape[:2]) < share
         self.known[n // 3, ::3] = True  # the best frame
 
@@ -470,12 +470,6 @@ class Recording:
         """The mean distance from the true frame."""
         distance = np.linalg.norm(whole.positions - self.frames[whole.frame], axis=1)
         return float(distance[which].mean())
-
-
-def bent(mesh: Mesh, angle: float) -> Array:
-    """The mesh, turned more the farther a vertex is along x."""
-    x, y, z = mesh.vertices.T
-    return np.stack([x, y + angle * x**2, z + np.sin(3 * angle) * x], axis=1)
 
 
 RECORDING = Recording()

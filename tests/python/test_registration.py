@@ -64,13 +64,9 @@ def test_numbers_of_vertices_points_and_landmarks_mean_nothing(rng: np.random.Ge
     order = rng.permutation(len(TORUS.vertices))
     new = np.argsort(order)
     of_marks = rng.permutation(len(marks))
-    again = dynmesh.register(
-        new[TORUS.faces],
-        TORUS.vertices[order],
-        points,
-        normals,
-        landmarks=(new[marks][of_marks], truth[marks][of_marks]),
-    )
+    other = Mesh(new[TORUS.faces], TORUS.vertices[order])
+    other_marks = new[marks][of_marks], truth[marks][of_marks]
+    again = register(other, points, normals, landmarks=other_marks)
     assert np.abs(again.vertices[new] - found.vertices).max() < 0.01 * edge(TORUS)
 
 

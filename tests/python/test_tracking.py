@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from meshes import Array, Mesh, bumpy_torus, join, sheet, turned
-from scans_of_meshes import bent, edge, error, scan_of
+from scans_of_meshes import bent, edge, error, person, scan_of
 from scipy.spatial import cKDTree
 from tracking_reference import Tracked, TrackedTrained, vertex_normals
 
@@ -74,21 +74,16 @@ def test_axes_unit_winding_and_order_mean_nothing(
         assert np.abs((tracked / 1000 - 3) @ turn - expected).max() < 1e-3 * edge(mesh)
 
 
-def planes_of(points: Array, rng: np.random.Generator) -> Array:
-    """The normals of the planes through the 12 nearest points, with signs that mean nothing."""
-    _, near = cKDTree(points).query(points, 12)
-    arms = points[near] - points[near].mean(axis=1, keepdims=True)
-    normals = np.linalg.svd(arms)[2][:, 2]
-    return np.asarray(normals * rng.choice([-1.0, 1.0], (len(points), 1)))
-
-
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
-    """Without normals and viewpoints."""
+    """Without normals and viewpoints, of the planes through the 12 nearest points."""
     mesh = bumpy_torus(14)
     tracker = Tracker(mesh.faces, mesh.vertices)
     expected = Tracked(mesh.faces, mesh.vertices)
     points, _ = scan_of(mesh, bent(mesh.vertices, 0.1) + 0.1, 900, rng)
-    found, _ = expected.track(points, planes_of(points, rng), sided=False)
+    _, near = cKDTree(points).query(points, 12)
+    normals = np.linalg.svd(points[near] - points[near].mean(axis=1, keepdims=True))[2][:, 2]
+    signs = rng.choice([-1.0, 1.0], (len(points), 1))
+    found, _ = expected.track(points, signs * normals, sided=False)
     assert np.abs(tracker.push(points) - found).max() < 0.04 * edge(mesh)
 
 
@@ -121,8 +116,7 @@ def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> N
 
 def test_hidden_legs_do_not_drift(rng: np.random.Generator) -> None:
     """The scan ends at the waist of a body at rest; what is below must not be drawn to its edge."""
-    walker = dynmesh.synth.walker(1)
-    mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(np.float64))
+    mesh, _ = person()
     tracker = Tracker(mesh.faces, mesh.vertices)
     waist = np.median(mesh.vertices[:, 2])
     for _ in range(5):
@@ -272,8 +266,7 @@ def test_standard_errors_describe_the_distance_from_the_surface(
 def test_unseen_vertices_of_a_lost_surface_may_be_as_far_from_it_as_points_are(
     rng: np.random.Generator,
 ) -> None:
-    walker = dynmesh.synth.walker(1)
-    mesh = Mesh(walker.faces.astype(np.int64), walker.vertices[0].astype(np.float64))
+    mesh, _ = person()
     tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
     tracker.push(*scan_of(mesh, mesh.vertices, 6000, rng, noise=0.01))
     cosine, sine = np.cos(0.8), np.sin(0.8)

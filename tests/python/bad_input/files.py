@@ -1,7 +1,5 @@
 """Cases of sequences in memory and in files."""
 
-import resource
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -37,6 +35,8 @@ def prepare(world: World) -> None:
     late = sequence.vertices.copy()
     late[1, 4, 1] = np.nan
     dynmesh.write(folder / "late_holes.npz", replace(sequence, vertices=late))
+    every = np.ones((3, 49), bool)
+    dynmesh.write(folder / "late_known.npz", replace(sequence, vertices=late, known=every))
     points = sequence.vertices.copy()
     points[0, 4, 1] = np.nan
     dynmesh.write(folder / "holes.npz", replace(sequence, vertices=points))
@@ -56,7 +56,7 @@ def prepare(world: World) -> None:
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
     (folder / "text.npy").write_text("hello")
     np.save(folder / "numbers.npy", np.ones((3, 49)))
-    np.save(folder / "known.npy", np.ones((3, 49), bool))
+    np.save(folder / "known.npy", every)
     for number, text in enumerate(_LISTS):
         (folder / f"damaged_{number}.txt").write_text(text, "latin-1")
     np.save(folder / "bare.npy", sequence.vertices)
@@ -65,17 +65,6 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "scene.abc", sequence)
     twice = "".join(f'def "{name}" (references = @scene.usda@) {{}}\n' for name in ("one", "two"))
     (folder / "two.usda").write_text(f"#usda 1.0\n{twice}")
-
-
-def on_a_full_disk(run: Callable[[], Any], largest: int = 20_000) -> Any:
-    """Limits the size of files to 20 kB, or to the given number of bytes."""
-    # Beyond the limit, writing fails as on a full disk.
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, hard))
-    try:
-        return run()
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def _sequence(given: str, error: type[Exception], *names: str, **changed: Any) -> Case:
