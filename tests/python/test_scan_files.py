@@ -176,16 +176,6 @@ def test_depth_images_come_back_to_half_a_count(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found.poses, poses)
 
 
-def test_gaps_are_refused_or_lost(tmp_path: Path) -> None:
-    for number in (10, 12, 13):
-        np.savetxt(tmp_path / f"scan_{number}.xyz", some_points().points)
-    with pytest.raises(ValueError, match=r"scan_11\.xyz is missing"):
-        open_scans(tmp_path)
-    reader = open_scans(tmp_path, gaps="lost")
-    assert [scan is None for scan in reader] == [False, True, False, False]
-    assert (reader.start, reader.step) == (10, 1)
-
-
 @pytest.mark.parametrize(
     ("content", "told"),
     [
