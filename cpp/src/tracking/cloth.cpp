@@ -146,7 +146,7 @@ void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const
   }
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     const double end = outermost[v];
-    // Bodies stretch, and keep no length by which one vertex could tell of others.
+    // That of a body, which keeps no lengths, would follow single points.
     if (is_cloth_[v] == 0) continue;
     if (!(end > -constants_.farthest_end && end < -constants_.resolution)) continue;
     SurfaceRow row;
