@@ -9,15 +9,13 @@ import meshes
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
-from meshes import Mesh
+from meshes import Array, Mesh
 from reference import directed_edges, mean_edge
 from scipy.sparse.csgraph import connected_components
 
 import dynmesh
 from dynmesh import degrade
 from dynmesh.scans import open_scans
-
-Array = meshes.Array
 
 
 def hidden_patches(**settings: Any) -> Array:

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 import dynmesh
 from dynmesh.settings import Settings
 
-Floats = NDArray[np.float32]
-
 
 class Job:
     """A partial sequence in a folder, and its expected completion."""
@@ -25,7 +23,9 @@ class Job:
         self.sequence = sequence
         n, k, _ = sequence.vertices.shape
         masks = np.stack(list(dynmesh.degrade.random_known(n, k, share, seed=3)))
-        self.partial: Floats = np.where(masks[..., None], sequence.vertices, np.float32("nan"))[1:]
+        self.partial: NDArray[np.float32] = np.where(
+            masks[..., None], sequence.vertices, np.float32("nan")
+        )[1:]
         completed = list(dynmesh.complete(sequence.faces, sequence.vertices, masks))
         self.completed = np.stack(completed)[1:].tobytes()
         self.template = folder / "template.obj"

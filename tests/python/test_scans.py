@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import Mesh
+from meshes import Array, Mesh
 from tracking_reference import places
 
 from dynmesh import degrade
@@ -16,8 +16,6 @@ from dynmesh.degrade import Camera
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.degrade.visibility import depth_buffer, intrinsics_of, pose_of
 from dynmesh.scans import DepthScan, PointScan
-
-Array = meshes.Array
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)
 """A camera that looks along -x at the origin, with z up and y to the right."""

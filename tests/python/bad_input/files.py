@@ -7,6 +7,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh._errors import SettingError
+from dynmesh.files import formats
 
 from .case import Case, World, without_rights
 from .functions import of
@@ -110,7 +111,7 @@ reading = [
     *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
     _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
     *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
-      for name in ("none.npz", "none.npy", "none.h5", "none.usd", "none.abc", "none.pc2", "none_%d.ply", "none_%d.obj")),
+      for name in (f"none{'_%d' * ('gaps' in one.takes)}{one.suffixes[0]}" for one in formats.values())),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
 ]  # fmt: skip
 
