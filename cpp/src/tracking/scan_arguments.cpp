@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "support/checks.hpp"
@@ -100,6 +101,33 @@ struct Pixel {
   bool operator==(const Pixel&) const = default;
 };
 
+/// An image of larger pixels, each the median of `size` by `size` ones, of which at least half must
+/// have measured something. `depths` holds them.
+DepthImage reduced(const DepthImage& image, std::size_t size, std::vector<float>& depths) {
+  DepthImage small = image;
+  small.height = image.height / size;
+  small.width = image.width / size;
+  depths.assign(small.height * small.width, 0.0F);
+  small.data = depths.data();
+  small.row_stride = static_cast<std::ptrdiff_t>(small.width);
+  small.column_stride = 1;
+  for (std::size_t p = 0; p < depths.size(); ++p) {
+    const Pixel first = {p / small.width * size, p % small.width * size};
+    std::vector<double> measured;
+    for (std::size_t i = 0; i < size * size; ++i) {
+      const float depth = measured_depth(image, first.row + i / size, first.column + i % size);
+      if (depth > 0) measured.push_back(static_cast<double>(depth));
+    }
+    if (2 * measured.size() < size * size) continue;
+    depths[p] = static_cast<float>(quantile(std::move(measured), 0.5));
+  }
+  auto& k = small.intrinsics;
+  const auto n = static_cast<double>(size);
+  for (const std::size_t e : {0, 1, 4}) k[e] /= n;
+  for (const std::size_t e : {2, 5}) k[e] = (k[e] - (n - 1) / 2) / n;
+  return small;
+}
+
 /// The point that a pixel measured.
 Vector3<double> point_of(const DepthImage& image, const Pixel& pixel) {
   const auto& k = image.intrinsics;
@@ -130,15 +158,17 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
       for (std::size_t c = 0; c < image.width; ++c) measured += measured_depth(image, r, c) > 0;
     }
   }
-  const auto step = static_cast<std::size_t>(
+  const auto size = static_cast<std::size_t>(
       std::max(1.0, std::floor(std::sqrt(measured / static_cast<double>(most)))));
   PointScan scan;
-  for (const DepthImage& image : images) {
+  std::vector<float> depths;
+  for (const DepthImage& full : images) {
+    const DepthImage image = reduced(full, size, depths);
     const auto sensor = axis(image.pose, 3);
     const auto number = static_cast<std::uint32_t>(scan.sensors.size());
     scan.sensors.push_back(sensor);
-    for (std::size_t row = 0; row < image.height; row += step) {
-      for (std::size_t column = 0; column < image.width; column += step) {
+    for (std::size_t row = 0; row < image.height; ++row) {
+      for (std::size_t column = 0; column < image.width; ++column) {
         if (!(measured_depth(image, row, column) > 0)) continue;
         const Pixel here = {row, column};
         const Pixel left = beside(image, here, {row, column - 1}, jump);
