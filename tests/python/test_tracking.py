@@ -353,6 +353,19 @@ def test_a_template_that_is_lost_is_registered_anew_at_most_once_in_ten_frames()
     np.testing.assert_array_equal(frames[1::2], frames[::2])
 
 
+def test_what_a_registration_leaves_far_from_the_points_was_not_found_again() -> None:
+    mesh = bumpy_torus(16)
+    tracker = Tracker(mesh.faces, mesh.vertices, recover=True)
+    tracker.push(*torus_scan(mesh, mesh.vertices))
+    away = np.add(turned(mesh.vertices, 2.1), [40, 0, 0])
+    points, normals = torus_scan(mesh, away)
+    both = np.concatenate([points, np.add(points, [0, 60, 0])[::4]])
+    tracked = tracker.push(both, np.concatenate([normals, normals[::4]]))
+    assert np.abs(tracked - away).max() < 0.3 * edge(mesh)
+    assert tracker.report.far > 0.05
+    assert not tracker.report.recovered
+
+
 def test_a_registration_that_finds_nothing_better_leaves_no_trace() -> None:
     mesh = bumpy_torus(16)
     points, normals = torus_scan(mesh, turned(mesh.vertices, 0.03))

@@ -46,6 +46,8 @@ inline constexpr struct TipConstants {
 } tip_constants;
 
 inline constexpr struct RegistrationConstants {
+  /// A scan so many times larger or smaller than a template is in another unit.
+  double other_unit = 20;
   /// How often the scale is sought, each time by the growth of the template that the last one left.
   int scalings = 3;
 

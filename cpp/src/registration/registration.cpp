@@ -76,7 +76,7 @@ double checked_ratio(const PointScan& scan, const Targets& targets, const Templa
   if (!(ratio > 0) || !std::isfinite(ratio)) {
     refuse("points", "all are at the same position, as far as can be computed");
   }
-  const bool is_other_unit = std::max(ratio, 1 / ratio) > AlignmentConstants{}.other_unit;
+  const bool is_other_unit = std::max(ratio, 1 / ratio) > registration_constants.other_unit;
   if (is_other_unit && !scale) {
     refuse("points", "are ", to_text(ratio, 4), " times as large as the template; both must be ",
            "in the same unit of length, unless scale is set");

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "registration/constants.hpp"
 #include "registration/rigid_starts.hpp"
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
@@ -20,6 +21,20 @@ namespace {
 
 using Motion = Eigen::Isometry3d;
 
+/// A template lies in a scan if typical distances are at most this many mean edges, which a tracker
+/// can bridge in one frame, and at most this share of its size, for coarse meshes.
+constexpr double within_edges = 5;
+constexpr double within_of_size = 0.1;
+/// After the best rigid motion, a template has another pose than the scan, or is another mesh, if
+/// typical distances are more than this many mean edges, and more than this share of its size,
+/// which the noise of scans of fine meshes does not reach.
+constexpr double far_edges = 2.5;
+constexpr double far_of_size = 0.02;
+/// Of a scan, about so many points are used at most, whose normals are estimated.
+constexpr std::size_t most_points = 20000;
+/// The share of a surface that a single camera sees at least.
+constexpr double seen_share = 0.4;
+
 /// The share of the points that, after a motion, have one of the others within a distance is
 /// `share`; returns that distance.
 double distance_of(const PointScan& points, double share, const Motion& motion,
@@ -34,27 +49,26 @@ double distance_of(const PointScan& points, double share, const Motion& motion,
 /// How far the surface is from the scan after a motion; see Alignment.
 double distance_between(const PointScan& surface, const Motion& motion, const PointScan& scan) {
   return std::min(distance_of(scan, 0.5, motion.inverse(), surface),
-                  distance_of(surface, AlignmentConstants{}.seen, motion, scan));
+                  distance_of(surface, seen_share, motion, scan));
 }
 
 /// The scan has normals.
 Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
                 double mean_edge, const PointScan& scan) {
-  const AlignmentConstants constants;
   PointScan surface;
   surface.points = sample_surface(faces, frame, rigid_start_constants.places).points;
   // A surface without an area has vertices.
   if (surface.points.empty()) surface.points.assign(frame.begin(), frame.end());
   const PointScan sample = sample_scan(scan, rigid_start_constants.points);
   const double size = size_of(surface.points);
-  const double within = std::min(constants.within * mean_edge, constants.within_share * size);
-  const double far = std::max(constants.far * mean_edge, constants.far_share * size);
+  const double within = std::min(within_edges * mean_edge, within_of_size * size);
+  const double far = std::max(far_edges * mean_edge, far_of_size * size);
 
   Alignment found;
   found.mean_edge = mean_edge;
   found.ratio = size > 0 ? size_of(sample.points) / size : 1;
-  found.other_unit =
-      !(found.ratio < constants.other_unit && found.ratio > 1 / constants.other_unit);
+  found.other_unit = !(found.ratio < registration_constants.other_unit &&
+                       found.ratio > 1 / registration_constants.other_unit);
   const double before = distance_between(surface, Motion::Identity(), sample);
   found.before = found.after = before / mean_edge;
   found.lies_in_scan = found.matches = before <= within && !found.other_unit;
@@ -80,7 +94,7 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   const auto triangles = triangles_of(faces);
 
   PointScan measured;
-  const std::size_t step = 1 + points.size() / AlignmentConstants().most_points;
+  const std::size_t step = 1 + points.size() / most_points;
   for (std::size_t i = 0; i < points.size(); i += step) measured.points.push_back(points[i]);
   Workers alone(1);
   measured.estimate_normals(alone);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/rigid_starts.hpp"
 #include "stream/stream.hpp"
@@ -36,9 +37,9 @@ class Recovery {
   }
 
   /// Registers it, and tracks it again from there. `found` is what the surface has just found, and
-  /// becomes the better of both. Returns whether that is the new one; if not, nothing but time
-  /// tells of the attempt. If it throws, the surface remembers the same as before.
-  bool improve(SurfaceTracking& surface, const PointScan& measurement,
+  /// becomes the better of both. If it is the old one, or this throws, the surface remembers the
+  /// same as before.
+  void improve(SurfaceTracking& surface, const PointScan& measurement,
                SurfaceTracking::Found& found) const {
     const double lost = wrong_share(found.agreements.all);
     if (const auto start = registered(measurement)) {
@@ -57,11 +58,10 @@ class Recovery {
         return_to_last();
         throw;
       }
-      if (wrong_share(found.agreements.all) < lost) return true;
+      if (wrong_share(found.agreements.all) < lost) return;
       return_to_last();
     }
     found = surface.track(measurement);
-    return false;
   }
 
   /// Remembers a frame, and whether it was registered anew.
@@ -104,7 +104,7 @@ class Recovery {
   [[nodiscard]] std::optional<Frame> registered(const PointScan& measurement) const {
     if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
     const double ratio = size_of(measurement.points) / size_of(mesh_.faces, good_);
-    if (!(std::max(ratio, 1 / ratio) <= AlignmentConstants{}.other_unit)) return std::nullopt;
+    if (!(std::max(ratio, 1 / ratio) <= registration_constants.other_unit)) return std::nullopt;
     const Template good = {mesh_.faces, good_, {}};
     const RegistrationSettings settings;
     PoseSearch search(good, mesh_.topology, mesh_.workers, settings,

@@ -105,24 +105,4 @@ struct TrackingConstants {
   std::size_t pixels_per_vertex = 4;
 };
 
-/// The constants of the rigid alignment that is tried from several rotations.
-struct AlignmentConstants {
-  /// A template lies in a scan if typical distances are at most this many mean edges, which a
-  /// tracker can bridge in one frame, and at most this share of its size, for coarse meshes.
-  double within = 5;
-  double within_share = 0.1;
-  /// After the best rigid motion, a template has another pose than the scan, or is another mesh, if
-  /// typical distances are more than this many mean edges, and more than this share of its size,
-  /// which the noise of scans of fine meshes does not reach.
-  double far = 2.5;
-  double far_share = 0.02;
-  /// A scan so many times larger or smaller than a template is in another unit.
-  double other_unit = 20;
-
-  /// Of a scan, about so many points are used at most, whose normals are estimated.
-  std::size_t most_points = 20000;
-  /// The share of a surface that a single camera sees at least.
-  double seen = 0.4;
-};
-
 }  // namespace dynmesh
