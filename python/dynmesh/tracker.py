@@ -157,8 +157,8 @@ class Tracker(Stream):
             frames are the same with and without.
         recover: register a frame anew if the template is lost in it, that is, if more than 5 % of
             the points are far from it. The registration begins with the last good frame, and the
-            better result is taken; `report.recovered` says so. Such a frame takes as long as
-            `dynmesh.register`; it is at most one of ten.
+            better result is taken; `report.recovered` says whether it is near the points. Such a
+            frame takes as long as `dynmesh.register`; it is at most one of ten.
         threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.
             Results are identical for any number of threads. Whether more threads are faster depends
             on the machine and the mesh.

@@ -10,6 +10,7 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
+from .._progress import steps
 from .._report import Report, as_json
 from ..completion.start import template_of
 from ..draw.page import page as scan_page
@@ -84,6 +85,7 @@ def register_file(
     threads: How[int] = 1,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
+    progress: bool = False,
 ) -> RegisterReport:
     """Registers a mesh with a scan: the same mesh, in the pose and the shape of the scan.
 
@@ -107,6 +109,7 @@ def register_file(
         page: an HTML file to write with the scan and the result, coloured by the distance from the
             nearest point.
         overwrite: whether to replace existing outputs.
+        progress: whether to show a bar on standard error.
 
     Raises:
         FileExistsError: an output exists.
@@ -148,7 +151,8 @@ def register_file(
             sizes = units.told(ratio_of(left, first[used]), size_of(own[used]))
             options = {"align": align, "scale": scale, "threads": threads}
             try:
-                found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
+                with steps("registering", progress):
+                    found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 told = str(error)
