@@ -19,10 +19,6 @@ from .landmarks import exchanged
 from .room import Room
 from .units import Units, ratio_of, size_of
 
-_SAME_POSE = 0.01
-"""The share of its size within which a template that was moved rigidly is in the pose of a scan. In
-its own pose it has half of it; from one farther away, a tracker needs many frames to get there."""
-
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -111,22 +107,22 @@ def placed_in(
     told = "; ".join(filter(None, [sizes, advice, away]))
     if found.other_unit:
         raise InputError(told, file=mesh.path)
-    moved = template.astype(np.float64) @ found.rotation.T + found.shift
-    aligned = placed(moved.astype(template.dtype), alignment=found, remark=sizes)
-    is_near = landmarks is None and found.matches
-    if is_near and found.after * found.mean_edge < _SAME_POSE * size_of(used):
-        return aligned
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     with locating(file=mesh.path):
         registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
-    if is_near and registered.quality != "good":
-        return aligned
     doubt = registered.reason
     if doubt:
         missing = "`landmarks` say where head, hands and feet, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
+    if doubt and landmarks is None and found.matches:
+        # Tracking will tell whether it explains the points, but not what has none.
+        moved = (template.astype(np.float64) @ found.rotation.T + found.shift).astype(
+            template.dtype
+        )
+        doubt = doubt if registered.cause in ("size", "part") else ""
+        return placed(moved, alignment=found, doubt=doubt, remark=sizes)
     if registered.quality == "ruined":
         raise InputError(
             f"{told}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path

@@ -54,7 +54,7 @@ class TrackFileReport(OutputReport):
             others, or whose points that are not far are more than three times as far from the mesh
             as the median of those of the others.
         empty: number of frames without a scan, or whose scan had no points.
-        recovered: number of frames in which the mesh was lost and found again by a registration.
+        recovered: number of frames in which the mesh was lost and found again.
         lost: a sentence for each depth image that was missing or damaged; the frame was tracked
             with those of the other cameras.
         distance: of the template from the first scan, in mean edges, before it was moved.
@@ -86,7 +86,7 @@ class TrackFileReport(OutputReport):
     def _done(self) -> Iterator[str]:
         if self.registration is not None:
             yield (
-                "the template was not in the pose of the first scan and was registered with it: "
+                "the template did not lie in the first scan and was registered with it: "
                 f"{self.registration.quality}"
             )
         if self.alignment is not None:
@@ -104,10 +104,7 @@ class TrackFileReport(OutputReport):
                 f"{100 * self.observed:.3g} % of the vertices were seen"
             )
         if self.recovered:
-            yield (
-                f"in {self.recovered} of the frames, the mesh was lost and found again by a "
-                "registration"
-            )
+            yield f"in {self.recovered} of the frames, the mesh was lost and found again"
         if self.empty:
             yield f"{self.empty} of the frames had no points"
         if n := len(self.lost):
@@ -166,8 +163,8 @@ def track_file(
             outside the box x,y,z,x,y,z, in the unit of the template.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the template.
-        recover: whether to register the mesh anew with a scan in which it is lost, at most once in
-            ten frames.
+        recover: whether to seek the mesh again in a scan in which it is lost: from the last good
+            frame and, at most once in ten frames, by a registration.
         training: complete frames of the same mesh, from which it is learned how it varies; one file
             or several.
         threads: the number of threads that may work on a frame.
