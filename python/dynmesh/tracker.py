@@ -56,7 +56,7 @@ class TrackingReport(FrameReport):
         disagreeing: the share that is near the surface, but whose normal is that of another one.
         distance: the root mean square distance from the surface of those that are not far, in the
             unit of the positions; NaN without any.
-        recovered: whether the template was lost and found again by a registration.
+        recovered: whether the template was lost and found again.
     """
 
     rejected: int = field(repr=False)
@@ -155,10 +155,10 @@ class Tracker(Stream):
             the first scan.
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
             frames are the same with and without.
-        recover: register a frame anew if the template is lost in it, that is, if more than 5 % of
-            the points are far from it. The registration begins with the last good frame, and the
-            better result is taken; `report.recovered` says whether it is near the points. Such a
-            frame takes as long as `dynmesh.register`; it is at most one of ten.
+        recover: seek the template again in a frame in which it is lost, that is, in which more than
+            5 % of the points are far from it: from the last good frame, and by a registration,
+            whose time at most one frame in ten takes. `report.recovered` says whether it was found.
+            What is still lost then is as without `recover`.
         threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.
             Results are identical for any number of threads. Whether more threads are faster depends
             on the machine and the mesh.

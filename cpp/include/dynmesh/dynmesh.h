@@ -322,7 +322,7 @@ typedef struct dynmesh_tracking_report {
   int64_t filled;        ///< the number of other vertices of their components
   int64_t disconnected;  ///< vertices of components without a measured point
   int64_t iterations;    ///< how often points were matched
-  int32_t recovered;     ///< 1 if the template was lost and found again by a registration, else 0
+  int32_t recovered;     ///< 1 if the template was lost and found again, else 0
   dynmesh_agreement agreement;
   double seconds;  ///< wall time of the call; 0 after a reset or restore
 } dynmesh_tracking_report;
@@ -351,8 +351,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
                                                      int32_t threads, dynmesh_tracker** tracker);
 
 /// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
-/// the standard error of each vertex. If `recover` is not zero, a frame in which the template is
-/// lost is registered anew; see TrackerSettings in tracker.hpp. `training` is null, or a training
+/// the standard error of each vertex. If `recover` is not zero, the template is sought again where
+/// it is lost; see TrackerSettings in tracker.hpp. `training` is null, or a training
 /// sequence of three frames or more of the type of `first_frame`, as for dynmesh_create_trained;
 /// its frames are copied.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(

@@ -25,9 +25,10 @@ struct TrackerSettings {
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;
-  /// Whether a frame in which the template is lost, since more than 5 % of the points are far from
-  /// it, is also registered anew from the last good one, as by `register_template`, and the better
-  /// result is taken. Such a frame takes as long as a registration; it is at most one of ten.
+  /// Whether the template is sought again in a frame in which it is lost, since more than 5 % of
+  /// the points are far from it: from the last good frame, and by a registration, as by
+  /// `register_template`, whose time at most one frame in ten takes. What is still lost then is as
+  /// without this.
   bool recover = false;
 };
 
@@ -87,7 +88,7 @@ struct Agreement {
 /// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
   Agreement agreement;
-  /// Whether the template was lost and found again by a registration; see TrackerSettings.
+  /// Whether the template was lost and found again; see TrackerSettings.
   bool recovered = false;
 };
 

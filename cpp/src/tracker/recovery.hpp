@@ -22,7 +22,8 @@
 
 namespace dynmesh {
 
-/// Registers lost frames anew from the last good one; see TrackerSettings::recover.
+/// Seeks the template in the frames in which it is lost, from the last good frame and, at most once
+/// in ten frames, by a registration; see TrackerSettings::recover.
 class Recovery {
  public:
   using Frame = std::vector<Vector3<double>>;
@@ -31,51 +32,56 @@ class Recovery {
   Recovery(StreamMesh& mesh, Frame first_frame, bool is_wanted)
       : mesh_(mesh), is_wanted_(is_wanted), good_(std::move(first_frame)) {}
 
-  /// Whether a frame is to be registered anew. The share of one without points is NaN.
+  /// Whether the template was lost in a frame. The share of one without points is NaN. A scan that
+  /// has been far from the surface from the start may show other things beside it.
   [[nodiscard]] bool is_due(const Agreement& agreement) const {
-    return is_wanted_ && pause_ == 0 && agreement.far_share > TrackingConstants().lost_far;
+    return is_wanted_ && pause_ != until_good && is_lost(agreement);
   }
 
-  /// Registers it, and tracks it again from there. `found` is what the surface has just found, and
-  /// becomes the better of both. If it is the old one, or this throws, the surface remembers the
-  /// same as before.
-  void improve(SurfaceTracking& surface, const PointScan& measurement,
+  /// Seeks the template again. `found` is what the surface has just found, and becomes what it
+  /// finds now. If that is lost, or this throws, the surface remembers the same as before. Returns
+  /// whether the template was found again.
+  bool improve(SurfaceTracking& surface, const PointScan& measurement,
                SurfaceTracking::Found& found) const {
-    const double lost = wrong_share(found.agreements.all);
-    if (const auto start = registered(measurement)) {
-      Writer writer;
-      surface.write_memory(writer);
-      const auto memory = writer.take_sealed();
-      const std::vector<Vector3<double>> last(surface.last().begin(), surface.last().end());
-      const auto return_to_last = [&] {
-        Reader reader(memory);
-        surface.read_memory(reader, last);
-      };
-      surface.place(*start);
-      try {
-        found = surface.track(measurement);
-      } catch (...) {
-        return_to_last();
-        throw;
+    Writer writer;
+    surface.write_memory(writer);
+    const auto memory = writer.take_sealed();
+    const Frame last(surface.last().begin(), surface.last().end());
+    const auto is_found_from = [&](const Frame& start) {
+      surface.place(start);
+      found = surface.track(measurement);
+      return !is_lost(found.agreements.all);
+    };
+    const auto return_to_last = [&] {
+      Reader reader(memory);
+      surface.read_memory(reader, last);
+    };
+    try {
+      if (is_found_from(good_)) return true;
+      if (pause_ == 0) {
+        const auto start = registered(measurement);
+        if (start && is_found_from(*start)) return true;
       }
-      if (wrong_share(found.agreements.all) < lost) return;
+    } catch (...) {
       return_to_last();
+      throw;
     }
+    return_to_last();
     found = surface.track(measurement);
+    return false;
   }
 
-  /// Remembers a frame, and whether it was registered anew.
+  /// Remembers a frame, and whether it was sought again: a single one may be of something else.
   void remember(const Frame& completed, const Agreement& agreement, bool was_due) noexcept {
     if (!is_wanted_) return;
-    constexpr TrackingConstants constants;
-    const bool is_good = agreement.far_share <= constants.lost_far;
-    if (is_good) std::ranges::copy(completed, good_.begin());
-    if (was_due) {
-      pause_ = static_cast<std::uint8_t>(constants.frames_between_recoveries - 1);
-    } else if (pause_ == until_good) {
+    const bool is_good = agreement.far_share <= TrackingConstants().lost_far;
+    if (is_good && !was_due) std::ranges::copy(completed, good_.begin());
+    if (pause_ == until_good) {
       if (is_good) pause_ = 0;
     } else if (pause_ > 0) {
       --pause_;
+    } else if (was_due) {
+      pause_ = static_cast<std::uint8_t>(TrackingConstants().frames_between_recoveries - 1);
     }
   }
 
@@ -96,8 +102,8 @@ class Recovery {
   }
 
  private:
-  static double wrong_share(const Agreement& agreement) {
-    return agreement.far_share + agreement.disagreeing;
+  static bool is_lost(const Agreement& agreement) {
+    return agreement.far_share > TrackingConstants().lost_far;
   }
   /// The last good shape where it was measured; none if there are too few points, or those of
   /// something of another size.

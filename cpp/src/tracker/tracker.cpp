@@ -75,8 +75,7 @@ struct Tracker<Real>::Parts {
     SurfaceTracking::Found found = surface.track(measurement);
     if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
     const bool is_lost = recovery.is_due(found.agreements.all);
-    if (is_lost) recovery.improve(surface, measurement, found);
-    const bool stays_lost = found.agreements.all.far_share > surface.constants().lost_far;
+    const bool recovered = is_lost && recovery.improve(surface, measurement, found);
     std::ranges::copy(found.observed, stream.current_known.begin());
     stream.generations.classify(mesh->topology.cells, stream.current_known);
     const auto generation = stream.generations.of_vertices();
@@ -86,7 +85,8 @@ struct Tracker<Real>::Parts {
       stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
     }
     stream.write(tracked);
-    surface.measure_errors(stream.generations, stays_lost);
+    surface.measure_errors(stream.generations,
+                           found.agreements.all.far_share > surface.constants().lost_far);
     std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
     surface.remember(completed, stream.generations.anchors() > 0);
     stream.advance();
@@ -96,7 +96,7 @@ struct Tracker<Real>::Parts {
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
     made.agreement = found.agreements.all;
-    made.recovered = is_lost && !stays_lost;
+    made.recovered = recovered;
     made.stages.prior_weight = surface.shape().rest().prior_weight();
     made.stages.prior_share = surface.shape().rest().prior_share();
     made.standard_error = mean_standard_error();
