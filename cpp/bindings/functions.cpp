@@ -65,12 +65,16 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
                       const std::variant<ScanArrays<Real>, Images>& scan,
                       const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align,
                       bool scale, const Training<Real>* training, bool uncertainty, Index threads) {
+  const auto step = [] {
+    const py::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  };
   const Registration<Real> found = without_gil([&] {
     const Landmarks<Real> pairs = {{vertices.data(), static_cast<std::size_t>(vertices.size())},
                                    view(landmarks)};
     const auto registered = [&](const auto& measured) {
       return register_template<Real>(view(faces), view(positions), measured, pairs,
-                                     {align, scale, uncertainty, threads}, training);
+                                     {align, scale, uncertainty, threads, step}, training);
     };
     if (const auto* images = std::get_if<Images>(&scan)) {
       const std::vector<DepthImage> views = view(*images);

@@ -1,5 +1,8 @@
 """Registration of a template with a scan, as a function."""
 
+import signal
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -208,6 +211,24 @@ def test_far_poses(frame: int, rng: np.random.Generator) -> None:
     found = register(mesh, *scan(mesh, truth, rng, 20_000))
     assert error(mesh, truth, found.vertices) < 1.5
     assert found.quality != "ruined"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timers that interrupt")
+def test_a_registration_ends_when_it_is_interrupted(rng: np.random.Generator) -> None:
+    def interrupt(*_: Any) -> None:
+        raise InterruptedError
+
+    mesh, truth = person()
+    measured = scan(mesh, truth, rng)
+    begin = time.perf_counter()
+    register(mesh, *measured)
+    whole = time.perf_counter() - begin
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.1 * whole)
+    with pytest.raises(InterruptedError):
+        register(mesh, *measured)
+    signal.signal(signal.SIGALRM, before)
+    assert time.perf_counter() - begin < 1.7 * whole
 
 
 def test_the_search_goes_on_if_the_best_coarse_pose_has_a_twisted_leg(data: Path) -> None:

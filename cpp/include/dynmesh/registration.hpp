@@ -8,6 +8,7 @@
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -68,6 +69,9 @@ struct RegistrationSettings {
   bool scale = false;
   bool uncertainty = false;  ///< whether standard errors are wanted
   Index threads = 1;         ///< as TrackerSettings::threads
+  /// Called before each step of the search, unless it is empty. What it throws is passed on, so it
+  /// can stop the work.
+  std::function<void()> step = {};
 };
 
 /// Finds a template in a scan: first rigidly, by at least three landmarks that are not on a line or
