@@ -30,7 +30,8 @@ def floats(name: str, given: Any) -> Positions:
     """
     array = _plain(name, as_array(name, given, np.float64))
     if array.dtype.kind != "f" or array.itemsize not in (4, 8):
-        order = "; faces come before it" if name == "first_frame" else ""
+        may_be_faces = name == "first_frame" and array.dtype.kind in "iu"
+        order = "; faces come before it" if may_be_faces else ""
         raise KindError(f"must be float32 or float64, not {array.dtype}{order}", argument=name)
     return array
 

@@ -47,7 +47,8 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
     if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with naming(path):
-        return _choose(path, name, "give a file such as body.ply, or name the format")
+        advice = "give a file such as body.ply, or name the format; dynmesh track takes scans"
+        return _choose(path, name, advice)
 
 
 def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:

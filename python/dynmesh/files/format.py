@@ -72,7 +72,7 @@ def find_template(
         names = " or ".join(path.name for path in beside)
         raise NoFacesError(
             f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
-            "give a mesh with its faces"
+            "give a mesh with its faces; dynmesh track takes scans"
         )
     template = given
     if template is None:

@@ -11,6 +11,7 @@ coefficients of the lens.
 
 import json
 import re
+import reprlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -196,7 +197,9 @@ def _check_fields(told: Any, needed: tuple[str, ...], optional: tuple[str, ...])
 def _matrix(name: str, value: Any, size: int) -> _Floats:
     rows = value if isinstance(value, list) else []
     if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        raise ValueError(f"{name}: must be {size} rows of {size} numbers, not {value!r:.60}")
+        raise ValueError(
+            f"{name}: must be {size} rows of {size} numbers, not {reprlib.repr(value)}"
+        )
     for number, row in enumerate(rows):
         for one in row:
             check_finite(f"{name}: row {number}", one)

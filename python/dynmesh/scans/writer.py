@@ -37,10 +37,7 @@ def scan_folder(
         BlockingIOError: another process is writing it.
         OSError: it cannot be written.
     """
-    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in formats.values())
-    if is_name_of_file and not path.is_dir():
-        told = f"scans are written to a folder, but names in {path.suffix} are those of files"
-        raise InputError(told, file=path)
+    check_name_of_folder(path)
     _refuse_existing(path, overwrite)
     check_folder(path)
     left = count() if numbers is None else iter(numbers)
@@ -61,6 +58,14 @@ def scan_folder(
         yield append
         _refuse_existing(path, overwrite)  # another process may have written it
         exchange(hidden, real)
+
+
+def check_name_of_folder(path: Path) -> None:
+    """Refuses the name of a file for a folder of scans that is to be made."""
+    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in formats.values())
+    if is_name_of_file and not path.is_dir():
+        told = f"scans are written to a folder, but names in {path.suffix} are those of files"
+        raise InputError(told, file=path)
 
 
 def _refuse_existing(path: Path, overwrite: bool) -> None:

@@ -176,7 +176,8 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
             for needed in ([*_VERBS], ["output"]):
                 if not set(needed) & set(table.fieldnames or []):
                     listed = " or ".join(map(repr, needed))
-                    raise InputError(f"has no column {listed}", file=path)
+                    told = f"has no column {listed}; columns are separated by commas"
+                    raise InputError(told, file=path)
             jobs: list[Job] = []
             lines: dict[str, int] = {}
             for row in table:

@@ -22,6 +22,7 @@ from ..files.ply import read_elements
 from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS
+from ..scans.writer import check_name_of_folder
 from ..sequence import Sequence
 
 
@@ -120,7 +121,10 @@ def _convert_clouds(
     for name in ("frames", "fps"):
         if getattr(changes, name) is not None:
             raise InputError("is for sequences, not for point clouds", argument=name)
-    outputs = [output] if path in clouds else [output / f"{file.stem}.ply" for file in clouds]
+    outputs = [output]
+    if path not in clouds:
+        check_name_of_folder(output)
+        outputs = [output / f"{file.stem}.ply" for file in clouds]
     for file in outputs:
         check_output(file, overwrite, ".ply", inputs=clouds)
     n_points, pairs = 0, zip(clouds, outputs, strict=True)
@@ -142,7 +146,7 @@ def _convert_clouds(
             file.parent.mkdir(exist_ok=True)
             (hidden / file.name).replace(file)
     has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
-    remark = f"{CAMERAS} was not converted, and holds for the former unit and axes only"
+    remark = f"{CAMERAS} was not written; the one there is holds for the former unit and axes"
     return Written(
         output=output,
         frames=len(outputs),

@@ -10,7 +10,7 @@ from .. import files
 from .._checks import check_flags, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
-from .._progress import tracked
+from .._progress import steps, tracked
 from .._report import OutputReport, counted
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
@@ -221,7 +221,8 @@ def track_file(
             target.create(header, overwrite=overwrite) as writer,
             files.naming(Path(scans)),
         ):
-            at = placed_in(reader, mesh, room, units, marks, look, threads)
+            with steps("finding the template", progress):
+                at = placed_in(reader, mesh, room, units, marks, look, threads)
             room.follow(at.points)
             takes = crop is not None or room.planes
             with learnt.frames() as frames:
