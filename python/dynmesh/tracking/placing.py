@@ -104,7 +104,7 @@ def placed_in(
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    told = "; ".join(filter(None, [sizes, advice, away]))
+    told = "; ".join(filter(None, [advice, sizes, away]))
     if found.other_unit:
         raise InputError(told, file=mesh.path)
     if landmarks is not None:
