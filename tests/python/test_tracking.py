@@ -1,5 +1,6 @@
 """Tracking of a template in raw scans, with training and standard errors."""
 
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import dynmesh
 from dynmesh import Tracker, _core
 from dynmesh.degrade.visibility import visible
 from dynmesh.scans import DepthScan
+from dynmesh.tracking.placing import push_scan
 
 
 @pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.08), (0.8, 1, 0.1)])
@@ -166,6 +168,22 @@ def test_a_recorded_cloth_stays_in_its_scans(data: Path) -> None:
     moved = np.linalg.norm(tracked[held] - template[held], axis=1) / lengths_of_template.mean()
     assert moved.max() < 2
     assert np.mean(np.abs(lengths / lengths_of_template - 1) < 0.1) > 0.9
+
+
+def test_stray_points_do_not_hide_where_a_cloth_ends(data: Path) -> None:
+    flag = dynmesh.read(data / "flag_sim_50x50.npz")
+    frames = flag.vertices[:6].astype(np.float64)
+    mesh = Mesh(flag.faces.astype(np.int64), frames[0])
+    box = np.stack([frames.min(axis=(0, 1)), frames.max(axis=(0, 1))])
+    camera = dynmesh.degrade.orbit(box, 1, distance=6, up=(0, 1, 0))(0)
+    scans = partial(dynmesh.degrade.scan_points, frames[1:], mesh.faces, camera, points=15_000)
+    errors = []
+    for outliers in (0, 0.1):
+        tracker = Tracker(mesh.faces, mesh.vertices)
+        for scan in scans(noise=0.05, outliers=outliers):
+            tracked = push_scan(tracker, scan)
+        errors.append(error(mesh, frames[-1], tracked))
+    assert errors[1] < 1.3 * errors[0]
 
 
 def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:

@@ -115,8 +115,8 @@ void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const
     const auto offset = row.point - row.on(x);
     return offset - dot(offset, row.normal) * row.normal;
   };
-  // Of the points around a boundary vertex, along its conormal: the outermost place, and how far
-  // points lie beyond it.
+  // Of the points around a boundary vertex, along its conormal: the outermost place of one that is
+  // not far, and how far points lie beyond it.
   std::vector<double> outermost(x.size(), -std::numeric_limits<double>::infinity());
   std::vector<double> beyond(x.size());
   for (std::size_t r = 0; r < n; ++r) {
@@ -124,7 +124,7 @@ void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const
       const auto v = rows[r].corners[s];
       if (is_boundary_[v] == 0) continue;
       const double along = dot(conormals[v], rows[r].on(x) - x[v]) / mean_edge_;
-      outermost[v] = std::max(outermost[v], along);
+      if (rows[r].squared < mean_edge_ * mean_edge_) outermost[v] = std::max(outermost[v], along);
       if (!contains(rows[r]) || rows[r].shares[s] == 0) continue;
       beyond[v] = std::max(beyond[v], std::sqrt(squared_norm(outwards(rows[r]))) / mean_edge_);
     }
