@@ -1,7 +1,6 @@
 """Registration of a template with a scan, as a function."""
 
 import signal
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -218,7 +217,6 @@ def test_far_poses(frame: int, rng: np.random.Generator) -> None:
     assert found.quality != "ruined"
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timers that interrupt")
 def test_a_registration_ends_when_it_is_interrupted(rng: np.random.Generator) -> None:
     def interrupt(*_: Any) -> None:
         raise InterruptedError
