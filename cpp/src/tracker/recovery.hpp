@@ -41,8 +41,8 @@ class Recovery {
   /// Seeks the template again. `found` is what the surface has just found, and becomes what it
   /// finds now. If that is lost, or this throws, the surface remembers the same as before. Returns
   /// whether the template was found again.
-  bool improve(SurfaceTracking& surface, const PointScan& measurement,
-               SurfaceTracking::Found& found) const {
+  bool find_again(SurfaceTracking& surface, const PointScan& measurement,
+                  SurfaceTracking::Found& found) const {
     Writer writer;
     surface.write_memory(writer);
     const auto memory = writer.take_sealed();

@@ -75,7 +75,7 @@ struct Tracker<Real>::Parts {
     SurfaceTracking::Found found = surface.track(measurement);
     if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
     const bool is_lost = recovery.is_due(found.agreements.all);
-    const bool recovered = is_lost && recovery.improve(surface, measurement, found);
+    const bool recovered = is_lost && recovery.find_again(surface, measurement, found);
     std::ranges::copy(found.observed, stream.current_known.begin());
     stream.generations.classify(mesh->topology.cells, stream.current_known);
     const auto generation = stream.generations.of_vertices();

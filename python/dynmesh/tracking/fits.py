@@ -146,18 +146,16 @@ class Fits:
         told = []
         if self.registered:
             told.append(
-                "doubtful: the template was registered with the first scan, and "
+                "the template was registered with the first scan, and "
                 f"{self.registered}; the page of dynmesh register shows whether it is the right "
                 "mesh"
             )
         if self.suspects or self.total.share > _DOUBTFUL:
-            how = "probably ruined" if self.quality == "ruined" else "doubtful"
             told.append(
-                f"{how}: {self.total.share:.1%} of the points are farther "
-                "than a mean edge from the mesh"
+                f"{self.total.share:.1%} of the points are farther than a mean edge from the mesh"
             )
         if self._mostly_empty:
-            told.append("doubtful: hardly anything was measured of most frames")
+            told.append("hardly anything was measured of most frames")
         if self.worst:
             named = ", ".join(f"{one.number} ({one.report.far:.1%})" for one in self.worst)
             told.append(f"the worst frames are {named}")
@@ -175,7 +173,8 @@ class Fits:
         starts_badly = self.tracked and self.tracked[0].report.far > _BAD_FRAME
         if self.advice and (self.suspects or starts_badly):
             told.append(self.advice)
-        return "; ".join(told)
+        how = {"good": "", "doubtful": "doubtful: ", "ruined": "probably ruined: "}[self.quality]
+        return how + "; ".join(told)
 
     @property
     def remarks(self) -> tuple[str, ...]:
