@@ -65,7 +65,7 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
                       const std::variant<ScanArrays<Real>, Images>& scan,
                       const Exact<Index>& vertices, const Exact<Real>& landmarks, bool align,
                       bool scale, const Training<Real>* training, bool uncertainty, Index threads) {
-  const auto step = [] {
+  const auto stop_if_interrupted = [] {
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   };
@@ -74,7 +74,8 @@ py::tuple py_register(const Exact<Index>& faces, const Exact<Real>& positions,
                                    view(landmarks)};
     const auto registered = [&](const auto& measured) {
       return register_template<Real>(view(faces), view(positions), measured, pairs,
-                                     {align, scale, uncertainty, threads, step}, training);
+                                     {align, scale, uncertainty, threads, stop_if_interrupted},
+                                     training);
     };
     if (const auto* images = std::get_if<Images>(&scan)) {
       const std::vector<DepthImage> views = view(*images);

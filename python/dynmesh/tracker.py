@@ -156,9 +156,9 @@ class Tracker(Stream):
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
             frames are the same with and without.
         recover: seek the template again in a frame in which it is lost, that is, in which more than
-            5 % of the points are far from it: from the last good frame, and by a registration,
-            whose time at most one frame in ten takes. `report.recovered` says whether it was found.
-            What is still lost then is as without `recover`.
+            5 % of the points are far from it: from the last good frame and, in at most one frame of
+            ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
+            says whether it was found. A frame in which it stays lost is as without `recover`.
         threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.
             Results are identical for any number of threads. Whether more threads are faster depends
             on the machine and the mesh.

@@ -227,10 +227,12 @@ def test_a_registration_ends_when_it_is_interrupted(rng: np.random.Generator) ->
     register(mesh, *measured)
     whole = time.perf_counter() - begin
     before = signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, 0.1 * whole)
-    with pytest.raises(InterruptedError):
-        register(mesh, *measured)
-    signal.signal(signal.SIGALRM, before)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1 * whole)
+        with pytest.raises(InterruptedError):
+            register(mesh, *measured)
+    finally:
+        signal.signal(signal.SIGALRM, before)
     assert time.perf_counter() - begin < 1.7 * whole
 
 

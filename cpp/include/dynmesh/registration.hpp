@@ -71,7 +71,7 @@ struct RegistrationSettings {
   Index threads = 1;         ///< as TrackerSettings::threads
   /// Called before each step of the search, unless it is empty. What it throws is passed on, so it
   /// can stop the work.
-  std::function<void()> step = {};
+  std::function<void()> before_step = {};
 };
 
 /// Finds a template in a scan: first rigidly, by at least three landmarks that are not on a line or

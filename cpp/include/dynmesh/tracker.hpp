@@ -26,8 +26,8 @@ struct TrackerSettings {
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;
   /// Whether the template is sought again in a frame in which it is lost, since more than 5 % of
-  /// the points are far from it: from the last good frame, and by a registration, as by
-  /// `register_template`, whose time at most one frame in ten takes. What is still lost then is as
+  /// the points are far from it: from the last good frame and, in at most one frame of ten, by a
+  /// registration, which takes as long as `register_template`. A frame in which it stays lost is as
   /// without this.
   bool recover = false;
 };

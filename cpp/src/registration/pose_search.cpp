@@ -151,7 +151,7 @@ std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate
 
 /// The coarse mesh, moved and bent until its landmarks are at their positions.
 PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
-  if (settings_.step) settings_.step();
+  if (settings_.before_step) settings_.before_step();
   Cloud start;
   for (const auto& x : mesh_.positions) start.push_back(from_eigen(candidate.motion * to_eigen(x)));
   coarse_.place(start);
@@ -169,7 +169,7 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
 
 /// The coarse mesh of a trial, drawn to the scan.
 PoseSearch::Trial PoseSearch::drawn(Trial trial) {
-  if (settings_.step) settings_.step();
+  if (settings_.before_step) settings_.before_step();
   coarse_.place(trial.x);
   coarse_.forget_shape();
   const auto& [motion, landmarks, rough] = trial.candidate;
@@ -219,7 +219,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   bool yields = false;
   fine_.yield_beyond(std::numeric_limits<double>::infinity());
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
-    if (settings_.step) settings_.step();
+    if (settings_.before_step) settings_.before_step();
     const int iterations = yields ? tracking.final_iterations : tracking.most_iterations;
     const auto found = fine_.track(scan, landmarks, iterations, weight);
     const bool stays =

@@ -27,9 +27,8 @@ class Placed:
     Attributes:
         points: (k, 3) where it is.
         distance: how far it was before, in mean edges.
-        alignment: the rigid motion that put it there; None if it lay there already or was
-            registered.
-        registration: of the template with the scan, if it had another pose there.
+        alignment: the rigid motion that put it there, if no registration was good; else None.
+        registration: of the template with the scan, if it lay elsewhere.
         doubt: why it is doubtful, and what to do; empty if it is not.
         remark: that the scan is larger or smaller than the template, or needs no landmarks; or
             empty.

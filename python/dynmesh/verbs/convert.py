@@ -146,7 +146,7 @@ def _convert_clouds(
             file.parent.mkdir(exist_ok=True)
             (hidden / file.name).replace(file)
     has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
-    remark = f"{CAMERAS} was not written; the one there is holds for the former unit and axes"
+    remark = f"{CAMERAS} is not written; that of the scans holds for their unit and axes only"
     return Written(
         output=output,
         frames=len(outputs),
