@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "completer/outliers.hpp"
+#include "mesh/ties.hpp"
 #include "meshes.hpp"
 #include "seal.hpp"
-#include "stream/disconnected.hpp"
 #include "stream/overlap.hpp"
+#include "support/geometry.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {

@@ -1,13 +1,10 @@
 #include "stream/disconnected.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
 #include <optional>
-#include <utility>
 
+#include "mesh/ties.hpp"
 #include "support/geometry.hpp"
-#include "support/point_tree.hpp"
 #include "support/rigid_motion.hpp"
 
 namespace dynmesh {
@@ -17,39 +14,6 @@ constexpr Index fewest_anchors = 4;       // in a component whose vertices may b
 constexpr std::size_t fewest_donors = 4;  // that a component must have to follow them
 
 }  // namespace
-
-/// Two components differ in a bit of their numbers. So the nearest vertex of another component is
-/// the nearest one over all bits of those whose component has the other value of the bit, which
-/// takes two trees for each bit. In one tree of all vertices, a search from inside a large
-/// component would visit all of that component first.
-template <class Real>
-std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
-                               std::span<const Index> component) {
-  constexpr double scale = 0x1p-200;  // with which squares of all accepted coordinates are in range
-  std::vector<std::array<double, 3>> positions;
-  for (const auto& x : frame) positions.push_back(array_of(scale * in_double(x)));
-  std::vector<Index> donors(frame.size(), -1);
-  std::vector<double> squared_distances(frame.size(), std::numeric_limits<double>::infinity());
-  const auto last = static_cast<std::uint32_t>(component.empty() ? 0 : std::ranges::max(component));
-  for (std::uint32_t bit = 0; last >> bit > 0; ++bit) {
-    std::array<std::vector<Index>, 2> sides;
-    for (std::size_t v = 0; v < frame.size(); ++v) {
-      sides[component[v] >> bit & 1].push_back(static_cast<Index>(v));
-    }
-    for (std::size_t side = 0; side < 2; ++side) {
-      std::vector<std::array<double, 3>> points;
-      for (const Index v : sides[side]) points.push_back(positions[v]);
-      const PointTree<3> tree(std::move(points));
-      for (const Index v : sides[1 - side]) {
-        tree.search(positions[v], squared_distances[v], [&](std::uint32_t i, double squared) {
-          donors[v] = sides[side][i];
-          return squared_distances[v] = squared;
-        });
-      }
-    }
-  }
-  return donors;
-}
 
 template <class Real>
 Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
@@ -109,8 +73,6 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
   }
 }
 
-template std::vector<Index> find_donors(std::span<const Vector3<float>>, std::span<const Index>);
-template std::vector<Index> find_donors(std::span<const Vector3<double>>, std::span<const Index>);
 template class Disconnected<float>;
 template class Disconnected<double>;
 

@@ -11,13 +11,6 @@
 
 namespace dynmesh {
 
-/// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Of
-/// several, any, but always the same one. The time is about k log k, times the logarithm of the
-/// number of components.
-template <class Real>
-std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
-                               std::span<const Index> component);
-
 /// Moves the components of a frame that contain no anchor. Allocates memory only in the
 /// constructor.
 template <class Real>

@@ -69,10 +69,7 @@ struct TrackingConstants {
   /// nothing else does, and keeps cloth from sliding far along itself for the few points that first
   /// tell of a fold.
   double hold = 1e-4;
-  /// Components are tied at so many vertices whose distance to others is the smallest or, so that
-  /// they can be spread, greater by at most this; with this weight where they touch.
-  std::size_t ties = 8;
-  double tied_within = 1.5;
+  /// The weight of ties of components where they touch.
   double tie_weight = 0.3;
   /// Six points determine a rigid motion, if all are good. Fewer than this move no surface rigidly,
   /// and components whose points have a smaller sum of weights are not drawn to them.

@@ -2,32 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
 #include <utility>
 
-#include "stream/disconnected.hpp"
 #include "support/conjugate_gradients.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 namespace {
-
-/// Chooses at most `n` of the vertices, each the one that is farthest from those before it.
-std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, std::size_t n,
-                                  std::span<const Vector3<double>> x) {
-  if (vertices.size() <= n) return vertices;
-  std::vector<std::uint32_t> chosen;
-  std::vector<double> nearest(vertices.size(), std::numeric_limits<double>::infinity());
-  for (std::ptrdiff_t next = 0; chosen.size() < n;) {
-    chosen.push_back(vertices[next]);
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      nearest[i] = std::min(nearest[i], squared_norm(x[vertices[i]] - x[chosen.back()]));
-    }
-    next = std::ranges::max_element(nearest) - nearest.begin();
-  }
-  return chosen;
-}
 
 /// The matrix of the energies of a shape and of ties.
 SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
@@ -42,34 +23,6 @@ SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
 }
 
 }  // namespace
-
-std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
-                           double mean_edge, const TrackingConstants& constants) {
-  if (topology.report.components < 2) return {};
-  const std::vector<Index> nearest = find_donors(first_frame, topology.component);
-  std::vector<double> distances;  // (k,) of each vertex from the nearest one, in mean edges
-  std::vector<std::vector<std::uint32_t>> vertices(topology.report.components);
-  for (std::uint32_t v = 0; v < first_frame.size(); ++v) {
-    const double squared = squared_norm(first_frame[v] - first_frame[nearest[v]]);
-    distances.push_back(std::sqrt(squared) / mean_edge);
-    vertices[at(topology.component[v])].push_back(v);
-  }
-  const auto distance = [&](std::uint32_t v) { return distances[v]; };
-  std::vector<Tie> ties;
-  for (auto& of_component : vertices) {
-    std::ranges::stable_sort(of_component, {}, distance);
-    const double reach = distances[of_component[0]] + constants.tied_within;
-    const auto beyond = std::ranges::upper_bound(of_component, reach, {}, distance);
-    const auto near = static_cast<std::size_t>(beyond - of_component.begin());
-    of_component.resize(std::min(of_component.size(), std::max(near, constants.ties)));
-    for (const std::uint32_t v : spread(of_component, constants.ties, first_frame)) {
-      const auto other = static_cast<std::uint32_t>(nearest[v]);
-      const double weight = constants.tie_weight / (1 + distances[v] * distances[v]);
-      ties.push_back({v, other, weight, first_frame[v] - first_frame[other]});
-    }
-  }
-  return ties;
-}
 
 SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
                              const TrackingConstants& constants, std::vector<Tie> ties,

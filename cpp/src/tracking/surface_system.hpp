@@ -10,24 +10,12 @@
 
 #include "detail/rotations.hpp"
 #include "detail/shape_system.hpp"
+#include "mesh/ties.hpp"
 #include "tracking/coarse_space.hpp"
 #include "tracking/constants.hpp"
 #include "tracking/surface_rows.hpp"
 
 namespace dynmesh {
-
-/// Two vertices of different components whose difference is kept.
-struct Tie {
-  std::uint32_t i = 0;
-  std::uint32_t j = 0;
-  double weight = 0;
-  Vector3<double> kept{};  ///< X_i - X_j in frame 0
-};
-
-/// Ties some of the vertices of each component that are nearest to others in frame 0, well spread,
-/// each to the nearest vertex of another component. None for a single component.
-std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
-                           double mean_edge, const TrackingConstants& constants);
 
 /// A position to which a vertex is drawn.
 struct Landmark {
