@@ -14,7 +14,9 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.linalg import splu, spsolve
+from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh.degrade.shared import mean_edge_of
@@ -42,7 +44,8 @@ def draw(data: Path, folder: Path) -> None:
     whole = frames[_LAST]
     remembered = np.einsum("vba,vb->va", leg.rotations(whole), leg.operator @ whole)  # turned back
     start = np.where(known[:, None], frames[_SHOWN], whole)
-    start = leg.solved(start, leg.operator @ whole)
+    increments = leg.increments(whole, start)
+    start = leg.solved(start, np.einsum("vab,vb->va", increments, leg.operator @ whole))
     last, first, blend = leg.blended(start, remembered)
     arrows = leg.operator @ frames[0]
     shown = np.flatnonzero(~known)[::11]
@@ -76,7 +79,7 @@ def draw(data: Path, folder: Path) -> None:
         errors = [error(last + at * (first - last)) for at in (0.0, blend, 1.0)]
         titles = (
             "1. Frame 0 and its\ndifferential coordinates",
-            f"2. Anchors of frame {_SHOWN} (grey),\nsmooth start (error {error(start)})",
+            f"2. The last shape, rotated\nwith the anchors (error {error(start)})",
             "3. The vectors,\nrotated with the surface",
             "4. The solve, for three blends\n(error {}, {} and {})".format(*errors),
         )
@@ -102,8 +105,12 @@ class _Steps:
         normal = sparse.csc_array(self.operator.T @ self.operator)
         self._factor = splu(normal[:, self._unknown][self._unknown].tocsc())
         self._first, beside = first, dynmesh.adjacency(faces, len(first))
-        self._edges = beside.nonzero()
+        self._edges, self._known = beside.nonzero(), known
         self._ring = sparse.csr_array(beside + sparse.eye_array(len(first)))
+        self._cluster = _clusters(self._ring)
+        i, j = (self._cluster[end] for end in self._edges)
+        self._beside: Any = sparse.csr_array((i != j, (i, j)), dtype=bool).astype(float)
+        self._beside.eliminate_zeros()
 
     def solved(self, start: Array, target: Array) -> Array:
         """Brings the unknown vertices as near to these differential coordinates as possible."""
@@ -111,6 +118,57 @@ class _Steps:
         rest = self.operator.T @ (target - self.operator @ start)
         found[self._unknown] += self._factor.solve(rest[self._unknown])
         return found
+
+    def increments(self, last: Array, frame: Array) -> Array:
+        """The rotations around each vertex from the last frame, from the anchors of this one."""
+        first, _ = Rotation.align_vectors(
+            *(one[self._known] - one[self._known].mean(axis=0) for one in (frame, last))
+        )
+        arms, cluster, weights = self._arms()
+        p, q = arms @ last, arms @ frame
+        y, weights = first.apply(p), weights / np.maximum((p**2).sum(axis=1), 1e-4)
+        squares = (y**2).sum(axis=1)[:, None, None] * np.eye(3) - y[:, :, None] * y[:, None, :]
+        at = (cluster, np.arange(len(cluster)))
+        sums = sparse.csr_array((weights, at), shape=(self._beside.shape[0], len(cluster)))
+        blocks = sparse.block_diag(list((sums @ squares.reshape(-1, 9)).reshape(-1, 3, 3)))
+        couplings = sparse.diags_array(self._beside.sum(axis=1)) - self._beside
+        matrix: Any = sparse.kron(couplings, 0.05 * np.eye(3)) + blocks
+        omega = spsolve(matrix.tocsc(), (sums @ np.cross(y, q)).ravel()).reshape(-1, 3)
+        turns = (Rotation.from_rotvec(omega) * first).as_matrix()[self._cluster]
+        return _nearest_rotations(self._ring @ turns.reshape(-1, 9))
+
+    def _arms(self) -> tuple[Any, NDArray[Any], Array]:
+        """The arms and pairs as differences of vertices, their clusters and their weights."""
+        anchors = np.flatnonzero(self._known)
+        own = self._cluster[anchors]
+        count = np.bincount(own, minlength=self._beside.shape[0])
+        shape = (len(count), len(self._known))
+        mean = sparse.csr_array((1 / count[own], (own, anchors)), shape=shape)
+        c, d, path = self._pairs(count > 0)
+        pairs, weights = mean[d] - mean[c], 0.5 / (1 + (path / 10) ** 2)
+        arms = sparse.eye_array(len(self._known)).tocsr()[anchors] - mean[own]
+        return (
+            sparse.vstack([arms, pairs, pairs]),
+            np.concatenate([own, c, d]),
+            np.concatenate([np.ones(len(own)), weights, weights]),
+        )
+
+    def _pairs(self, has_anchors: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], Array]:
+        """The clusters with anchors whose regions touch, and the lengths of the paths."""
+        size = np.bincount(self._cluster)[:, None]
+        centres = np.stack([np.bincount(self._cluster, x) for x in self._first.T], axis=1) / size
+        i, j = self._beside.nonzero()
+        steps = np.linalg.norm(centres[i] - centres[j], axis=1)
+        graph = sparse.csr_array((steps, (i, j)), shape=self._beside.shape)
+        away, _, region = dijkstra(
+            graph, indices=np.flatnonzero(has_anchors), min_only=True, return_predecessors=True
+        )
+        found: dict[tuple[int, int], float] = {}
+        for a, b, path in zip(region[i], region[j], away[i] + steps + away[j], strict=True):
+            if a < b:
+                found[a, b] = min(path, found.get((a, b), np.inf))
+        c, d = np.array(list(found)).T
+        return c, d, np.array(list(found.values()))
 
     def rotations(self, frame: Array) -> Array:
         """The rotations of the surface around each vertex from frame 0 to a frame."""
@@ -121,23 +179,40 @@ class _Steps:
         np.add.at(sums, i, outer.reshape(-1, 9))
         for _ in range(3):
             sums = np.asarray(self._ring @ sums)
-        left, _, right = np.linalg.svd(sums.reshape(-1, 3, 3))
-        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-        return np.asarray(left @ right)
+        return _nearest_rotations(sums)
 
     def blended(self, start: Array, remembered: Array) -> tuple[Array, Array, float]:
         """The frames of blend 0 and 1, and the blend that the anchors support."""
-        frame, blend = start, 0.0
-        zero = np.zeros_like(start)
-        for _ in range(3):
+        change = self.operator @ self._first - remembered
+
+        def ends(frame: Array) -> list[Array]:
             turn = self.rotations(frame)
-            change = self.operator @ self._first - remembered
             target, towards = (np.einsum("vab,vb->va", turn, one) for one in (remembered, change))
-            last, step = self.solved(frame, target), self.solved(zero, towards)
-            residual, change = self.operator @ last - target, self.operator @ step - towards
-            blend = float(-(change * residual).sum() / (change**2).sum())
-            frame = last + blend * step
+            last, step = self.solved(frame, target), self.solved(np.zeros_like(frame), towards)
+            return [last, step, self.operator @ last - target, self.operator @ step - towards]
+
+        last, step, residual, of_step = ends(start)
+        blend = float(-(of_step * residual).sum() / (of_step**2).sum())
+        last, step, _, _ = ends(last + blend * step)
         return last, last + step, blend
+
+
+def _clusters(ring: Any) -> NDArray[Any]:
+    """Numbers disjoint rings; the vertices that are left join a neighbour."""
+    cluster, n = np.full(ring.shape[0], -1), 0
+    cells = np.split(ring.indices, ring.indptr[1:-1])
+    for cell in cells:
+        if (cluster[cell] == -1).all():
+            cluster[cell], n = n, n + 1
+    joined = [cluster[cell].max() for cell in cells]
+    return np.where(cluster == -1, joined, cluster)
+
+
+def _nearest_rotations(sums: Array) -> Array:
+    """The rotations nearest to matrices, one a row."""
+    left, _, right = np.linalg.svd(sums.reshape(-1, 3, 3))
+    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+    return np.asarray(left @ right)
 
 
 def _surface(axis: Axes, faces: NDArray[Any], points: Array, colours: NDArray[Any]) -> None:

@@ -103,7 +103,6 @@ def test_frames_equal_the_transcription(
         assert report.blend == pytest.approx(expected.blend, abs=1e-6)
         shares.append(report.first_order_share)
         assert shares[-1] == pytest.approx(expected.first_order_share, abs=1e-12)
-        assert report.iterations == expected.rounds
         stages = [report.factor_seconds, report.rotation_seconds, report.solve_seconds]
         assert 0 < min(stages) <= sum(stages) < report.seconds
         if n in (5, 8, 9):  # at least once in the middle between two tests
@@ -241,7 +240,7 @@ def test_noise_that_is_too_small_to_matter_is_small_however_small() -> None:
         completer = dynmesh.Completer(mesh.faces, mesh.vertices, noise=noise)
         for n in range(1, 8):
             known = np.random.default_rng(n).random(64) < 0.3
-            made = completer.push(meshes.turned(mesh.vertices, 0.1 * n), known)
+            made = completer.push(rolled(mesh, n), known)
         return made
 
     expected = complete(1e-20)
@@ -280,17 +279,10 @@ def turning(mesh: Mesh, method: Any, scale: float, n: int, shares: Any) -> tuple
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_rotation_is_completed_on_every_kind_of_mesh(shape: str) -> None:
-    """More accurately than by motion, in any unit."""
-
-    def off(method: str, scale: float) -> float:
-        made, truth = turning(SHAPES[shape], method, scale, 8, lambda _: 0.3)
-        return float(np.abs(made - truth).sum())
-
-    expected = off("detail", 1)
-    assert expected < 0.75 * off("motion", 1)
-    for scale in (1e-4, 1e6):
-        assert off("detail", scale) == pytest.approx(expected, rel=1e-3)
+@pytest.mark.parametrize("scale", [1, 1e-4, 1e6])
+def test_a_rotation_is_completed_on_every_kind_of_mesh(shape: str, scale: float) -> None:
+    made, truth = turning(SHAPES[shape], "detail", scale, 8, lambda _: 0.3)
+    np.testing.assert_allclose(made, truth, rtol=0, atol=1e-6)
 
 
 def test_rounding_does_not_decide_the_blend_that_anchors_do_not_determine() -> None:

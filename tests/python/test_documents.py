@@ -288,6 +288,15 @@ def test_the_scripts_that_pages_name_exist() -> None:
     assert not [name for name in named if not os.access(REPOSITORY / name, os.X_OK)]
 
 
+def test_continuous_integration_runs_the_commands_of_the_readme() -> None:
+    commands = [line for line in blocks("console")[0].splitlines() if line.startswith("script/")]
+    assert commands == ["script/demo", "script/test"]
+    workflow = (REPOSITORY / ".github" / "workflows" / "ci.yml").read_text()
+    assert set(commands) <= {line.strip() for line in workflow.splitlines()}
+    last = (REPOSITORY / ".ci" / "run").read_text().splitlines()[-1]
+    assert last == f"exec {commands[-1]} --all"
+
+
 PAGES = (
     "docs/diagnosis.md",
     "docs/formats.md",

@@ -144,7 +144,6 @@ class Trained(Posed):
         shapes = [self._shape_of(frame) for frame in training]
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
         self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame), self.h))
-        self.is_first = True
         self.n_frames = len(training)
 
     def _shape_of(self, frame: Array) -> Array:
@@ -164,10 +163,6 @@ class Trained(Posed):
         self.prior_weight = k
         rest = detail[1] + k * self._field(self.a)
         return [x[0], x[1] + k * y3], [r[0], r[1] + k * r3], [detail[0], rest, detail[2]]
-
-    def _bounded(self, b: float) -> float:
-        is_first, self.is_first = self.is_first, False
-        return float(np.clip(b, -0.5, 1.5)) if is_first and self.prior_weight > 0 else b
 
 
 class Learned(Posed):

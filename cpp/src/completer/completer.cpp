@@ -51,6 +51,9 @@ class InDoublePrecision final : public Estimator<float> {
   void read_memory(Reader& reader, Frame completed) override {
     method_->read_memory(reader, widen(completed, points_));
   }
+  [[nodiscard]] std::span<const Quaternion> rotations_of_components() const override {
+    return method_->rotations_of_components();
+  }
   [[nodiscard]] std::span<const double> standard_error() const override {
     return method_->standard_error();
   }
@@ -122,7 +125,7 @@ struct Completer<Real>::Parts {
     // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
     made.iterations = static_cast<std::size_t>(estimator->estimate(
         stream.previous, stream.current, stream.current_known, stream.generations));
-    stream.write(completed);
+    stream.write(completed, estimator->rotations_of_components());
     estimator->remember(stream.current);
     stream.advance();
     stream.keep(estimator->standard_error());

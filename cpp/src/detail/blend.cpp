@@ -7,6 +7,15 @@
 
 namespace dynmesh {
 
+namespace {
+
+/// b in the range of blends.
+double bounded_blend(double b) {
+  return std::clamp(b, -detail_constants.largest_excess, 1 + detail_constants.largest_excess);
+}
+
+}  // namespace
+
 Blend global_blend(const ResidualField& residuals, double mean_edge) {
   // If the sum of |r1|^2 is below this fraction of |Q (m_first - m)|^2, r1 consists of rounding
   // errors. The same applies to r2 and |Q u|^2. It is the square of 1e-9, the relative error of a
@@ -41,11 +50,7 @@ Blend global_blend(const ResidualField& residuals, double mean_edge) {
   const double h = -(s02 - b_of_r2 * s01);
   const double q = detail_constants.caution_of_change * s22 - b_of_r2 * s12;
   const double c = std::clamp(finite(h / q), 0.0, 1.0);
-  return {finite(-(s01 + c * s12) / cautious_s11), c, s11 != 0};
-}
-
-double bounded_blend(double b) {
-  return std::clamp(b, -detail_constants.largest_excess, 1 + detail_constants.largest_excess);
+  return {bounded_blend(finite(-(s01 + c * s12) / cautious_s11)), c, s11 != 0};
 }
 
 LocalBlend::LocalBlend(const Clusters& clusters, Workers& workers)

@@ -55,16 +55,14 @@ struct ResidualField {
   }
 };
 
-/// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced. c is between 0 and 1.
+/// Returns the b and c that minimise |r0 + b r1 + c r2|^2, slightly reduced. b is kept
+/// between -0.5 and 1.5, c between 0 and 1.
 ///
 /// b or c is 0 if r1 or r2 is, or if that consists of rounding errors compared with |Q (m_first -
 /// m)|^2 or |Q u|^2, or if these are rounding errors themselves. For example, a component with a
 /// single anchor can take on any shape, and a subject that stands still has the shape of frame 0;
 /// without this check b would be a quotient of rounding errors.
 Blend global_blend(const ResidualField& residuals, double mean_edge);
-
-/// Returns b in the range of local blends.
-double bounded_blend(double b);
 
 /// Computes the blend of each cluster from the residuals in it and in those beside it, regularised
 /// towards the global blend, and interpolates it to the vertices as the rotations are.

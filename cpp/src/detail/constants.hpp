@@ -104,14 +104,31 @@ inline constexpr struct FirstOrderConstants {
   Index gap = 8;
 } first_order_constants;
 
+/// The constants of the increments of rotations.
+inline constexpr struct IncrementConstants {
+  /// beta, and the weight g of a tie where components touch; that of an edge is 1.
+  double coupling = 0.05;
+  double tie = 1e-3;
+  /// The weight that holds a cluster where nothing else does.
+  double hold = 1e-7;
+  /// Pairs that are this far from each other on the surface weigh half, in mean edges.
+  double reach = 10;
+  /// Shorter pairs and arms, in mean edges, weigh as if they had this length.
+  double least_length = 0.01;
+  /// The anchors of a component determine its rotation if they are farther from a line than this,
+  /// as the root of the sum of their squares, in mean edges.
+  double least_across = 0.1;
+  /// The number of steps of Gauss and Newton, which end when none turns a cluster by this angle.
+  int iterations = 2;
+  double settled = 1e-3;
+  /// The number of steps of conjugate gradients in each, and the share of the first r . z at which
+  /// they end.
+  int steps = 8;
+  double reduced = 1e-3;
+} increment_constants;
+
 /// Another value may be better on a single sequence.
 inline constexpr struct DetailConstants {
-  /// The largest number of rounds of fitting Q and solving. The first round determines the blend.
-  int rounds = 3;
-  /// A round is the last one if it moves the frame by less than this share of the motion from the
-  /// last frame, without what is common to all vertices.
-  double tolerance = 0.005;
-
   /// <r1, r1> is multiplied by this. If the anchors hardly constrain b, the shape of the last frame
   /// is the better estimate, by a thousandth. For a degenerate shape, a thousandth would be too
   /// much, so the increase is limited to that of a mean edge length at every vertex.

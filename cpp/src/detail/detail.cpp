@@ -11,18 +11,6 @@
 namespace dynmesh {
 namespace {
 
-/// The root of the sum of squares of how far the vertices moved, less their mean motion.
-double deformation(std::span<const Vector3<double>> from, std::span<const Vector3<double>> to) {
-  Vector3<double> sum = {};
-  double squares = 0;
-  for (std::size_t v = 0; v < to.size(); ++v) {
-    const auto moved = to[v] - from[v];
-    sum = sum + moved;
-    squares += squared_norm(moved);
-  }
-  return std::sqrt(std::max(0.0, squares - squared_norm(sum) / static_cast<double>(to.size())));
-}
-
 /// Adds the duration of its scope to `seconds`.
 class Stopwatch {
  public:
@@ -48,6 +36,8 @@ Detail::Detail(Frame first_frame, std::span<const Triangle> faces, const Topolog
       system_(faces, topology.cells, workers, first_frame),
       rounding_(system_.k(), mean_edge_, epsilon),
       rotations_(topology.cells, workers, first_frame, mean_edge_),
+      increments_(topology, rotations_.clusters(), first_frame, mean_edge_, noise_.value_or(0),
+                  workers),
       local_blend_(rotations_.clusters(), workers),
       is_trained_(!training.empty()),
       fit_(settings.learn ? ShapeFit::Of::change : ShapeFit::Of::rest, topology.cells, workers,
@@ -90,24 +80,29 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
   std::swap(generations, next_generations_);
   first_order_.count_frame();
+  const bool any_disconnected = generations.disconnected_vertices() > 0;
+  if (anchors_.any_solved() || (anchors_.number > 0 && any_disconnected)) {
+    turn_with_anchors(previous, generations);
+  }
   if (!anchors_.any_solved()) {
     if (error_bars_.exist()) error_bars_.pass(generations, rotations_.clusters());
     return 0;
   }
 
+  const double of_increments = report_.rotation_seconds;
   const Stopwatch stopwatch(report_.solve_seconds);  // rotations are taken off at the end
 
-  // Step 1: find the smoothest motion.
-  move_smoothly(previous);
+  // Step 1: find the positions with the last shape, which has turned as the anchors have.
+  std::ranges::copy(anchors_.observed, x_.begin());
+  for (std::size_t v = 0; v < x_.size(); ++v) shape_[v] = shapes_[v].last;
+  move_to_shape();
   fit_rotations(x_);
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
   ResidualField directions = find_directions();
   FittedModes found = {.prior_weight = 0};
   if (fit_.exists()) found = add_modes(directions);
-  Blend blend = global_blend(directions, mean_edge_);
-  // The rest shape that is fitted first hardly differs from the last one, and b could be anything.
-  if (found.prior_weight > 0 && found.is_first) blend.b = bounded_blend(blend.b);
+  const Blend blend = global_blend(directions, mean_edge_);
 
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, blend);
@@ -116,13 +111,13 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     x_[v] = x_[v] + step.last + blend.b * step.to_rest + blend.c * step.change;
   });
 
-  // Step 4: fit rotations and solve again, until the frame hardly moves any more.
-  const double enough = detail_constants.tolerance * deformation(previous, x_);
-  Index rounds = 1;
-  for (double moved = enough; moved >= enough && rounds < detail_constants.rounds; ++rounds) {
-    fit_rotations(x_);
-    moved = take_shape(found.prior_weight > 0 ? fitted_ : shapes_, b, blend.c);
-  }
+  // Step 4: fit rotations and solve again.
+  fit_rotations(x_);
+  const std::span<const ShapeTerms> shapes = found.prior_weight > 0 ? fitted_ : shapes_;
+  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
+    shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + blend.c * shapes[v].change;
+  });
+  move_to_shape();
 
   if (noise_ || error_bars_.exist()) system_.apply(x_, 1, kx_);
   if (noise_) weigh_anchors();
@@ -138,24 +133,13 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
     if (anchors_.is_solved[v] != 0) points[v] = x_[v];
   }
   report_.blend = blend.b;
-  report_.solve_seconds -= report_.rotation_seconds;
-  return rounds;
+  report_.solve_seconds -= report_.rotation_seconds - of_increments;
+  return 2;
 }
 
-/// The smoothest motion from the last frame X' that the anchors allow: min |K (X - X')|^2.
-void Detail::move_smoothly(Frame previous) {
-  std::vector<Vector3<double>>& moved = shape_;  // K times the motion of the anchors
-  if (anchors_.are_noisy()) {
-    std::ranges::copy(previous, x_.begin());
-    std::ranges::fill(moved, Vector3<double>{});
-  } else {
-    workers_.for_each_in_chunks(
-        x_.size(), [&](std::size_t v) { kx_[v] = anchors_.observed[v] - previous[v]; });
-    system_.apply(kx_, 1, moved);
-    std::ranges::copy(anchors_.observed, x_.begin());
-  }
-  take_step(
-      system_.solve<1>([&](std::size_t v, std::size_t) { return -1.0 * moved[v]; }, x_, anchors_));
+void Detail::turn_with_anchors(Frame previous, const Generations& generations) {
+  const Stopwatch stopwatch(report_.rotation_seconds);
+  rotations_.turn_further(increments_.find(previous, anchors_.observed, generations));
 }
 
 void Detail::fit_rotations(Field positions) {
@@ -193,24 +177,13 @@ FittedModes Detail::add_modes(ResidualField& directions) {
   return found;
 }
 
-/// Returns the root of the sum of squares of the step.
-double Detail::take_step(Field step) {
-  workers_.for_each_in_chunks(step.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
-  double squares = 0;
-  for (const auto& moved : step) squares += squared_norm(moved);
-  return std::sqrt(squares);
-}
-
-/// Moves the positions to those whose detail is closest to Q (m + b_i (m_first - m) + c u). Returns
-/// how far, as `take_step` does.
-double Detail::take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c) {
-  workers_.for_each_in_chunks(b.size(), [&](std::size_t v) {
-    shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + c * shapes[v].change;
-  });
+/// Moves the positions to those whose detail is closest to the shape, turned by Q.
+void Detail::move_to_shape() {
   rotations_.turn(shape_, shape_);
   system_.apply(x_, 1, kx_);
-  return take_step(system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; },
-                                    x_, anchors_));
+  const auto step = system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; },
+                                     x_, anchors_);
+  workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });
 }
 
 /// Computes lambda for the next frame from the error of the shape per coordinate, sigma_L^2 = (E +

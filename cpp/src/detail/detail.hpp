@@ -15,6 +15,7 @@
 #include "detail/detail_operator.hpp"
 #include "detail/error_bars.hpp"
 #include "detail/first_order.hpp"
+#include "detail/increments.hpp"
 #include "detail/rotations.hpp"
 #include "detail/shape_fit.hpp"
 #include "detail/shape_library.hpp"
@@ -54,6 +55,9 @@ class Detail final : public Estimator<double> {
   void remember(Frame completed) override;
   void write_memory(Writer& writer) const override;
   void read_memory(Reader& reader, Frame completed) override;
+  [[nodiscard]] std::span<const Quaternion> rotations_of_components() const override {
+    return increments_.of_components();
+  }
   [[nodiscard]] std::span<const double> standard_error() const override {
     return error_bars_.of_vertices();
   }
@@ -75,12 +79,11 @@ class Detail final : public Estimator<double> {
  private:
   using Field = std::span<const Vector3<double>>;
 
-  void move_smoothly(Frame previous);
+  void turn_with_anchors(Frame previous, const Generations& generations);
   void fit_rotations(Field positions);
   ResidualField find_directions();
   FittedModes add_modes(ResidualField& directions);
-  double take_step(Field step);
-  double take_shape(std::span<const ShapeTerms> shapes, std::span<const double> b, double c);
+  void move_to_shape();
   void weigh_anchors();
   void learn();
   Field detail_turned_back(Frame completed);
@@ -92,6 +95,7 @@ class Detail final : public Estimator<double> {
   ShapeSystem system_;
   Rounding rounding_;
   Rotations rotations_;
+  Increments increments_;
   LocalBlend local_blend_;
   bool is_trained_;  // although the training may have no modes for this frame 0
   ShapeFit fit_;     // of the modes of the training, or of those that are learned

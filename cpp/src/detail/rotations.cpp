@@ -100,7 +100,8 @@ Rotations::Rotations(const Cells& cells, Workers& workers,
       quaternions_(cells.size(), Quaternion{1, 0, 0, 0}),
       sums_(clusters_.size()),
       averaged_(clusters_.size()),
-      turns_(clusters_.size()) {
+      turns_(clusters_.size()),
+      further_(cells.size()) {
   std::vector<Index> place(cells.size(), none);
   for (Index c = 0; c < static_cast<Index>(clusters_.size()); ++c) {
     const auto rest_of = [&](Index v) -> Vector3<double>& {
@@ -146,14 +147,26 @@ void Rotations::fit(std::span<const Vector3<double>> frame) {
   }
   for_each_cluster(
       [&](Index first, Index last) { kernels.fit(sums_.data(), turns_.data(), first, last); });
+  blend(turns_, quaternions_);
+}
+
+void Rotations::blend(std::span<const Quaternion> of_clusters,
+                      std::span<Quaternion> of_vertices) const {
   const OperatorData weights = {clusters_.weights.outerIndexPtr(),
                                 clusters_.weights.innerIndexPtr(), clusters_.weights.valuePtr(),
                                 nullptr};
-  workers_.for_each_short_chunk(static_cast<Index>(quaternions_.size()),
-                                [&](Index first, Index last) {
-                                  kernels.blend(weights, clusters_.of_vertex.data(), turns_.data(),
-                                                quaternions_.data(), first, last);
-                                });
+  workers_.for_each_short_chunk(
+      static_cast<Index>(of_vertices.size()), [&](Index first, Index last) {
+        best_kernels().rotations.blend(weights, clusters_.of_vertex.data(), of_clusters.data(),
+                                       of_vertices.data(), first, last);
+      });
+}
+
+void Rotations::turn_further(std::span<const Quaternion> of_clusters) {
+  blend(of_clusters, further_);
+  workers_.for_each_in_chunks(quaternions_.size(), [&](std::size_t v) {
+    quaternions_[v] = product(further_[v], quaternions_[v]);
+  });
 }
 
 void check_stored(std::span<const Quaternion> rotations) {

@@ -41,6 +41,13 @@ inline Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
   return x + q.w * twice + cross(axis, twice);
 }
 
+/// The rotation b, and then a.
+inline Quaternion product(const Quaternion& a, const Quaternion& b) {
+  return {
+      a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+      a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+
 /// Refuses a state in which these are not all of unit length.
 void check_stored(std::span<const Quaternion> rotations);
 
@@ -60,6 +67,9 @@ class Rotations {
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
   /// clusters. Each vertex then takes the mean rotation of the clusters of its cell.
   void fit(std::span<const Vector3<double>> frame);
+
+  /// Turns further by rotations of the clusters: each vertex by the mean of those of its cell.
+  void turn_further(std::span<const Quaternion> of_clusters);
 
   /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
   /// frame. The result may be the same memory.
@@ -81,6 +91,7 @@ class Rotations {
   [[nodiscard]] const Clusters& clusters() const { return clusters_; }
 
  private:
+  void blend(std::span<const Quaternion> of_clusters, std::span<Quaternion> of_vertices) const;
   void turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const;
 
   Workers& workers_;
@@ -90,6 +101,7 @@ class Rotations {
   std::vector<Quaternion> quaternions_;
   std::vector<Covariance> sums_, averaged_;  // of the clusters
   std::vector<Quaternion> turns_;            // of the clusters
+  std::vector<Quaternion> further_;          // (k,)
 };
 
 }  // namespace dynmesh

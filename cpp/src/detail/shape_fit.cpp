@@ -204,8 +204,8 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   }
   Energies energies = measure(residuals);
   const double coordinates = 3 * static_cast<double>(anchors.number);
-  const bool is_first = residual_variance_ < 0;
-  const double residual_variance = is_first ? energies.with / coordinates : residual_variance_;
+  const double residual_variance =
+      residual_variance_ < 0 ? energies.with / coordinates : residual_variance_;
   const double ratio = residual_variance / variance();
   // Rounding errors say nothing about the coefficients, nor about how well the modes fit.
   const double rounding =
@@ -230,7 +230,7 @@ FittedModes ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
     explained_ = kept * explained_ + (1 - kept) * explained;
   }
   if (!is_at_rest && std::isfinite(energies.with)) residual_variance_ = energies.with / coordinates;
-  return {prior_weight(anchors), is_share ? explained : 0, is_first && of_ == Of::rest};
+  return {prior_weight(anchors), is_share ? explained : 0};
 }
 
 }  // namespace dynmesh

@@ -33,7 +33,6 @@ struct AddedShape {
 struct FittedModes {
   double prior_weight = 1;  ///< k, 0 to 1
   double prior_share = 0;   ///< the share of |r|^2 that the modes explain
-  bool is_first = false;    ///< whether this is the first fit of a rest shape
 };
 
 /// Finds coefficients a so that B a, the columns of B being modes, explains a residual r of the

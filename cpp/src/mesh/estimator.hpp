@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/rotation_kernels.hpp"
 #include "mesh/generations.hpp"
 #include "support/stored_numbers.hpp"
 
@@ -46,6 +47,10 @@ class Estimator {
   /// Reads it again at the beginning of a sequence. `completed` is the last completed frame.
   /// Refuses a memory that this method cannot have produced, after which it is of no use.
   virtual void read_memory(Reader& /*reader*/, Frame /*completed*/) {}
+
+  /// (components,) how each component has turned since the previous frame, as unit quaternions, or
+  /// empty if the method does not tell.
+  [[nodiscard]] virtual std::span<const Quaternion> rotations_of_components() const { return {}; }
 
   /// (k,) the standard errors of the last estimate, or empty if they are not computed.
   [[nodiscard]] virtual std::span<const double> standard_error() const { return {}; }

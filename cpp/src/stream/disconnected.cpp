@@ -36,7 +36,8 @@ Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule
 
 template <class Real>
 void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> points,
-                                  const Generations& generations) {
+                                  const Generations& generations,
+                                  std::span<const Quaternion> rotations) {
   if (generations.disconnected_vertices() == 0) return;
 
   const auto generation = generations.of_vertices();
@@ -47,13 +48,14 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
 
   const auto fit_to_chosen = [&] { return fit_rigid_motion<Real>(chosen_, previous, points); };
   std::optional<RigidMotion> of_all_anchors;
+  const bool are_turned = !rotations.empty();
   const auto motion_of = [&](const Component& component) {
     chosen_.clear();
     for (const Index donor : component.donors) {
       const Component& home = components_[topology_.component[donor]];
-      if (home.anchors >= fewest_anchors) chosen_.push_back(donor);
+      if (home.anchors >= (are_turned ? 1 : fewest_anchors)) chosen_.push_back(donor);
     }
-    if (chosen_.size() >= fewest_donors) return fit_to_chosen();
+    if (chosen_.size() >= (are_turned ? 1 : fewest_donors)) return fit_to_chosen();
     if (!of_all_anchors) {
       chosen_.clear();
       for (std::size_t v = 0; v < generation.size(); ++v) {
@@ -64,9 +66,14 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
     return *of_all_anchors;
   };
   const bool stays = rule_ == DisconnectedRule::hold || generations.anchors() == 0;
-  for (const Component& component : components_) {
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    const Component& component = components_[i];
     if (component.anchors > 0) continue;
-    const RigidMotion motion = stays ? RigidMotion{} : motion_of(component);
+    RigidMotion motion = stays ? RigidMotion{} : motion_of(component);
+    if (are_turned) {
+      const auto& [w, x, y, z] = rotations[i];
+      motion.rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+    }
     for (const Index v : component.members) {
       points[v] = stays ? previous[v] : motion.apply(previous[v]);
     }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "kernels/rotation_kernels.hpp"
 #include "mesh/generations.hpp"
 
 namespace dynmesh {
@@ -31,7 +32,11 @@ class Disconnected {
   /// anchors or all lie on a line, it moves with their mean translation, and without any anchor it
   /// stays. The time is linear in the number of vertices, and nothing is done if no vertex is
   /// disconnected.
-  void complete(Frame previous, std::span<Vector3<Real>> points, const Generations& generations);
+  ///
+  /// With (components,) `rotations` from the previous frame, a component is turned by its own, and
+  /// shifted as its donors whose component contains an anchor are on average.
+  void complete(Frame previous, std::span<Vector3<Real>> points, const Generations& generations,
+                std::span<const Quaternion> rotations = {});
 
  private:
   struct Component {

@@ -85,8 +85,8 @@ void Stream<Real>::read(Points<const Real> rows, KnownMask mask) {
 }
 
 template <class Real>
-void Stream<Real>::write(Points<Real> completed) {
-  disconnected_.complete(previous, current, generations);
+void Stream<Real>::write(Points<Real> completed, std::span<const Quaternion> rotations) {
+  disconnected_.complete(previous, current, generations, rotations);
   const bool is_packed = completed.row_stride == 3 && completed.column_stride == 1;
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     if (is_packed) {

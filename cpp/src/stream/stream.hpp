@@ -57,8 +57,8 @@ class Stream {
   void read(Points<const Real> rows, KnownMask mask);
   /// Completes the disconnected vertices of `current`, and copies it to the caller's rows. Vertices
   /// whose estimate has diverged are first reset to the previous frame, since a NaN would spread to
-  /// later frames.
-  void write(Points<Real> completed);
+  /// later frames. `rotations` are those of the components since the previous frame, or empty.
+  void write(Points<Real> completed, std::span<const Quaternion> rotations = {});
   /// Makes the current frame the previous one, and updates the ages.
   void advance();
 

@@ -39,7 +39,7 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   const Eigen::Vector3d signs(1, 1, handedness < 0 ? -1 : 1);
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-  return {rotation, from, to};
+  return {rotation, from, to, spread[1]};
 }
 
 template <class Real>

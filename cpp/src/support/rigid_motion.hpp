@@ -21,6 +21,9 @@ struct RigidMotion {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d from = Eigen::Vector3d::Zero();
   Eigen::Vector3d to = Eigen::Vector3d::Zero();
+  /// The sum of the squares of how far the points to which it was fitted are from a line, before
+  /// times after.
+  double squared_across = 0;
 
   template <class Real>
   [[nodiscard]] Vector3<Real> apply(const Vector3<Real>& point) const {

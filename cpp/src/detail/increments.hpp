@@ -1,0 +1,110 @@
+/// How the surface has turned since the last frame, as far as the anchors tell.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "detail/cluster_pairs.hpp"
+#include "detail/rotations.hpp"
+#include "factor/masked_factor.hpp"
+#include "kernels/kernels.hpp"
+#include "mesh/generations.hpp"
+#include "mesh/ties.hpp"
+#include "support/workers.hpp"
+
+namespace dynmesh {
+
+/// Finds D_c, the rotation of each cluster c from the last completed frame X' to the current one,
+/// from the positions x of the anchors alone; see docs/method.md, "Rotations before positions".
+///
+/// A component whose anchors determine a rotation begins with that of all its anchors, R. Others
+/// begin with the rotations of what they are tied to. Then D_c = exp(omega_c) R, where omega is
+/// found by steps of Gauss and Newton towards the minimum of
+///
+///     sum w |q - D_c p|^2 + sum w / 2 (|q - D_c p|^2 + |q - D_d p|^2)
+///         + beta sum g |omega_c - omega_d|^2.
+///
+/// The first sum is over the anchors, with p and q the arm from the mean position of the anchors of
+/// a cluster to an anchor, in X' and in x. The second one is over the pairs (c, d) of clusters with
+/// anchors that are beside each other, with p and q the way from one mean position to the other. g
+/// couples clusters that an edge or a tie connects. Where a motion is rigid, q = R p and omega = 0.
+///
+/// Allocates memory only in the constructor.
+class Increments {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `topology`, `clusters` and `workers` must outlive this object. `noise` is the standard
+  /// deviation of a coordinate of an anchor, 0 if they are exact.
+  Increments(const Topology& topology, const Clusters& clusters, Field first_frame,
+             double mean_edge, double noise, Workers& workers);
+
+  /// Returns D (clusters,), valid until the next call. `previous` is X', and `observed` (k,) holds
+  /// the positions of the anchors.
+  std::span<const Quaternion> find(Field previous, Field observed, const Generations& generations);
+
+  /// (components,) how each component has turned as a whole: D of one of its clusters.
+  [[nodiscard]] std::span<const Quaternion> of_components() const { return of_components_; }
+
+ private:
+  /// R of a component.
+  struct First {
+    Quaternion rotation{};
+    bool is_known = false;
+  };
+  /// The mean position of the anchors of a cluster.
+  struct Middle {
+    double anchors = 0;
+    Vector3<double> before, now;
+  };
+  /// H omega = s; H is symmetric, by rows.
+  struct Equation {
+    double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+    Vector3<double> s;
+  };
+
+  [[nodiscard]] bool is_anchor(std::size_t v) const {
+    return generation_[v] == Generations::anchor;
+  }
+  [[nodiscard]] double nearness(const ClusterPair& pair) const;
+  void find_pairs(const Generations& generations);
+  void find_first(Field previous, Field observed);
+  void follow_ties();
+  [[nodiscard]] First first_of(std::span<const Index> vertices, double least_across, Field previous,
+                               Field observed);
+  void find_middles(Field previous, Field observed);
+  void find_equations(Field previous, Field observed);
+  double take_step();
+
+  const Topology& topology_;
+  const Clusters& clusters_;
+  Workers& workers_;
+  double mean_edge_;
+  double noise_;                     // the mean square of the noise of an anchor
+  std::vector<Index> component_of_;  // (clusters,)
+  Cells members_;                    // the vertices of each component
+  std::vector<Tie> ties_;
+  SparseMatrix couplings_;  // beta L, plus what holds where nothing else does
+  MaskedFactor factor_;     // of these and of the weights
+
+  // Of one mask:
+  std::vector<Index> generation_;
+  ClusterPairs cluster_pairs_;
+  std::vector<std::uint8_t> has_anchors_, all_;  // (clusters,)
+  std::span<const ClusterPair> pairs_;
+  std::vector<double> weights_;  // (clusters,) of arms and pairs, as the factor takes them
+
+  // Of one frame:
+  std::vector<Index> chosen_;
+  std::vector<First> first_, next_first_;  // (components,)
+  std::vector<Middle> middles_;
+  std::vector<Equation> equations_;
+  std::vector<Vector3<double>> omega_, step_, residual_, preconditioned_, direction_, product_;
+  std::vector<Quaternion> increments_, of_components_;  // D
+};
+
+}  // namespace dynmesh
