@@ -48,14 +48,19 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
 
   const auto fit_to_chosen = [&] { return fit_rigid_motion<Real>(chosen_, previous, points); };
   std::optional<RigidMotion> of_all_anchors;
-  const bool are_turned = !rotations.empty();
-  const auto motion_of = [&](const Component& component) {
+  const auto motion_of = [&](std::size_t component) {
     chosen_.clear();
-    for (const Index donor : component.donors) {
+    for (const Index donor : components_[component].donors) {
       const Component& home = components_[topology_.component[donor]];
-      if (home.anchors >= (are_turned ? 1 : fewest_anchors)) chosen_.push_back(donor);
+      if (home.anchors >= (rotations.empty() ? fewest_anchors : 1)) chosen_.push_back(donor);
     }
-    if (chosen_.size() >= (are_turned ? 1 : fewest_donors)) return fit_to_chosen();
+    if (chosen_.size() >= fewest_donors) return fit_to_chosen();
+    if (!chosen_.empty() && !rotations.empty()) {
+      RigidMotion motion = fit_to_chosen();
+      const auto& [w, x, y, z] = rotations[component];
+      motion.rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+      return motion;
+    }
     if (!of_all_anchors) {
       chosen_.clear();
       for (std::size_t v = 0; v < generation.size(); ++v) {
@@ -67,14 +72,9 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
   };
   const bool stays = rule_ == DisconnectedRule::hold || generations.anchors() == 0;
   for (std::size_t i = 0; i < components_.size(); ++i) {
-    const Component& component = components_[i];
-    if (component.anchors > 0) continue;
-    RigidMotion motion = stays ? RigidMotion{} : motion_of(component);
-    if (are_turned) {
-      const auto& [w, x, y, z] = rotations[i];
-      motion.rotation = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
-    }
-    for (const Index v : component.members) {
+    if (components_[i].anchors > 0) continue;
+    const RigidMotion motion = stays ? RigidMotion{} : motion_of(i);
+    for (const Index v : components_[i].members) {
       points[v] = stays ? previous[v] : motion.apply(previous[v]);
     }
   }

@@ -33,8 +33,9 @@ class Disconnected {
   /// stays. The time is linear in the number of vertices, and nothing is done if no vertex is
   /// disconnected.
   ///
-  /// With (components,) `rotations` from the previous frame, a component is turned by its own, and
-  /// shifted as its donors whose component contains an anchor are on average.
+  /// (components,) `rotations` are those of the components from the previous frame, or empty. With
+  /// them, donors count if their component contains any anchor, and a component with fewer than
+  /// four such donors is turned by its own rotation, and shifted as they are on average.
   void complete(Frame previous, std::span<Vector3<Real>> points, const Generations& generations,
                 std::span<const Quaternion> rotations = {});
 
