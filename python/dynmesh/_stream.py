@@ -99,8 +99,8 @@ class Stream:
         The seconds of `report` become 0.
 
         Args:
-            state: the bytes that `state` returned, from an object with the same faces, dtype,
-                settings and training frames, on any machine.
+            state: the bytes that `state` returned, from an object with the same faces in the same
+                order, dtype, settings and training frames, on any machine.
         """
         try:
             given = bytes(memoryview(state))

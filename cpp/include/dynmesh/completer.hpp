@@ -80,10 +80,10 @@ class DYNMESH_EXPORT Completer {
   /// that can be stored or sent. It contains no times, so completers that received the same frames
   /// have identical states.
   ///
-  /// `restore` continues from a state in any completer with the same faces, Real, settings and
-  /// training sequence. It throws std::invalid_argument if the state belongs to another mesh or
-  /// other settings, is damaged, or holds values that no completer can produce. It is safe to pass
-  /// arbitrary bytes. Both functions allocate memory.
+  /// `restore` continues from a state in any completer with the same faces in the same order, Real,
+  /// settings and training sequence. It throws std::invalid_argument if the state belongs to
+  /// another mesh or other settings, is damaged, or holds values that no completer can produce. It
+  /// is safe to pass arbitrary bytes. Both functions allocate memory.
   [[nodiscard]] std::vector<std::byte> state() const;
   /// The number of bytes that `state` returns. It does not change during the lifetime of the
   /// completer.

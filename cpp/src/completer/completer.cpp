@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 template <class Real>
-constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'C'}, "completer", sizeof(Real)};
+constexpr StateKind kind = {{'d', 'y', 'n', 'm', 'e', 's', 'h', 'D'}, "completer", sizeof(Real)};
 
 /// Lets a method that computes in double precision estimate frames of single precision. Converts
 /// frames on the way in and out. Allocates memory only in the constructor, beside what the

@@ -39,12 +39,6 @@ std::string text_of(double number) {
   return to_text(number);
 }
 
-/// A state can be restored only for a mesh of the same connectivity.
-std::uint64_t hash_of_cells(const Cells& cells) {
-  return hash_of(std::as_bytes(std::span(cells.offsets))) ^
-         hash_of(std::as_bytes(std::span(cells.neighbours))) * 3;
-}
-
 /// Calls `visit(value, why)` for each number that must agree between the stream that wrote a state
 /// and the one that reads it. `why(found)` says what is wrong if another value was found.
 template <class Settings, class Visit>
@@ -59,8 +53,9 @@ void for_each_trait(const StateKind& kind, const StreamMesh& mesh, const Setting
   visit(n_vertices, [&](std::uint64_t found) {
     return joined("belongs to a mesh of ", found, " vertices, but this mesh has ", n_vertices);
   });
-  visit(hash_of_cells(mesh.topology.cells),
-        [](std::uint64_t) { return "of a mesh with other faces"; });
+  visit(hash_of(std::as_bytes(std::span(mesh.faces))), [](std::uint64_t) {
+    return "of a mesh with other faces, or with the same in another order or turned over";
+  });
   visit(mesh.training_hash, [&](std::uint64_t found) {
     const auto which =
         mesh.training_hash == 0 ? " with training" : " with another training sequence";

@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 template <class Real>
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', '9'}, "tracker", sizeof(Real)};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', 'A'}, "tracker", sizeof(Real)};
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.

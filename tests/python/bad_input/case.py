@@ -100,3 +100,22 @@ def without_rights() -> Iterator[None]:
         yield
     finally:
         os.seteuid(0)
+
+
+def _others(faces: Any) -> dict[str, Any]:
+    """Faces that are not these; all but the last have the same edges."""
+    flipped = faces.copy()
+    flipped[3] = flipped[3, ::-1]
+    begun_elsewhere = faces.copy()
+    begun_elsewhere[3] = np.roll(faces[3], 1)
+    return {
+        "with a flipped one": flipped,
+        "all turned over": faces[:, ::-1],
+        "in reverse order": faces[::-1],
+        "one of which begins at another corner": begun_elsewhere,
+        "one of which is missing": faces[1:],
+    }
+
+
+OTHER_FACES = _others(sheet(7).faces)
+"""By how they differ from those of a World."""

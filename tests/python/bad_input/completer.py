@@ -7,7 +7,7 @@ import numpy as np
 
 import dynmesh
 
-from .case import Case, World
+from .case import OTHER_FACES, Case, World
 from .functions import of
 
 _MASKED = "masked array"
@@ -38,10 +38,6 @@ def _huge(values: list[Any], rows: int) -> Any:
 
 def _too_far(world: World) -> Any:
     return world.with_value(1e30).astype(np.float32)
-
-
-def _without_a_face(world: World) -> bytes:
-    return dynmesh.Completer(world.faces[1:], world.vertices).state()
 
 
 def _by_motion(world: World) -> bytes:
@@ -199,7 +195,15 @@ resets_and_restores = [
     _restore("a flipped bit in its head", lambda w: _flipped(_state(w), 9), ValueError, "2112-bit"),
     _restore("of float32", lambda w: w.single.state(), ValueError, "32-bit", "64-bit"),
     _restore("of another mesh", lambda _: _OTHER.state(), ValueError, "3 vertices", "49"),
-    _restore("of other faces", _without_a_face, ValueError, "other faces"),
+    *(
+        _restore(
+            f"of faces, {given}",
+            lambda w, faces=faces: dynmesh.Completer(faces, w.vertices).state(),
+            ValueError,
+            "of a mesh with other faces",
+        )
+        for given, faces in OTHER_FACES.items()
+    ),
     _restore("of `method='motion'`", _by_motion, ValueError, "method is motion, not detail"),
     _restore("None", None, TypeError, "state:", "bytes", "NoneType"),
 ]

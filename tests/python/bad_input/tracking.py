@@ -4,10 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from meshes import sheet
 
 import dynmesh
 
-from .case import Case, World
+from .case import OTHER_FACES, Case, World
 from .functions import of
 
 
@@ -25,6 +26,7 @@ def _changed(matrix: Any, row: int, column: int, value: float) -> Any:
 
 _COMPLETER = dynmesh.Completer(np.array([[0, 1, 2]]), np.eye(3))
 _SINGLE = dynmesh.Tracker(np.array([[0, 1, 2]]), np.eye(3, dtype=np.float32))
+_SHEET = sheet(7)
 _SCAN = np.ones((9, 3))
 _DEPTH = np.ones((4, 5))
 _INTRINSICS = np.array([[4.0, 0, 2], [0, 4, 2], [0, 0, 1]])
@@ -148,6 +150,16 @@ cases = [
         "restore", "of a completer", ValueError, "state: not a", state=lambda _: _COMPLETER.state()
     ),
     _call("restore", "of float32", ValueError, "32-bit positions", state=lambda _: _SINGLE.state()),
+    *(
+        _call(
+            "restore",
+            f"of faces, {given}",
+            ValueError,
+            "of a mesh with other faces",
+            state=lambda _, faces=faces: dynmesh.Tracker(faces, _SHEET.vertices).state(),
+        )
+        for given, faces in OTHER_FACES.items()
+    ),
     _depth("depth", "shape (4,)", np.ones(4), "(4,)"),
     _depth("depth", "negative", _changed(_DEPTH, 2, 3, -1), "of image 0 row 2, column 3", "-1"),
     _call("push_depth", "two images, one pose", ValueError, "are 1, but 2", **_TWO),
