@@ -1,24 +1,50 @@
 """Conversion of arguments to the packed arrays of one dtype that the compiled core takes."""
 
-from typing import Any, TypeAlias
+from collections.abc import Iterable
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ._checks import as_array
+from ._checks import as_array, refuse_mask
 from ._errors import InputError, KindError
 from .attributes import as_mask
 from .polygons import Faces, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
-"""float32 or float64, x, y, z on the last axis, in any unit of length."""
+"""float32 or float64, x, y, z on the last axis, in any unit of length.
+
+Functions that take positions take no masks with them: a masked array, a frame or a
+:class:`dynmesh.Sequence` that says what was not observed is refused with a TypeError.
+"""
 
 Mask: TypeAlias = NDArray[np.bool_]
 """True where a position was observed in its frame."""
 
 Integers: TypeAlias = NDArray[np.integer[Any]]
 
+_Frame = TypeVar("_Frame")
+
 _MOST_ROWS = np.iinfo(np.int32).max
+
+
+def plain(name: str, given: Any) -> NDArray[Any]:
+    """Returns an array as it is, and a list as an array; refuses those with masks."""
+    return np.asarray(as_array(name, given))
+
+
+def frames(name: str, given: Iterable[_Frame]) -> Iterable[_Frame]:
+    """Returns frames, or masks of frames, as they are; each is checked when it is reached.
+
+    Raises:
+        TypeError: they cannot be gone through, or have masks that would be ignored.
+    """
+    refuse_mask(name, given)
+    if not isinstance(given, Iterable):
+        raise KindError(
+            f"must be frames, an array or an iterable, not {type(given).__name__}", argument=name
+        )
+    return given
 
 
 def floats(name: str, given: Any) -> Positions:
@@ -28,7 +54,7 @@ def floats(name: str, given: Any) -> Positions:
         TypeError: it is not of float32 or float64.
         ValueError: it is no array.
     """
-    array = _plain(name, as_array(name, given, np.float64))
+    array = np.asarray(as_array(name, given, np.float64))
     if array.dtype.kind != "f" or array.itemsize not in (4, 8):
         may_be_faces = name == "first_frame" and array.dtype.kind in "iu"
         order = "; faces come before it" if may_be_faces else ""
@@ -74,7 +100,7 @@ def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
 
 def known_mask(given: Any) -> Mask:
     """Returns a known mask (k,) as a packed array."""
-    mask = _plain("known", given)
+    mask = plain("known", given)
     if mask.dtype.kind not in "biu":
         raise KindError(f"must be bool, or integers 0 and 1, not {mask.dtype}", argument="known")
     if mask.ndim != 1:
@@ -84,7 +110,7 @@ def known_mask(given: Any) -> Mask:
 
 def indices(name: str, given: Any, shape: str = "(n,)") -> NDArray[np.int32]:
     """Returns integers as a packed array of int32; with the shape "(m, 3)", triangles."""
-    array = _plain(name, given)
+    array = plain(name, given)
     if array.dtype.kind not in "iu" and array.size:  # an empty list becomes float64
         raise KindError(f"must be integers, not {array.dtype}", argument=name)
     if array.shape[1:] != (() if shape == "(n,)" else (3,)) or array.ndim == 0:
@@ -113,7 +139,7 @@ def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
         return np.empty((n_vertices, 3), dtype)
     if not isinstance(out, np.ndarray):
         raise KindError(f"must be a numpy array, not {type(out).__name__}", argument="out")
-    if _plain("out", out).dtype != dtype:
+    if plain("out", out).dtype != dtype:
         raise KindError(
             f"must be {dtype}, the dtype of first_frame, not {out.dtype}", argument="out"
         )
@@ -129,16 +155,6 @@ def output(out: Any, dtype: np.dtype[Any], n_vertices: int) -> Positions:
     if reach + out.itemsize < out.nbytes:
         raise InputError("has rows or columns that share memory", argument="out")
     return out if out.flags.carray else np.empty((n_vertices, 3), dtype)
-
-
-def _plain(name: str, given: Any) -> NDArray[Any]:
-    if isinstance(given, np.ma.MaskedArray):
-        raise KindError(
-            "is a masked array, whose mask would be ignored; pass a plain array, and the mask as "
-            "`known`",
-            argument=name,
-        )
-    return np.asarray(as_array(name, given))
 
 
 def _countable(name: str, array: NDArray[Any]) -> NDArray[Any]:

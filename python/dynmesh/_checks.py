@@ -80,8 +80,34 @@ def check_array(name: str | None, value: object) -> None:
         raise KindError(f"must be a numpy array, not {type(value).__name__}", argument=name)
 
 
+def refuse_mask(name: str, value: object) -> None:
+    """Raises an error if a value, or one in a list, says itself what of it was not observed.
+
+    Functions that take positions would ignore that: the mask of a masked array, and `known` and
+    `generation` of a :class:`dynmesh.Sequence` or of a frame. Those that take a Sequence as such
+    carry them.
+    """
+    if isinstance(value, list | tuple):
+        for one in value:
+            if not isinstance(one, float | int):  # most are
+                refuse_mask(name, one)
+        return
+    lost = ["mask"] if isinstance(value, np.ma.MaskedArray) else []
+    lost += [one for one in ("known", "generation") if getattr(value, one, None) is not None]
+    if lost:
+        raise KindError(
+            f"the {lost[0]} of a {type(value).__name__} would be ignored; pass a plain array and, "
+            "where it is taken, `known`, which is true where a position was observed",
+            argument=name,
+        )
+
+
 def as_array(name: str, value: Any, whole: type | None = None) -> Any:
-    """Returns a list as an array, whole numbers as the type `whole`, and all else as it is."""
+    """Returns a list as an array, whole numbers as the type `whole`, and all else as it is.
+
+    Refuses what :func:`refuse_mask` does.
+    """
+    refuse_mask(name, value)
     if not isinstance(value, list | tuple):
         return value
     try:
@@ -126,6 +152,7 @@ def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
     """Raises an error unless these are the times of n frames."""
     if times is None:
         return
+    refuse_mask("times", times)
     if times.dtype != np.float64:
         raise KindError(f"must be float64, not {times.dtype}", argument="times")
     if times.shape != (n_frames,):

@@ -17,13 +17,8 @@ from .topology import RefusedFace, TopologyReport
 
 def trained(training: Iterable[Positions], first_frame: Positions) -> Any:
     """Returns frames as the core takes them."""
-    if not isinstance(training, Iterable):
-        raise KindError(
-            f"must be frames, an array (n, k, 3) or an iterable, not {type(training).__name__}",
-            argument="training",
-        )
     found = _core.training(first_frame)
-    for frame in training:
+    for frame in _arrays.frames("training", training):
         found.add(_arrays.points("training", frame, first_frame.dtype))
     return found
 

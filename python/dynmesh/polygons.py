@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ._checks import refuse_mask
 from ._errors import InputError, KindError
 
 
@@ -81,6 +82,7 @@ def split_faces(
         TypeError, ValueError: a polygon has fewer than three corners, one of them twice, or one
             that is no vertex.
     """
+    refuse_mask("faces", faces)
     polygons = faces if isinstance(faces, Polygons) else _polygons_of(faces)
     if not isinstance(polygons, Polygons):
         return polygons, None
@@ -90,12 +92,11 @@ def split_faces(
 
 def _polygons_of(faces: Any) -> Polygons | NDArray[Any]:
     try:
-        array = faces if isinstance(faces, np.ndarray) else np.asarray(faces)
+        array = np.asarray(faces)
     except ValueError:  # their lengths differ
         rows = [_corners_of(index, polygon) for index, polygon in enumerate(faces)]
         return Polygons(np.array([len(row) for row in rows]), np.concatenate(rows))
-    is_other = array.ndim == 2 and array.shape[1] not in (0, 3) and array.dtype.kind in "iu"
-    if not is_other or isinstance(array, np.ma.MaskedArray):
+    if array.ndim != 2 or array.shape[1] in (0, 3) or array.dtype.kind not in "iu":
         return array
     return Polygons(np.full(len(array), array.shape[1]), array.reshape(-1))
 

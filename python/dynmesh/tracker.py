@@ -323,7 +323,7 @@ def _several(name: str, given: Any) -> list[Any]:
 
 
 def _depths(image: Any) -> NDArray[np.float32]:
-    array = np.asarray(image)
+    array = _arrays.plain("depth", image)
     if array.dtype.kind != "f":
         told = f"must be float32 or float64, in the unit of the template, not {array.dtype}"
         raise KindError(told, argument="depth")
@@ -334,7 +334,7 @@ def _depths(image: Any) -> NDArray[np.float32]:
 
 
 def _matrix(name: str, given: Any, side: int) -> NDArray[np.float64]:
-    array = np.asarray(given)
+    array = _arrays.plain(name, given)
     if array.dtype.kind not in "fi":
         raise KindError(f"must be numbers, not {array.dtype}", argument=name)
     if array.shape != (side, side):

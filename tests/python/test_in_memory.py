@@ -180,7 +180,7 @@ def test_a_sequence_is_a_collection_of_frames() -> None:
         assert NUMBERED[frame].shape == (49, 3)
         assert (NUMBERED[frame] == 7).all()
     assert np.shares_memory(NUMBERED[7], NUMBERED.vertices)
-    completed = list(dynmesh.complete(NUMBERED.faces, NUMBERED))
+    completed = list(dynmesh.complete(NUMBERED.faces, iter(NUMBERED)))
     np.testing.assert_array_equal(completed, NUMBERED.vertices)
 
 

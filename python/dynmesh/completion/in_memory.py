@@ -9,7 +9,7 @@ from typing import Any, Unpack, overload
 
 import numpy as np
 
-from .._arrays import known_mask
+from .. import _arrays
 from .._errors import InputError, KindError, locating
 from ..attributes import ATTRIBUTES
 from ..completer import Completer
@@ -53,7 +53,8 @@ def complete(
     Args:
         faces: (m, 3) integers, other polygons, or a :class:`dynmesh.Sequence`, which has frames and
             masks itself.
-        frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged.
+        frames: (k, 3) positions each. The first frame must be complete and is yielded unchanged. Of
+            a sequence with masks, give these as `known`, or the sequence alone.
         known: (k,) bool for each frame, or None if rows that are not finite are missing.
         training: complete frames of the same mesh, seen before, from which method detail learns;
             see :class:`dynmesh.Completer`. They are read when the first frame is requested.
@@ -103,7 +104,7 @@ def _complete_frames(
     if first is None:
         raise InputError("is empty, but frame 0 is needed, complete", argument="frames")
     points, mask = first
-    given = None if mask is None else known_mask(mask)
+    given = None if mask is None else _arrays.known_mask(mask)
     if given is not None and not given.all():
         told = f"vertex {given.argmin()} is missing, but frame 0 must be complete"
         raise InputError(told, argument="known")
@@ -145,14 +146,13 @@ def _complete_sequence(
 def _pair(
     frames: Iterable[Positions], known: Iterable[Mask] | None
 ) -> Iterator[tuple[Positions, Mask | None]]:
-    for name, given in (("frames", frames), ("known", known)):
-        if not isinstance(given, Iterable) and (given is not None or name == "frames"):
-            raise KindError(f"must be iterable, not {type(given).__name__}", argument=name)
+    positions = _arrays.frames("frames", frames)
     if known is None:
-        yield from zip(frames, repeat(None), strict=False)
+        yield from zip(positions, repeat(None), strict=False)
         return
     missing: Any = object()
-    pairs: Iterator[tuple[Any, Any]] = zip_longest(frames, known, fillvalue=missing)
+    masks = _arrays.frames("known", known)
+    pairs: Iterator[tuple[Any, Any]] = zip_longest(positions, masks, fillvalue=missing)
     for number, (points, mask) in enumerate(pairs):
         if points is missing or mask is missing:
             short, long = ("frames", "known") if points is missing else ("known", "frames")

@@ -40,7 +40,7 @@ def rng_of(purpose: Purpose, seed: int, *numbers: int) -> "np.random.Generator":
 def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
     """Yields frames with their numbers; raises an error for those that do not match frame 0."""
     expected: tuple[int, ...] = ()
-    for frame, points in enumerate(frames):
+    for frame, points in enumerate(_arrays.frames("frames", frames)):
         with locating(frame=frame):
             points = _arrays.first_frame("points", points)
         expected = expected or points.shape

@@ -153,7 +153,8 @@ class Writer(ABC):
                 has all its frames already.
         """
         points = as_array("points", points, np.float64)
-        frame = Frame(points, as_array("known", known), **attributes)
+        given = {"known": known, **attributes}
+        frame = Frame(points, **{name: as_array(name, values) for name, values in given.items()})
         with naming(self.path), self._blaming():
             with locating(frame=self._number):
                 self._check(frame)

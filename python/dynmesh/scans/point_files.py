@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._checks import refuse_mask
 from .._errors import naming
 from ..files.header import Metadata, metadata_in
 from ..files.ply import coordinates, ply_header, read_elements
@@ -50,6 +51,8 @@ def write_ply(
     up_axis: str | None = None,
 ) -> None:
     """Writes points and their normals as PLY, binary and little-endian, in their precision."""
+    for name, values in scan._asdict().items():
+        refuse_mask(name, values)
     kind = "double" if scan.points.dtype == np.float64 else "float"
     names, columns = [*"xyz"], [scan.points]
     if scan.normals is not None:

@@ -6,8 +6,7 @@ from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
-import numpy as np
-
+from .._arrays import plain
 from .._errors import InputError
 from ..files import formats
 from ..files.new_output import check_folder, exchange, exists_already, making
@@ -53,7 +52,7 @@ def scan_folder(
                 return
             for camera, depth in zip(rig.cameras, scan.depth, strict=True):
                 file = hidden / f"depth_{number:05d}_{camera.name}{SUFFIX}"
-                write_depth(file, np.asarray(depth), camera)
+                write_depth(file, plain("depth", depth), camera)
 
         yield append
         _refuse_existing(path, overwrite)  # another process may have written it

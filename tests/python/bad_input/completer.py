@@ -10,7 +10,7 @@ import dynmesh
 from .case import OTHER_FACES, Case, World
 from .functions import of
 
-_MASKED = "masked array"
+_MASKED = "the mask of a MaskedArray"
 _LARGEST = np.array([[0, 1, 2**64 - 1]], np.uint64)
 _OTHER = dynmesh.Completer(np.array([[0, 1, 2]]), np.eye(3))
 
