@@ -120,7 +120,9 @@ class Sequence(Description, VertexAttributes):
             cut into triangles and kept as `polygons`.
         known: (n, k) bool, or integers 0 and 1, or None if every position was observed.
         generation: (n, k) int32, 0 for anchors, g for satellites, -1 for disconnected vertices, -2
-            for those that were put together from other frames, or None.
+            for those that were put together from other frames, or None. If there are generations,
+            only vertices of generation 0 were observed; when the sequence is completed again, the
+            others are estimated again.
         age: (n, k) int32, frames since the vertex was last observed; None if `generation` is.
         standard_error: (n, k) float32, how far each vertex may be off, in the unit of the
             positions; `standard_error_of` says in which sense: see

@@ -162,9 +162,8 @@ def _source(reader: Reader) -> Iterator[Callable[[int], tuple[Positions, Mask]]]
             frames = reader.frames(number)
         following = number + 1
         frame = next(frames)
-        known = frame.observed if frame.known is None else frame.known
         points = _arrays.points("points", frame.points, reader.dtype)
-        return points, _arrays.known_mask(known)
+        return points, _arrays.known_mask(frame.claimed)
 
     try:
         yield read

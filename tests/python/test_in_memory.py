@@ -16,6 +16,7 @@ from sequences import assert_same, sea
 import dynmesh
 from dynmesh.scans import read_points
 from dynmesh.sequence import StandardErrorOf, numbers_of
+from dynmesh.verbs.degrade import degrade_file
 
 N = 8
 TRUTH = sea(N)
@@ -25,18 +26,17 @@ KNOWN: Any = PARTIAL.known
 COMPLETED = dynmesh.complete(PARTIAL, start=0, method="motion")
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {},
-        {"method": "motion"},
-        {"start": 3, "uncertainty": True},
-        {"bidirectional": True},
-        {"bidirectional": True, "training": True},
-        {"start": "best", "drop_above": 0.2},
-    ],
-    ids=str,
-)
+OPTIONS: list[dict[str, Any]] = [
+    {},
+    {"method": "motion"},
+    {"start": 3, "uncertainty": True},
+    {"bidirectional": True},
+    {"bidirectional": True, "training": True},
+    {"start": "best", "drop_above": 0.2},
+]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
 def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[str, Any]) -> None:
     training = options.get("training")
     given = dict(options) | ({"training": TRUTH.vertices[2:6]} if training else {})
@@ -47,6 +47,49 @@ def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[st
     output = tmp_path / "out.npz"
     dynmesh.complete_file(tmp_path / "partial.npz", output, provenance=True, **of_file)
     assert_same(made, dynmesh.read(output))
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+def test_what_was_estimated_is_estimated_again(options: dict[str, Any]) -> None:
+    """A completed sequence is completed as that of which it was made."""
+    options = options | ({"training": TRUTH.vertices[2:6]} if "training" in options else {})
+    completed = dynmesh.complete(PARTIAL, **options)
+    assert_same(dynmesh.complete(completed, **options), completed)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".h5", ".npy", ".usda", ".abc", "_%02d.ply"])
+def test_a_completed_file_is_completed_again_as_in_memory(tmp_path: Path, suffix: str) -> None:
+    for needed, library in ((".h5", "h5py"), (".usda", "pxr"), (".abc", "alembic3d")):
+        if suffix == needed:
+            pytest.importorskip(library)
+    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
+    once, twice = tmp_path / f"once{suffix}", tmp_path / f"twice{suffix}"
+    dynmesh.complete_file(tmp_path / "partial.npz", once, provenance=True)
+    dynmesh.complete_file(once, twice)
+    for name in ("vertices", "generation", "age"):
+        one, other = (getattr(dynmesh.read(path), name) for path in (once, twice))
+        np.testing.assert_array_equal(one, other, err_msg=name)
+    assert dynmesh.read(twice).known is None
+
+
+def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
+    """With a mask, after a loss, and in a format that cannot say so."""
+    again = dynmesh.complete(replace(COMPLETED, known=np.ones_like(KNOWN)), start=0)
+    np.testing.assert_array_equal(again.vertices, dynmesh.complete(PARTIAL, start=0).vertices)
+    dynmesh.write(tmp_path / "completed.npz", COMPLETED)
+    degrade_file(tmp_path / "completed.npz", tmp_path / "partial.npz", known=0.99)
+    left: Any = dynmesh.read(tmp_path / "partial.npz").known
+    np.testing.assert_array_equal(left & ~KNOWN, np.zeros_like(KNOWN))
+    assert left.sum() > 0.9 * KNOWN.sum()
+    np.testing.assert_allclose(dynmesh.info(COMPLETED).known_share, KNOWN.mean(axis=1))
+    whole = dynmesh.whole_frame(COMPLETED.faces, COMPLETED, frame=3)
+    np.testing.assert_array_equal(whole.known, KNOWN[3])
+    for made in (
+        dynmesh.complete_file(tmp_path / "completed.npz", tmp_path / "a_%02d.obj"),
+        dynmesh.convert_file(tmp_path / "completed.npz", tmp_path / "b_%02d.obj"),
+    ):
+        (told,) = (one for one in made.remarks if "generation" in one)
+        assert "counts as observed" in told
 
 
 def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:

@@ -445,7 +445,8 @@ def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> Non
     np.testing.assert_array_equal(frame.values["known"], sequence.generation[3] == 0)
     np.testing.assert_array_equal(frame.values["age"], abs(3 * sequence.generation[3]))
     done = SequenceReader(Sequence(sequence.vertices, sequence.faces))
-    heatmap = Heatmap(done, input=SequenceReader(sequence))
+    masked = replace(sequence, generation=None, age=None)
+    heatmap = Heatmap(done, input=SequenceReader(masked))
     assert heatmap.colour == "known"
     (frame,) = heatmap.frames(range(4, 5))
     scale = heatmap.scale("known", [frame])

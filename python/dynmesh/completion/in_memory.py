@@ -48,7 +48,8 @@ def complete(
     """Completes frames one after another, in constant memory, or a whole sequence.
 
     Of frames, this is an iterator: nothing is read or checked before the first is requested. A
-    sequence is completed at once, as :func:`dynmesh.complete_file` completes a file.
+    sequence is completed at once, as :func:`dynmesh.complete_file` completes a file. In one that
+    was completed before, what was estimated is estimated again.
 
     Args:
         faces: (m, 3) integers, other polygons, or a :class:`dynmesh.Sequence`, which has frames and

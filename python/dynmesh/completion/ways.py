@@ -142,7 +142,7 @@ def complete_frames(
         for number in way:
             frame = next(frames)
             with locating(frame=reader.header.number(number)):
-                points = completer.push(frame.points, frame.known)
+                points = completer.push(frame.points, frame.claimed)
             if number == start.number:
                 continue
             tally.reports.append(completer.report)

@@ -73,10 +73,10 @@ def scanned(
 
 
 def _points(reader: Reader) -> Iterator[Positions]:
-    """Yields what was observed; the rest is NaN."""
+    """Yields the positions that there are; the rest is NaN."""
     missing = reader.dtype.type(np.nan)
     for frame in reader:
-        yield np.where(frame.observed[:, None], frame.points, missing)
+        yield np.where(frame.present[:, None], frame.points, missing)
 
 
 def _bounding_box(reader: Reader) -> Positions:

@@ -57,5 +57,5 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
         mean_edge=start.mean_edge if np.nansum(start.lengths) > 0 else None,
         known_share=np.array(presence.shares),
         motion=np.array(motion.medians),
-        likely_up=likely_up(start.first[start.observed], header.up_axis),
+        likely_up=likely_up(start.first[start.present], header.up_axis),
     )

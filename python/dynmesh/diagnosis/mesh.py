@@ -18,28 +18,28 @@ class Mesh:
     """A mesh and what the diagnosis derives from it.
 
     Attributes:
-        first: (k, 3), frame 0; zero for vertices that were not observed.
-        observed: (k,) bool, in frame 0.
+        first: (k, 3), frame 0; zero for vertices that have no position.
+        present: (k,) bool, in frame 0.
         ends: (e, 2) int64, the vertices of each edge.
-        lengths: (e,), of the edges in frame 0; NaN if an end was not observed.
+        lengths: (e,), of the edges in frame 0; NaN if an end has none.
         mean_edge: of frame 0; 1 if there is no edge.
         diagonal: of the bounding box of frame 0.
         topology: the report of the topology; None if there are no faces.
     """
 
-    def __init__(self, faces: NDArray[np.integer[Any]], points: Positions, observed: Mask) -> None:
-        """Takes frame 0, whose points are ignored where they were not observed."""
-        self.observed = observed
-        self.first = np.where(observed[:, None], points, 0).astype(points.dtype)
+    def __init__(self, faces: NDArray[np.integer[Any]], points: Positions, present: Mask) -> None:
+        """Takes frame 0, of whose points those that are not present are ignored."""
+        self.present = present
+        self.first = np.where(present[:, None], points, 0).astype(points.dtype)
         offsets, neighbours = cells(faces, len(points))
         own = np.repeat(np.arange(len(points)), np.diff(offsets))
         ends = np.stack([own, neighbours], axis=1)[own < neighbours].astype(np.int64)
         between = np.diff(self.first[ends].astype(np.float64), axis=1)[:, 0]
         lengths = np.linalg.norm(between, axis=1)
-        lengths[~observed[ends].all(axis=1)] = np.nan
+        lengths[~present[ends].all(axis=1)] = np.nan
         self.ends, self.lengths = ends, lengths
         self.mean_edge = (float(np.nanmean(lengths)) if np.isfinite(lengths).any() else 0.0) or 1.0
-        self.diagonal = bounding_box_diagonal(self.first[observed]) if observed.any() else 0.0
+        self.diagonal = bounding_box_diagonal(self.first[present]) if present.any() else 0.0
         self.topology = Completer(faces, self.first).topology if len(faces) else None
 
 
@@ -82,7 +82,7 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
 
 
 def _coincident(mesh: Mesh) -> Iterator[Finding]:
-    there = np.flatnonzero(mesh.observed)
+    there = np.flatnonzero(mesh.present)
     _, group, sizes = np.unique(mesh.first[there], axis=0, return_inverse=True, return_counts=True)
     places = there[sizes[group.reshape(-1)] > 1]
     if len(places):

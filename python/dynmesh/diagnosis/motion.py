@@ -37,7 +37,7 @@ class Motion:
         self.medians: list[float] = [np.nan]
         self._mesh = mesh
         self._last = mesh.first.copy()
-        self._last_seen = np.where(mesh.observed, 0, -_RECENT - 1)
+        self._last_seen = np.where(mesh.present, 0, -_RECENT - 1)
         self._astray = Places(len(mesh.first))
         self._farthest = 0.0
         self._scrambled: list[int] = []

@@ -30,10 +30,11 @@ class Presence:
         self._header = header
         self.shares: list[float] = []
         self._mesh = mesh
+        self._in_first = mesh.present & first.observed
         self._n_vertices = len(mesh.first)
         self._limit = f"{LARGEST[first.points.dtype.itemsize]:.0e}".replace("+", "")
         self._seen = np.zeros(self._n_vertices, np.bool_)
-        self._best, self._known_in_best = 0, np.count_nonzero(mesh.observed)
+        self._best, self._known_in_best = 0, np.count_nonzero(self._in_first)
         self._unusable = Places(self._n_vertices)
         self._zeros = Places(self._n_vertices)
         self._count(0, first)
@@ -41,15 +42,15 @@ class Presence:
     def watch(self, number: int, frame: Frame) -> Mask:
         """Takes the next frame into account and returns which of its positions are plausible."""
         self._count(number, frame)
-        observed = plausible(frame)
+        present = plausible(frame)
         self._seen |= frame.observed
         # A better start is the first complete frame, or else knows more, or as much and is nearer
         # to the middle: see :func:`dynmesh.whole_frame`.
-        known, most = np.count_nonzero(observed), self._known_in_best
+        known, most = np.count_nonzero(present & frame.observed), self._known_in_best
         away, least = (abs(2 * n + 1 - self._header.n_frames) for n in (number, self._best))
         if known > most or (known == most < self._n_vertices and away < least):
             self._best, self._known_in_best = number, known
-        return observed
+        return present
 
     def findings(self) -> Iterator[Finding]:
         """Yields the problems found in all frames."""
@@ -62,15 +63,12 @@ class Presence:
             yield from self._never_seen()
 
     def _count(self, number: int, frame: Frame) -> None:
-        observed = frame.observed
-        self._zeros.add(number, observed & ~plausible(frame))
-        self.shares.append(float(observed.mean()))
-        # Without a mask, positions that are not finite are missing, but those too large are not.
-        said = np.isfinite(frame.points).all(axis=1) if frame.known is None else frame.known
-        self._unusable.add(number, said & ~observed)
+        self._zeros.add(number, frame.present & ~plausible(frame))
+        self.shares.append(float(frame.observed.mean()))
+        self._unusable.add(number, frame.claimed & ~frame.present)
 
     def _frame_0(self) -> Iterator[Finding]:
-        missing = np.flatnonzero(~self._mesh.observed)
+        missing = np.flatnonzero(~self._in_first)
         if not len(missing):
             return
         k, known = self._n_vertices, self._known_in_best
@@ -80,7 +78,7 @@ class Presence:
         elif known == k:
             advice = f"{start}, the first complete one. {_BACKWARDS}"
         else:
-            never = np.count_nonzero(~(self._seen | self._mesh.observed))
+            never = np.count_nonzero(~(self._seen | self._in_first))
             advice = (
                 f"No frame is complete. {start}, which knows most vertices, {percent(known / k)}; "
                 f"{percent((k - known - never) / k)} are put together from other frames, and "
@@ -154,6 +152,6 @@ class Presence:
 
 
 def plausible(frame: Frame) -> Mask:
-    """Returns which vertices were observed, and are not at the origin with another one."""
-    zero = frame.observed & ~frame.points.any(axis=1)
-    return frame.observed & ~zero if np.count_nonzero(zero) > 1 else frame.observed
+    """Returns which vertices have a position, and are not at the origin with another one."""
+    zero = frame.present & ~frame.points.any(axis=1)
+    return frame.present & ~zero if np.count_nonzero(zero) > 1 else frame.present

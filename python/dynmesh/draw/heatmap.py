@@ -103,13 +103,13 @@ class Heatmap(Sources):
                 if name in self.colours
             }
             beside = {
-                name: ShownFrame(number, other.points, other.observed, {}, {})
+                name: ShownFrame(number, other.points, other.present, {}, {})
                 for name, other in (("input", partial), ("reference", truth))
                 if other is not None
             }
             if cloud is not None:
                 cloud = cloud[:: max(1, -(-len(cloud) // _MOST_POINTS))]
-            yield ShownFrame(number, frame.points, frame.observed, values, beside, cloud)
+            yield ShownFrame(number, frame.points, frame.present, values, beside, cloud)
 
     def scale(self, colour: Colour, frames: Iterable[ShownFrame]) -> Scale | None:
         """Returns the scale of this colour for frames, or None for the colour "plain"."""

@@ -156,14 +156,10 @@ def _attribute(name: str, _: Sources, moment: Moment) -> Values:
 
 def _known(_: Sources, moment: Moment) -> Values:
     frame, given = moment.frame, moment.given
-    if frame.known is not None:
-        known = frame.known
-    elif frame.generation is not None:
-        known = np.asarray(frame.generation == 0)
-    else:
+    if frame.known is None and frame.generation is None:
         assert given is not None  # as _lacks_masks says
-        known = given.observed
-    return known.astype(np.int8)
+        return given.observed.astype(np.int8)
+    return frame.claimed.astype(np.int8)
 
 
 def _distance(sources: Sources, moment: Moment) -> Values:
@@ -172,7 +168,7 @@ def _distance(sources: Sources, moment: Moment) -> Values:
     assert cloud is not None  # as _lacks_scans says
     if len(cloud):
         some = cloud[:: max(1, len(cloud) // (_POINTS_PER_VERTEX * len(points)))]
-        seen = moment.frame.observed
+        seen = moment.frame.present
         locator = require("vtkmodules.vtkCommonDataModel", extra="view").vtkStaticPointLocator()
         locator.SetDataSet(require("pyvista", extra="view").PolyData(some))
         locator.BuildLocator()

@@ -7,7 +7,7 @@ import errno
 import glob
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -117,6 +117,16 @@ class Target:
                 f"{listed(one.suffixes[0] for one in able)} can",
                 file=self.path,
             )
+
+    def holding(self, header: Header) -> tuple[Header, list[str]]:
+        """Returns the header without what the format cannot hold of it, and says what that is."""
+        if self.writer.keeps_provenance or not header.has_provenance:
+            return header, []
+        told = (
+            "generation and age are not written, as this format cannot hold them; what was "
+            "estimated counts as observed there"
+        )
+        return replace(header, has_provenance=False, has_standard_error=False), [told]
 
     def write(self, sequence: Sequence, *, overwrite: bool = True) -> list[str]:
         """Writes a whole sequence; returns the remarks of the writer."""

@@ -30,12 +30,28 @@ class Frame(VertexAttributes):
     known: Mask | None = None
 
     @property
-    def observed(self) -> Mask:
-        """(k,) bool, which vertices have a usable position in this frame."""
+    def present(self) -> Mask:
+        """(k,) bool, which vertices have a position that can be used, observed or estimated."""
         with np.errstate(invalid="ignore"):
             usable = np.abs(self.points) <= LARGEST[self.points.dtype.itemsize]
         there: Mask = np.asarray(usable.all(axis=1))
         return there if self.known is None else there & self.known
+
+    @property
+    def claimed(self) -> Mask:
+        """(k,) bool, which vertices were observed, by what the frame says of them.
+
+        These are the known ones or, without a mask, those whose position is finite; and of them,
+        where there are generations, those of generation 0. All others were estimated, and are so
+        again when the frame is completed again.
+        """
+        said = np.isfinite(self.points).all(axis=1) if self.known is None else self.known
+        return np.asarray(said if self.generation is None else said & (self.generation == 0))
+
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool, which vertices were observed and have a position that can be used."""
+        return self.claimed & self.present
 
     def __iter__(self) -> Iterator[Any]:
         """Yields the points and the mask."""
@@ -45,7 +61,7 @@ class Frame(VertexAttributes):
 
 def check_whole(frame: Frame, advice: str) -> None:
     """Refuses a frame with missing vertices; the advice ends the message."""
-    missing = np.flatnonzero(~frame.observed)
+    missing = np.flatnonzero(~frame.present)
     if len(missing):
         raise InputError(
             f"{len(missing)} of {len(frame.points)} vertices "

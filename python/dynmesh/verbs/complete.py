@@ -154,7 +154,9 @@ def complete_file(
         threads: the number of threads that may work on a frame.
         uncertainty: whether to write the standard error of each vertex; implies `provenance`.
         provenance: whether to write how many edges each vertex is from an observed one
-            (generation), and for how many frames it was not observed (age).
+            (generation), and for how many frames it was not observed (age). A file that has them
+            can be completed again: what was estimated is then estimated again. The result of such a
+            file has them, too.
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
             of the positions.
         overwrite: whether to replace an existing output.
@@ -195,11 +197,12 @@ def complete_file(
         header = replace(
             reader.header,
             has_known=drop_above is not None,
-            has_provenance=provenance,
+            has_provenance=provenance or reader.has_provenance,
             has_standard_error=provenance and settings["uncertainty"],
             standard_error_of="position",
             mesh_file=MeshFile(Path(path), ()) if target.is_overlay else reader.header.mesh_file,
         )
+        header, lost = target.holding(header)
         with target.create(header, overwrite=overwrite) as writer, naming(Path(path)):
             whole = first or start_in(reader, start, settings, progress=progress)
             with learnt.frames() as frames:
@@ -217,6 +220,7 @@ def complete_file(
         reason=reason,
         remarks=(
             *writer.remarks,
+            *lost,
             *whole.remarks(reader.header),
             *_of_mask(source or {}, [one.known / reader.n_vertices for one in reports]),
         ),

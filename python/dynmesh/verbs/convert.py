@@ -1,7 +1,6 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -84,14 +83,9 @@ def convert_file(
     target = files.target_of(named, output_format)
     with files.open(path, format=format, **(source or {})) as reader:
         target.check(overwrite=overwrite, reader=reader)
-        dropped = reader.has_provenance and not target.writer.keeps_provenance
         with files.naming(reader.path):
             conversion, indices = changes.of(reader.header)
-        header = replace(
-            conversion.header,
-            has_provenance=reader.has_provenance and not dropped,
-            has_standard_error=reader.header.has_standard_error and not dropped,
-        )
+        header, dropped = target.holding(conversion.header)
         with (
             numbering(reader.path, header.number),
             target.create(header, overwrite=overwrite) as writer,
@@ -100,12 +94,11 @@ def convert_file(
             for frame in conversion.frames(tracked(read, len(indices), "converting", progress)):
                 values = frame.attributes()
                 writer.append(frame.points, **{name: values[name] for name in header.attributes})
-    lost = "generation and age are not written; this format cannot hold them"
     return Written(
         output=Path(output),
         frames=header.n_frames,
         vertices=header.n_vertices,
-        remarks=(*writer.remarks, *([lost] if dropped else [])),
+        remarks=(*writer.remarks, *dropped),
     )
 
 

@@ -43,7 +43,7 @@ def pick_page(
     """
     first = next(iter(template))
     with locating(file=template.path):
-        if not first.observed.all():
+        if not first.present.all():
             raise InputError("frame 0 must be whole")
         numbers, faces = thin(template.faces, first.points, max_vertices)
     scan = next((one.cloud for one in scans if one is not None and one.has_points), None)
