@@ -328,8 +328,31 @@ def test_nothing_changes_but_the_points_and_what_no_longer_fits_them(shot: Path)
     assert attributes == CHANGED | TRACES
     assert list(layer.subLayerPaths) == ["./../scene.usda"]
     stage = stage_of(shot / "done" / "over.usda")
-    for name in CHANGED - {"points", "extentsHint"}:
+    for name in CHANGED - {"points", "extent", "extentsHint"}:
         assert not stage.GetAttributeAtPath(f"{BODY}.{name}").HasAuthoredValue()
+
+
+@pytest.mark.parametrize("is_overlay", [False, True])
+def test_extents_are_those_of_the_points_in_each_frame(tmp_path: Path, is_overlay: bool) -> None:
+    """Of known ones alone; a frame without any is empty."""
+    scene = production(tmp_path / "scene.usda")
+    if is_overlay:
+        over(scene, tmp_path / "a.usda", HAT)
+    else:
+        partial = dynmesh.read(scene, prim=HAT)
+        assert partial.known is not None
+        partial.known[2] = False
+        dynmesh.write(tmp_path / "a.usda", partial)
+    made, stage = dynmesh.read(tmp_path / "a.usda", prim=HAT), stage_of(tmp_path / "a.usda")
+    extent = UsdGeom.Mesh(stage.GetPrimAtPath(HAT)).GetExtentAttr()
+    times = UsdGeom.Mesh(stage.GetPrimAtPath(HAT)).GetPointsAttr().GetTimeSamples()
+    assert extent.GetTimeSamples() == times
+    for number, time in enumerate(times):
+        found, known = np.array(extent.Get(time)), made.known
+        points = made[number] if known is None else made[number][known[number]]
+        assert (found[0] > found[1]).all() == (len(points) == 0)
+        if len(points):
+            np.testing.assert_array_equal(found, [points.min(axis=0), points.max(axis=0)])
 
 
 def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_path: Path) -> None:
@@ -350,7 +373,7 @@ def test_the_points_are_those_of_the_mesh_completed_alone(
     dynmesh.complete_file(shot / "scene.usda", tmp_path / "one.npz", source={"prim": mesh})
     expected = dynmesh.read(tmp_path / "one.npz").vertices
     report = over(shot / "scene.usda", tmp_path / "over.usda", mesh, provenance=True)
-    said = any("extent, normals, velocities of scene.usda" in told for told in report.remarks)
+    said = any("normals, velocities of scene.usda are blocked" in told for told in report.remarks)
     assert said == (mesh == BODY)  # the others have no normals and velocities
     points = points_of(tmp_path / "over.usda", mesh)
     assert tuple(points) == TIMES

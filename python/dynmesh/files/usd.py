@@ -2,8 +2,8 @@
 
 Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
 Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh, its
-points and faces alone, at the same path and times. An overlay changes the points in the original
-stage, blocks what followed from the former ones, and leaves everything else as it is.
+points and faces alone, at the same path and times. An overlay changes the points and the extent in
+the original stage, blocks what else followed from the former ones, and leaves the rest as it is.
 
 The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
 each with one value per vertex.
@@ -61,7 +61,7 @@ class UsdWriter(Writer):
             self._describe_stage()
             self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
             mesh = self._make_mesh()
-            self._points = mesh.CreatePointsAttr()
+            self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
             api = geometry.PrimvarsAPI(mesh)
             self._primvars = {
                 name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
@@ -111,6 +111,7 @@ class UsdWriter(Writer):
         points, time = frame.points, self._times[self._frame]
         with translating(OSError):
             self._points.Set(library_array("Vec3fArray", points), time)
+            self._extent.Set(library_array("Vec3fArray", _extent_of(frame)), time)
             for name, primvar in self._primvars.items():
                 values = library_array(primvars[name], getattr(frame, name))
                 primvar.Set(values, time)
@@ -142,12 +143,19 @@ class UsdWriter(Writer):
         """Changes the layer after everything else was written to it."""
 
     def _release_stage(self) -> None:
-        self._stage = self._points = None
+        self._stage = self._points = self._extent = None
         self._primvars = {}
 
     def _close(self) -> None:
         self._release_stage()
         self._layer = None
+
+
+def _extent_of(frame: Frame) -> NDArray[np.float32]:
+    """Returns the two corners of the bounding box; without points, those of USD's empty range."""
+    points, most = frame.points[frame.present], np.finfo(np.float32).max
+    corners = points.min(axis=0, initial=most), points.max(axis=0, initial=-most)
+    return np.stack(corners).astype(np.float32)
 
 
 def _prim_path(name: str | None) -> str:
@@ -161,14 +169,15 @@ def _prim_path(name: str | None) -> str:
 _of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
 """What a layer says of itself, not of the stage of which it is the root."""
 
-_derived = ("extent", "normals", "primvars:normals", "velocities", "accelerations")
-"""The attributes of a mesh that follow from its points."""
+_derived = ("normals", "primvars:normals", "velocities", "accelerations")
+"""The attributes of a mesh that follow from its points, and are not written."""
 
 
 class UsdOverlayWriter(UsdWriter):
     """A layer that is being written, with the mesh file of its header, a stage, as its sublayer.
 
-    It only has opinions on one mesh: its points, and what no longer fits them, which it blocks.
+    It only has opinions on one mesh: its points, its extent, and what no longer fits, which it
+    blocks.
     Everything else is that of the stage, whose time codes, units and default prim are repeated, as
     USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
     both files can be moved together.

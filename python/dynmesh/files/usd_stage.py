@@ -130,13 +130,12 @@ def pxr(name: str) -> ModuleType:
 @contextlib.contextmanager
 def translating(kind: type[Exception], what: str = "") -> Iterator[None]:
     """Raises the library's errors as errors of another kind, and keeps it from printing."""
-    tf, utils = pxr("Tf"), pxr("UsdUtils")
-    delegate = utils.CoalescingDiagnosticDelegate()  # suppresses printing while it exists
+    delegate = pxr("UsdUtils").CoalescingDiagnosticDelegate()  # suppresses printing while it exists
     try:
         yield
-    except tf.ErrorException as error:
-        told = " ".join(error.args[0].commentary.split())
-        raise kind(what + told) from error
+    except RuntimeError as error:  # also one of Tf
+        told = getattr(error.args[0], "commentary", str(error))
+        raise kind(what + " ".join(told.split())) from error
     finally:
         del delegate
 
