@@ -75,12 +75,13 @@ def check_vector(name: str, value: tuple[float, float, float]) -> None:
 
 
 def check_array(name: str | None, value: object) -> None:
-    """Raises an error unless the value is an array."""
+    """Raises an error unless the value is an array, which has no mask."""
+    refuse_mask(name, value)
     if not isinstance(value, np.ndarray):
         raise KindError(f"must be a numpy array, not {type(value).__name__}", argument=name)
 
 
-def refuse_mask(name: str, value: object) -> None:
+def refuse_mask(name: str | None, value: object) -> None:
     """Raises an error if a value, or one in a list, says itself what of it was not observed.
 
     Functions that take positions would ignore that: the mask of a masked array, and `known` and

@@ -360,7 +360,10 @@ def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_pat
     said = run("convert", scene, tmp_path / "alone.usda", "--prim", BODY).stderr
     stage = stage_of(tmp_path / "alone.usda")
     assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/World", BODY]
-    assert "transforms of scene.usda are not written" in said
+    told = (
+        "materials, normals, other meshes, transforms and velocities of scene.usda are not written"
+    )
+    assert told in said
     dynmesh.complete_file(scene, tmp_path / "one.npz", source={"prim": BODY})
     dynmesh.complete_file(tmp_path / "one.npz", tmp_path / "one.usda")
     assert not Sdf.Layer.FindOrOpen(str(tmp_path / "one.usda")).subLayerPaths
@@ -603,6 +606,95 @@ def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) ->
     del archive, world, schema
     report = dynmesh.convert_file(path, tmp_path / "b.abc")
     (remark,) = (remark for remark in report.remarks if "of a.abc are not written" in remark)
-    assert remark.startswith("transforms ")
-    assert "velocities" not in remark
+    assert remark == "normals, other meshes and transforms of a.abc are not written"
     assert dynmesh.convert_file(tmp_path / "b.abc", tmp_path / "c.abc").remarks == ()
+
+
+POLYGONS = "int[] faceVertexCounts = [4, 3]\nint[] faceVertexIndices = [0, 1, 2, 3, 0, 3, 4]"
+PLACES = np.random.default_rng(0).random((7, 2)).astype(np.float32)
+"""The texture coordinates of the corners of a quadrilateral and a triangle."""
+
+
+def textured(path: Path, *more: str, name: str = "st", texture: Any = PLACES) -> Path:
+    """A mesh with these texture coordinates, of corners or of vertices."""
+    points = "[(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (-1, 0, 0)]"
+    kind = "faceVarying" if len(texture) == 7 else "vertex"
+    values = ", ".join(str(tuple(row)) for row in texture.tolist())
+    lines = (
+        f"point3f[] points.timeSamples = {{1: {points}, 2: {points}}}",
+        f'texCoord2f[] primvars:{name} = [{values}] (interpolation = "{kind}")',
+    )
+    return layer(path, mesh(*lines, *more, faces=POLYGONS))
+
+
+def texture_in(path: Path) -> Any:
+    with dynmesh.open(path) as reader:
+        return reader.header.texture
+
+
+def corners_in_obj(path: Path) -> list[list[tuple[list[float], int]]]:
+    """The texture coordinates and the vertices of the corners of each face."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    places = [[float(x) for x in words] for kind, *words in lines if kind == "vt"]
+    faces = [[word.split("/") for word in words] for kind, *words in lines if kind == "f"]
+    return [[(places[int(t) - 1], int(v) - 1) for v, t in face] for face in faces]
+
+
+@pytest.mark.parametrize("of_vertices", [False, True])
+def test_texture_coordinates_go_from_format_to_format(tmp_path: Path, of_vertices: bool) -> None:
+    texture = PLACES[:5] if of_vertices else PLACES
+    corners = [0, 1, 2, 3, 0, 3, 4]
+    expected = texture[corners] if of_vertices else texture
+    path = textured(tmp_path / "a.usda", name="UVMap", texture=texture)
+    for name in ("b.abc", "c.usdc", "d.abc", "e.abc"):
+        assert dynmesh.convert_file(path, tmp_path / name).remarks == ()
+        path = tmp_path / name
+        np.testing.assert_array_equal(texture_in(path), expected)
+    for name, made in (("f_%d.obj", "f_2.obj"), ("g.pc2", "g.obj")):
+        assert dynmesh.convert_file(path, tmp_path / name).remarks == ()
+        found = corners_in_obj(tmp_path / made)
+        assert [vertex for face in found for _, vertex in face] == corners
+        assert list(map(len, found)) == [4, 3]
+        np.testing.assert_array_equal([place for face in found for place, _ in face], expected)
+    archive = Abc.IArchive(str(tmp_path / "e.abc"))
+    schema = Geometry.IPolyMesh(archive.getTop(), "Body").getSchema()
+    order = [3, 2, 1, 0, 6, 5, 4]
+    assert list(schema.getFaceIndicesProperty().getValue(0)) == [corners[i] for i in order]
+    values = np.array(schema.getUVsParam().getExpandedValue(1).getVals())
+    np.testing.assert_array_equal(values, expected[order])
+
+
+def test_what_a_conversion_leaves_out_is_said_in_one_sentence(tmp_path: Path) -> None:
+    path = textured(
+        tmp_path / "a.usda",
+        'texCoord2f[] primvars:lightmap = [(0, 0)] (interpolation = "vertex")',
+        "color3f[] primvars:displayColor = [(1, 0, 0)]",
+        "rel material:binding = </Body/skin>",
+        'def Material "skin" {}',
+        'def GeomSubset "face" { uniform token elementType = "face"\nint[] indices = [0]\n}',
+    )
+    left = "colours, lightmap, materials and subsets of a.usda are not written"
+    more = "colours, lightmap, materials, subsets and texture coordinates of a.usda are not written"
+    for name, told in (("b.abc", left), ("c_%d.obj", left), ("d.npz", more)):
+        for make in (dynmesh.convert_file, dynmesh.complete_file):
+            remarks = make(path, tmp_path / name, overwrite=True).remarks
+            assert [one for one in remarks if "written" in one] == [told]
+    assert dynmesh.convert_file(path, tmp_path / "alone.usda").remarks == (left,)
+    layered = dynmesh.complete_file(path, tmp_path / "over.usda").remarks
+    assert not [one for one in layered if "written" in one]
+    dynmesh.convert_file(path, tmp_path / "one.obj", frames=slice(1, 2))
+    remarks = dynmesh.convert_file(tmp_path / "one.obj", tmp_path / "f.abc").remarks
+    assert remarks == ("texture coordinates of one.obj are not written",)
+    moving = "texCoord2f[] primvars:st.timeSamples = {1: [(0, 0)], 2: [(1, 1)]}"
+    path = layer(tmp_path / "g.usda", mesh(points_at(t1=1), moving))
+    assert dynmesh.convert_file(path, tmp_path / "g.abc").remarks == (
+        "st of g.usda are not written",
+    )
+
+
+def test_a_template_provides_the_texture_coordinates(tmp_path: Path) -> None:
+    path = textured(tmp_path / "a.usda")
+    partial = dynmesh.read(path)
+    dynmesh.write(tmp_path / "partial.npz", partial)
+    dynmesh.complete_file(tmp_path / "partial.npz", tmp_path / "b.abc", template=path)
+    np.testing.assert_array_equal(texture_in(tmp_path / "b.abc"), PLACES)

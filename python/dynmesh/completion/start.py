@@ -129,11 +129,15 @@ def open_with_template(
         first = template_of(whole)
         with files.opened(path, "path", template, **source) as reader:
             check_same_subject(whole, reader)
-            # What the output keeps beside positions: texture coordinates, materials and others.
+            # What the output keeps beside positions: polygons, texture coordinates, materials.
+            own, its = reader.header, whole.header
+            is_own = own.texture is not None or (own.polygons is not None and its.texture is None)
+            shown = own if is_own else its
             reader.header = replace(
-                reader.header,
-                polygons=reader.header.polygons or whole.header.polygons,
-                mesh_file=whole.header.mesh_file or reader.header.mesh_file,
+                own,
+                polygons=shown.polygons,
+                texture=shown.texture,
+                mesh_file=its.mesh_file or own.mesh_file,
             )
             points = first.astype(reader.dtype)
             yield reader, StartFrame(points, -1, tuple(whole.files))

@@ -1,10 +1,10 @@
 """Alembic: the positions of one mesh in an Ogawa archive, with a sample for each frame.
 
-Of the scene, only the mesh itself is read and written: its positions, in its own space, and its
-faces. Alembic's faces wind clockwise; they are reversed when read and written. The known mask is
-the geometry parameter `known` (uint8, 0 and 1), and `generation` and `age` (int32) are parameters
-as well, each with one value per vertex. The description of the archive states the up axis and the
-length of a unit.
+Of the scene, only the mesh itself is read and written: its positions, in its own space, its faces
+and its texture coordinates. Alembic's faces wind clockwise; they are reversed when read and
+written. The known mask is the geometry parameter `known` (uint8, 0 and 1), and `generation` and
+`age` (int32) are parameters as well, each with one value per vertex. The description of the archive
+states the up axis and the length of a unit.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ from ..attributes import ATTRIBUTES, flags_of, with_all_needed
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
 from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh
 from .frame import Frame
-from .header import Header, MeshFile, comments_of, metadata_in
+from .header import TEXTURE, Header, MeshFile, comments_of, metadata_in
 from .new_output import bytes_of
 from .reader import Reader
 from .times import Timing, broadcast, frame_number, frame_numbers, spacing, uneven
@@ -52,15 +52,46 @@ def moves(meshes: Mapping[str, Any]) -> dict[str, bool]:
     return {name: not of_mesh.isConstant() for name, of_mesh in positions.items()}
 
 
-def is_moved(archive: Any, mesh: Any) -> bool:
-    """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
+def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
+    """What an archive holds around a mesh that is not read, in words."""
+    schema, held = mesh.getSchema(), set()
     kind, parent = library("AbcGeom").IXform, archive.getTop()
     for name in mesh.getFullName().split("/")[1:-1]:
         child = parent.getChild(name)
         if kind.matches(child.getHeader()) and kind(parent, name).getSchema().getNumOps():
-            return True
+            held.add("transforms")
         parent = child
-    return False
+    if schema.getUVsParam().valid():
+        held.add(TEXTURE)
+    if hasattr(schema, "getNormalsParam") and schema.getNormalsParam().valid():
+        held.add("normals")
+    if len(schema.getFaceSetNames()):
+        held.add("subsets")
+    compound = schema.getArbGeomParams()
+    names = {one.getName() for one in compound.propertyheaders} if compound.valid() else set()
+    if hasattr(schema, "getSubdivisionSchemeProperty"):
+        held.add("subdivision")
+    if len(meshes) > 1:
+        held.add("other meshes")
+    return held | (names - {*parameters})
+
+
+def texture_of(mesh: Any, polygons: Polygons) -> NDArray[np.float32] | None:
+    """Returns (c, 2) the texture coordinates of each corner of turned polygons.
+
+    None if there are none that are the same at all times, for each corner or vertex, and fit.
+    """
+    parameter, scope = mesh.getSchema().getUVsParam(), library("AbcGeom").GeometryScope
+    if not parameter.valid() or not parameter.isConstant():
+        return None
+    places = {
+        scope.kFacevaryingScope: reversal(polygons.sizes),
+        scope.kVertexScope: polygons.corners,
+        scope.kVaryingScope: polygons.corners,
+    }.get(parameter.getScope())
+    values = np.array(parameter.getExpandedValue(0).getVals(), np.float32)
+    fits = places is not None and len(values) > places.max(initial=-1)
+    return values[places] if fits else None
 
 
 def _meshes(parent: Any) -> Iterator[Any]:
@@ -91,9 +122,13 @@ def faces_of(mesh: Any) -> Polygons:
 def turned(polygons: Polygons) -> Polygons:
     """Returns the polygons with the corners in reverse order."""
     check_polygons(polygons)
-    ends = np.cumsum(polygons.sizes)
-    last = np.repeat(2 * ends - polygons.sizes - 1, polygons.sizes)
-    return Polygons(polygons.sizes, polygons.corners[last - np.arange(len(last))])
+    return Polygons(polygons.sizes, polygons.corners[reversal(polygons.sizes)])
+
+
+def reversal(sizes: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
+    """Returns the places of the corners of polygons, each of which is turned."""
+    last = np.repeat(2 * np.cumsum(sizes) - sizes - 1, sizes)
+    return np.asarray(last - np.arange(len(last)))
 
 
 def timing_of(archive: Any, positions: Any) -> Timing:
@@ -140,6 +175,7 @@ _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
 class AlembicWriter(Writer):
     """An archive that is being written; positions are rounded to float32."""
 
+    keeps_texture = True
     keeps_float64 = False
 
     def _begin(self) -> None:
@@ -181,14 +217,20 @@ class AlembicWriter(Writer):
         geometry = library("AbcGeom")
         arrays = [library_array("V3f", frame.points)]
         if self._frame == 0:
-            faces = turned(as_polygons(self.header.faces, self.header.polygons))
+            faces = as_polygons(self.header.faces, self.header.polygons)
+            places, faces = reversal(faces.sizes), turned(faces)
             arrays += [library_array("Int", one) for one in (faces.corners, faces.sizes)]
+        sample = geometry.OPolyMeshSchemaSample(*arrays)
+        if self._frame == 0 and self.header.texture is not None:
+            texture = library_array("V2f", self.header.texture[places])
+            scope = geometry.GeometryScope.kFacevaryingScope
+            sample.setUVs(geometry.OV2fGeomParamSample(texture, scope))
         with translating(OSError, "cannot be written"):
-            self._schema.set(geometry.OPolyMeshSchemaSample(*arrays))
+            self._schema.set(sample)
             for name, parameter in self._parameters.items():
-                sample = getattr(geometry, f"O{parameters[name]}GeomParamSample")
+                kind = getattr(geometry, f"O{parameters[name]}GeomParamSample")
                 array = library_array(_ARRAYS[parameters[name]], getattr(frame, name))
-                parameter.set(sample(array, geometry.GeometryScope.kVertexScope))
+                parameter.set(kind(array, geometry.GeometryScope.kVertexScope))
 
     def _close(self) -> None:
         """Releases all objects, so that the library closes the archive."""
@@ -221,13 +263,14 @@ class AlembicReader(Reader):
         with translating(ValueError, "is damaged or not an Alembic archive"):
             mesh = meshes[choose_mesh(moves(meshes), prim)]
             self._positions = mesh.getSchema().getPositionsProperty()
-            super().__init__(path, self._header(path, archive, mesh))
+            super().__init__(path, self._header(path, archive, meshes, mesh))
 
-    def _header(self, path: Path, archive: Any, mesh: Any) -> Header:
+    def _header(self, path: Path, archive: Any, meshes: Mapping[str, Any], mesh: Any) -> Header:
         n_frames = self._positions.getNumSamples()
         if n_frames == 0:
             raise ValueError("the mesh has no positions")
-        faces, polygons = split_polygons(turned(faces_of(mesh)))
+        as_stored = turned(faces_of(mesh))
+        faces, polygons = split_polygons(as_stored)
         self._parameters = _parameters(mesh.getSchema(), n_frames)
         bars = self._parameters.get("standard_error")
         errors = None if bars is None else bars.getMetaData().get(errors_of_key)
@@ -245,7 +288,8 @@ class AlembicReader(Reader):
             **timing_of(archive, self._positions)._asdict(),
             **flags_of(self._parameters),
             standard_error_of=errors or "position",
-            mesh_file=MeshFile(path, ("transforms",)) if is_moved(archive, mesh) else None,
+            mesh_file=MeshFile.of(path, held_beside(archive, meshes, mesh)),
+            texture=texture_of(mesh, as_stored),
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

@@ -49,14 +49,13 @@ class FramesReader(Reader):
                 raise ValueError(HOLDS_FACES)
             self._polygons = polygons
             triangles, polygons_or_none = split_polygons(polygons)
-            holds = tuple(sorted(self._held_beside(self._first)))
             header = Header(
                 faces=triangles,
                 n_frames=n_frames,
                 n_vertices=k,
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
-                mesh_file=MeshFile(self._first, holds) if holds else None,
+                mesh_file=MeshFile.of(self._first, self._held_beside(self._first)),
                 start=start,
                 times=None if step == 1 else np.arange(n_frames, dtype=np.float64) * step + start,
                 **metadata._asdict(),

@@ -11,8 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
+from .._errors import InputError
 from ..attributes import ATTRIBUTES, Flags
+from ..polygons import as_polygons
 from ..sequence import Description, StandardErrorOf, check_corners, check_faces, check_vertices
+
+TEXTURE = "texture coordinates"
+"""How messages call them."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,12 @@ class MeshFile:
     path: Path
     holds: tuple[str, ...]
 
+    @classmethod
+    def of(cls, path: Path, holds: Iterable[str]) -> "MeshFile | None":
+        """Describes a file, unless it holds nothing more."""
+        found = tuple(sorted(holds))
+        return cls(path, found) if found else None
+
 
 @dataclass(frozen=True, eq=False)
 class Header(Description, Flags):
@@ -40,6 +51,8 @@ class Header(Description, Flags):
         mesh_file: from which files of the same format, or layers over it, keep what it holds, or
             None.
         subdivision: the subdivision scheme that a USD stage states, or None.
+        texture: (c, 2) float32, the texture coordinates of each corner of the polygons, one polygon
+            after another, if USD or Alembic state them; or None.
 
     `has_known`, `has_provenance` and `has_standard_error` say which attributes each frame has. They
     and the attributes of :class:`dynmesh.Description`, from `fps` to `standard_error_of`, are
@@ -55,6 +68,7 @@ class Header(Description, Flags):
     dtype: np.dtype[Any]
     mesh_file: MeshFile | None = None
     subdivision: str | None = None
+    texture: NDArray[np.float32] | None = None
 
     def __post_init__(self) -> None:
         """Raises an error unless the properties are consistent."""
@@ -66,6 +80,12 @@ class Header(Description, Flags):
         check_vertices(self.dtype, (self.n_frames, self.n_vertices, 3))
         check_faces(self.faces.dtype, self.faces.shape)
         check_corners(self.faces, self.n_vertices)
+        if self.texture is not None:
+            check_array("texture", self.texture)
+            expected = (len(as_polygons(self.faces, self.polygons).corners), 2)
+            if self.texture.shape != expected:
+                told = f"must have shape {expected} to match corners, not {self.texture.shape}"
+                raise InputError(told, argument="texture")
         for row in self.attributes.values():
             for needed in row.needs:
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):

@@ -51,6 +51,7 @@ class ObjWriter(FramesWriter):
     suffix = ".obj"
     keeps_known = False
     keeps_provenance = False
+    keeps_texture = True
 
     def _begin(self) -> None:
         super()._begin()
@@ -59,9 +60,15 @@ class ObjWriter(FramesWriter):
             self._lost &= {"normals"}
         else:
             sizes, corners = as_polygons(self.header.faces, self.header.polygons)
-            faces = np.split(corners + 1, np.cumsum(sizes)[:-1])
+            names, texture = (corners + 1).astype(str).astype(object), self.header.texture
+            lines = ["\n"]
+            if texture is not None:
+                places, own = np.unique(texture, axis=0, return_inverse=True)
+                lines += [f"vt {u!r} {v!r}\n" for u, v in places.tolist()]
+                names += "/" + (own.reshape(-1) + 1).astype(str).astype(object)
+            faces = np.split(names, np.cumsum(sizes)[:-1])
             self._before = ["", *["\n"] * (self.header.n_vertices - 1)]
-            self._after = "".join(["\n", *(f"f {' '.join(map(str, face))}\n" for face in faces)])
+            self._after = "".join([*lines, *(f"f {' '.join(face)}\n" for face in faces)])
         comments = "".join(f"# {line}\n" for line in comments_of(self.header))
         self._before[0] = comments + self._before[0]
 

@@ -101,6 +101,8 @@ class Pc2Writer(Writer):
                 raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
         mesh = self.path.with_suffix(".obj")
         self._needs_mesh = not (mesh.exists() and self._fits(mesh))
+        if self._needs_mesh:
+            self._lost.clear()  # of which the mesh tells
         if self._needs_mesh and len(header.faces) == 0:
             raise ValueError("the sequence has no faces, which the mesh beside it needs")
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
@@ -131,6 +133,7 @@ class Pc2Writer(Writer):
             )
             with ObjWriter(self.folder / f"{self.path.stem}.obj", single) as mesh:
                 mesh.append(frame.points)
+            self.remarks += mesh.remarks
         self._file.write(frame.points.astype(_DTYPE, order="C", copy=False).data)
 
     def _close(self) -> None:

@@ -2,8 +2,9 @@
 
 Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
 Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh, its
-points and faces alone, at the same path and times. An overlay changes the points and the extent in
-the original stage, blocks what else followed from the former ones, and leaves the rest as it is.
+points, faces and texture coordinates alone, at the same path and times. An overlay changes the
+points and the extent in the original stage, blocks what else followed from the former ones, and
+leaves the rest as it is.
 
 The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
 each with one value per vertex.
@@ -46,6 +47,7 @@ class UsdWriter(Writer):
     subdivided, so only the subdivision scheme that a stage states for it is written.
     """
 
+    keeps_texture = True
     keeps_float64 = False
     unsaved_bytes = 1 << 24
     """Bytes of positions that are held in memory until the next save, plus at most one frame."""
@@ -105,6 +107,10 @@ class UsdWriter(Writer):
         faces = as_polygons(header.faces, header.polygons)
         mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
         mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
+        if header.texture is not None:
+            kind = pxr("Sdf").ValueTypeNames.TexCoord2fArray
+            primvar = geometry.PrimvarsAPI(mesh).CreatePrimvar("st", kind, "faceVarying")
+            primvar.Set(library_array("Vec2fArray", header.texture))
         return mesh
 
     def _append(self, frame: Frame) -> None:

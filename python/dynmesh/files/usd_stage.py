@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
-from ..polygons import Polygons, split_polygons
+from ..polygons import Polygons, as_polygons, split_polygons
 from .format import OTHER_MESHES, check_same_faces, choose_mesh
 from .frame import Frame
-from .header import Header, MeshFile
+from .header import TEXTURE, Header, MeshFile
 from .reader import Reader
 from .times import Timing, frame_number, spacing
 
@@ -92,6 +92,50 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
                 f"not {primvar.GetTypeName()} with {interpolation} interpolation"
             )
     return {name: primvar.GetAttr() for name, primvar in found.items()}
+
+
+_READ = {
+    *("points", "faceVertexCounts", "faceVertexIndices", "subdivisionScheme", "extent"),
+    *(f"primvars:{name}" for name in primvars),
+}
+"""The properties of a mesh that are read."""
+
+_WORDS = {
+    "material:binding": "materials",
+    "primvars:displayColor": "colours",
+    "primvars:normals": "normals",
+    "xformOpOrder": "transforms",
+}
+"""What messages call properties of a mesh that are not read."""
+
+
+def texture_in(mesh: Any) -> Any:
+    """Returns the primvar of texture coordinates, of several the one called `st`, else the first.
+
+    None if there are none that are the same at all times, for each corner or vertex.
+    """
+    found = [
+        one
+        for one in pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
+        if one.GetTypeName().role == "TextureCoordinate" or one.GetPrimvarName() == "st"
+        if one.GetInterpolation() in ("faceVarying", "vertex", "varying")
+        if not one.ValueMightBeTimeVarying()
+    ]
+    return min(found, key=lambda one: one.GetPrimvarName() != "st", default=None)
+
+
+def texture_of(
+    mesh: Any, corners: NDArray[np.integer[Any]], n_vertices: int
+) -> NDArray[np.float32] | None:
+    """Returns (c, 2) the texture coordinates of each corner, or None if there are none that fit."""
+    primvar = texture_in(mesh)
+    if primvar is None:
+        return None
+    of_corners = primvar.GetInterpolation() == "faceVarying"
+    values = np.array(primvar.ComputeFlattened(pxr("Usd").TimeCode.EarliestTime()), np.float32)
+    if values.shape != (len(corners) if of_corners else n_vertices, 2):
+        return None
+    return values if of_corners else values[corners]
 
 
 def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any]:
@@ -196,11 +240,26 @@ class UsdScene:
             raise ValueError(f"is incomplete: {' '.join(str(errors[0]).split())}")
         return mesh
 
-    def is_moved(self, mesh: Any) -> bool:
-        """Whether transforms, which are ignored, put a mesh elsewhere than its points are."""
-        paths = mesh.GetPath().GetPrefixes()
+    def held_beside(self, mesh: Any) -> set[str]:
+        """What the stage holds around a mesh that is not read, in words."""
+        prim, paths = mesh.GetPrim(), mesh.GetPath().GetPrefixes()
+        texture = texture_in(mesh)
+        words = _WORDS if texture is None else _WORDS | {texture.GetName(): TEXTURE}
+        held = {
+            words.get(name, name.removeprefix("primvars:"))
+            for name in {one.GetName() for one in prim.GetAuthoredProperties()} - _READ
+            if not name.startswith("xformOp:") and not name.endswith(":indices")
+        }
         above = [pxr("UsdGeom").Xformable(self.stage.GetPrimAtPath(path)) for path in paths]
-        return any(one and one.GetXformOpOrderAttr().HasAuthoredValue() for one in above)
+        if any(one and one.GetXformOpOrderAttr().HasAuthoredValue() for one in above):
+            held.add(_WORDS["xformOpOrder"])
+        if pxr("UsdShade").MaterialBindingAPI(prim).ComputeBoundMaterial()[0]:
+            held.add(_WORDS["material:binding"])
+        if pxr("UsdGeom").Subset.GetAllGeomSubsets(mesh):
+            held.add("subsets")
+        if len(self.moves) > 1:
+            held.add("other meshes")
+        return held
 
 
 class UsdReader(Reader):
@@ -247,8 +306,9 @@ class UsdReader(Reader):
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
             standard_error_of="position" if errors is None else errors,
-            mesh_file=MeshFile(path, ("transforms",)) if scene.is_moved(self._mesh) else None,
+            mesh_file=MeshFile.of(path, scene.held_beside(self._mesh)),
             subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
+            texture=texture_of(self._mesh, as_polygons(faces, polygons).corners, len(first)),
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

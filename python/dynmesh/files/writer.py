@@ -17,7 +17,7 @@ from .._report import listed, some_of
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask, Positions
 from .frame import Frame
-from .header import Header
+from .header import TEXTURE, Header
 from .new_output import blaming, bytes_of, check_space, exists_already, making
 
 
@@ -35,12 +35,14 @@ class Writer(ABC):
         remarks: remarks about the file for the user, one line each.
         keeps_known: whether the format stores masks; if not, unknown positions are stored as NaN.
         keeps_provenance: whether the format stores generation and age; if not, they are refused.
+        keeps_texture: whether the format stores texture coordinates.
         keeps_float64: whether the format stores float64; if not, positions are rounded to float32,
             and refused if they are out of its range.
     """
 
     keeps_known: ClassVar[bool] = True
     keeps_provenance: ClassVar[bool] = True
+    keeps_texture: ClassVar[bool] = False
     keeps_float64: ClassVar[bool] = True
 
     def __init__(self, path: Path, header: Header, *, overwrite: bool = True) -> None:
@@ -68,6 +70,8 @@ class Writer(ABC):
             # Those that a killed process had put aside are back.
             self.refuse_existing(path, overwrite)
             self._lost = set() if header.mesh_file is None else set(header.mesh_file.holds)
+            if self.keeps_texture and header.texture is not None:
+                self._lost.discard(TEXTURE)
             self._begin()
             if header.mesh_file is not None and self._lost:
                 lost = listed(sorted(self._lost))

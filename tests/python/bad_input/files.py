@@ -144,6 +144,7 @@ writing = [
     _create("`faces`: a number", lambda w: _begin(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
     _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
+    _create("`texture`: of vertices", lambda w: _begin(w, texture=np.zeros((49, 2))), ValueError, "texture:", "(216, 2)", "(49, 2)"),
     _create("a frame one row too small", lambda w: _append(w, w.points[:48]), ValueError, "new.npz: frame 0:", "(49, 3)", "(48, 3)"),
     _create("a mask one too small", lambda w: _append_with_mask(w, w.known[:48]), ValueError, "new.npz:", "known:", "(49,)", "(48,)"),
     _create("frames of float32, announced as float64", lambda w: _append(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
