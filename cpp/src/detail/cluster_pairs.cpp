@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "support/geometry.hpp"
 
@@ -9,8 +11,8 @@ namespace dynmesh {
 
 ClusterPairs::ClusterPairs(const Clusters& clusters, std::span<const Vector3<double>> first_frame)
     : beside_(clusters.neighbours),
-      region_(clusters.size()),
       steps_(clusters.size()),
+      region_(clusters.size()),
       distances_(clusters.size()),
       next_(clusters.size()),
       pair_of_(clusters.size()) {
@@ -20,7 +22,6 @@ ClusterPairs::ClusterPairs(const Clusters& clusters, std::span<const Vector3<dou
       lengths_.push_back(std::sqrt(squared_norm(first_frame[clusters.centres[d]] - centre)));
     }
   }
-  order_.reserve(clusters.size());
   pairs_.reserve(lengths_.size() / 2);
 }
 
@@ -34,35 +35,23 @@ std::span<const ClusterPair> ClusterPairs::find(std::span<const std::uint8_t> ha
   return pairs_;
 }
 
-/// Searches breadth first, from all clusters with anchors at once.
+/// Gives each cluster the region of one of its neighbours that is a step nearer.
 void ClusterPairs::find_regions(std::span<const std::uint8_t> has_anchors) {
-  order_.clear();
+  steps_.classify(beside_, has_anchors);
+  const auto steps = steps_.of_vertices();
   for (Index c = 0; c < static_cast<Index>(region_.size()); ++c) {
-    const bool is_first = has_anchors[c] != 0;
-    region_[c] = is_first ? c : none;
-    steps_[c] = 0;
+    region_[c] = has_anchors[c] != 0 ? c : none;
     distances_[c] = 0;
     next_[c] = none;
-    if (is_first) order_.push_back(c);
   }
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const Index c = order_[i];
+  for (const Index c : steps_.satellites()) {
     for (Index e = beside_.offsets[c]; e < beside_.offsets[c + 1]; ++e) {
       const Index d = beside_.neighbours[e];
-      const double distance = distances_[c] + lengths_[e];
-      if (region_[d] == none) {
-        order_.push_back(d);
-        steps_[d] = steps_[c] + 1;
-      } else if (steps_[d] != steps_[c] + 1 || distance > distances_[d] ||
-                 (distance == distances_[d] && region_[c] >= region_[d])) {
-        continue;
-      }
-      region_[d] = region_[c];
-      distances_[d] = distance;
+      if (steps[d] != steps[c] - 1) continue;
+      const std::pair way(distances_[d] + lengths_[e], region_[d]);
+      if (region_[c] != none && std::pair(distances_[c], region_[c]) <= way) continue;
+      std::tie(distances_[c], region_[c]) = way;
     }
-  }
-  for (const Index c : order_) {
-    if (steps_[c] == 0) continue;
     next_[c] = next_[region_[c]];
     next_[region_[c]] = c;
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "detail/rotations.hpp"
+#include "mesh/generations.hpp"
 
 namespace dynmesh {
 
@@ -40,10 +41,9 @@ class ClusterPairs {
   const Cells& beside_;
   std::vector<double> lengths_;  // of the steps, in the order of `beside_`
   // Of the last call, by clusters:
-  std::vector<Index> region_;         // the cluster with anchors that is nearest
-  std::vector<Index> steps_;          // to it
+  Generations steps_;                 // to the nearest cluster with anchors
+  std::vector<Index> region_;         // that cluster
   std::vector<double> distances_;     // from it
-  std::vector<Index> order_;          // those that have been reached
   std::vector<Index> next_;           // the next cluster of the same region
   std::vector<std::size_t> pair_of_;  // the number of the last pair of each region, from 1
   std::vector<ClusterPair> pairs_;
