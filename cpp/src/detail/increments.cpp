@@ -172,7 +172,8 @@ Increments::First Increments::first_of(std::span<const Index> vertices, double l
   if (chosen_.size() < 3) return {};
   const RigidMotion motion = fit_rigid_motion<double>(chosen_, previous, observed);
   const double least = least_across * mean_edge_;
-  return {quaternion_of(motion), motion.squared_across > least * least};
+  if (!(motion.squared_across > least * least)) return {};
+  return {quaternion_of(motion), true};
 }
 
 /// Lets components without R take the mean of those that they are tied to.
