@@ -360,7 +360,7 @@ class Increments:
             step = self._solve(h, s, preconditioner)
             omega = omega + step
             turns = np.asarray(Rotation.from_rotvec(omega).as_matrix() @ first)
-            if np.linalg.norm(step, axis=1).max() < 1e-3:
+            if np.linalg.norm(step, axis=1).max() < 0.02:
                 break
         return turns
 

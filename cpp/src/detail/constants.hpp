@@ -120,7 +120,7 @@ inline constexpr struct IncrementConstants {
   double least_across = 0.1;
   /// The number of steps of Gauss and Newton, which end when none turns a cluster by this angle.
   int iterations = 2;
-  double settled = 1e-3;
+  double settled = 0.02;
   /// The number of steps of conjugate gradients in each, and the share of the first r . z at which
   /// they end.
   int steps = 8;
