@@ -80,6 +80,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
   std::swap(generations, next_generations_);
   first_order_.count_frame();
+  // What no edge connects to an anchor turns with the increments, even if nothing is solved for.
   const bool any_disconnected = generations.disconnected_vertices() > 0;
   if (anchors_.any_solved() || (anchors_.number > 0 && any_disconnected)) {
     turn_with_anchors(previous, generations);
@@ -134,7 +135,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
   report_.blend = blend.b;
   report_.solve_seconds -= report_.rotation_seconds - of_increments;
-  return 2;
+  return 2;  // Q is fitted in steps 1 and 4
 }
 
 void Detail::turn_with_anchors(Frame previous, const Generations& generations) {
