@@ -2,10 +2,11 @@
 
 from typing import Any
 
+import detail_reference
 import numpy as np
-import reference
+from detail_reference import BITS_64, mixed
 from numpy.typing import NDArray
-from reference import BITS_64, Array, mixed, sum_to
+from reference import Array, sum_to
 
 MEMBERS = 9
 """Numbers of a vertex: the members of the ensemble of a coordinate."""
@@ -17,7 +18,7 @@ def signs(of_frame: int, k: int) -> Array:
     return np.array([[1 - 2 * (n >> (63 - i) & 1) for i in range(MEMBERS)] for n in numbers], float)
 
 
-class WithBars(reference.Detail):
+class WithBars(detail_reference.Detail):
     """Method detail with standard errors."""
 
     def __init__(self, faces: NDArray[np.int64], first: Array, noise: float | None = None) -> None:

@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import detail_reference
 import error_bars_reference
 import meshes
 import numpy as np
 import pytest
-import reference
 from commands import dynmesh_command as run
 from conftest import recorded
 from hypothesis import given
@@ -87,7 +87,7 @@ def test_frames_equal_the_transcription(
     first = mesh.faces, moved(mesh, 0)
     settings: Any = {"disconnected": "hold", "noise": noise}
     completer = dynmesh.Completer(*first, **settings)
-    expected = reference.Detail(*first, noise)
+    expected = detail_reference.Detail(*first, noise)
     shares = []
     for n in range(1, 5 if moved is rolled else 13):
         jitter = 0.02 if moved is rolled else noise or 0.001

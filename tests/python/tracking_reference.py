@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+import detail_reference
 import numpy as np
-import reference
 import training_reference
 from numpy.typing import NDArray
 from reference import Array
@@ -81,7 +81,7 @@ class Rows(NamedTuple):
         return sums
 
 
-class Tracked(reference.Detail):
+class Tracked(detail_reference.Detail):
     """Tracks a closed mesh of one component, frame by frame."""
 
     def __init__(self, faces: Integers, first_frame: Array) -> None:

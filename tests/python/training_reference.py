@@ -3,6 +3,7 @@
 import itertools
 from typing import Any
 
+import detail_reference
 import numpy as np
 import reference
 from numpy.typing import NDArray
@@ -51,7 +52,7 @@ def modes_of(z: Array, parts: Array, mean_edge: float) -> tuple[Array, Array]:
     return np.stack(modes), np.array(caution)
 
 
-class Posed(reference.Detail):
+class Posed(detail_reference.Detail):
     """Method detail with modes, for meshes of which parts are reached by two seeds."""
 
     most_variance = 2.0

@@ -1,0 +1,372 @@
+"""Method detail, in NumPy, slow and simple, for comparison."""
+
+from typing import Any
+
+import numpy as np
+from increments_reference import Increments
+from numpy.typing import NDArray
+from reference import (
+    SQUARED_LENGTH_FLOOR,
+    Array,
+    best_rotations,
+    components,
+    directed_edges,
+    mean_edge,
+    sum_to,
+)
+from scipy.spatial.transform import Rotation
+
+Lengths = dict[tuple[int, int], float]
+"""Of edges, by their ends in either order."""
+
+
+def flip_to_delaunay(faces: NDArray[np.int64], lengths: Lengths) -> list[list[int]]:
+    """Flips edges of a manifold mesh with dictionaries; no flip may connect two vertices twice.
+
+    Adds the lengths of new edges.
+    """
+    triangles = {tuple(int(v) for v in face) for face in faces}
+    third = {}
+    for a, b, c in triangles:
+        third.update({(a, b): c, (b, c): a, (c, a): b})
+
+    def angle(a: int, b: int, c: int) -> float:
+        """Returns the angle at c."""
+        x, y, z = lengths[b, c], lengths[c, a], lengths[a, b]
+        return float(np.arccos(np.clip((x * x + y * y - z * z) / (2 * x * y), -1, 1)))
+
+    open_edges = list(third)
+    while open_edges:
+        u, v = open_edges.pop()
+        if (u, v) not in third or (v, u) not in third:
+            continue
+        w, z = third[u, v], third[v, u]
+        if angle(u, v, w) + angle(v, u, z) <= np.pi + 1e-9:
+            continue
+        at_u = angle(v, w, u) + angle(z, v, u)
+        x, y = lengths[u, w], lengths[u, z]
+        diagonal = float(np.sqrt(x * x + y * y - 2 * x * y * np.cos(at_u)))
+        assert not {(w, z), (z, w)} & third.keys(), "a flip joins two vertices twice"
+        del third[u, v], third[v, u]
+        lengths[w, z] = lengths[z, w] = diagonal
+        for a, b, c in [(z, w, u), (w, z, v)]:
+            third.update({(a, b): c, (b, c): a, (c, a): b})
+        open_edges += [(w, u), (u, z), (z, v), (v, w)]
+    flipped = {(a, b, c) for (a, b), c in third.items() if a < b and a < c}
+    return [list(face) for face in sorted(flipped)]
+
+
+BITS_64 = (1 << 64) - 1
+
+
+def mixed(x: int) -> int:
+    """The function of SplitMix64."""
+    x = (x + 0x9E3779B97F4A7C15) & BITS_64
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & BITS_64
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & BITS_64
+    return x ^ (x >> 31)
+
+
+class Detail:
+    """Method detail for manifold meshes without needles."""
+
+    def __init__(
+        self, faces: NDArray[np.int64], first_frame: Array, noise: float | None = None
+    ) -> None:
+        """Takes frame 0 as the last two frames. With `noise`, anchors are weighted, not fixed."""
+        self.noise = noise
+        self.weight = 10.0  # lambda h^2
+        self.k = len(first_frame)
+        self.edges = directed_edges(faces)
+        self.label = components(self.edges, self.k)
+        i, j = self.edges
+        self.h = mean_edge(self.edges, first_frame)
+        self.rest_edges = (first_frame[j] - first_frame[i]) / self.h
+        self.operator = self._operator(faces, first_frame / self.h)
+        self.q = np.tile(np.eye(3), (self.k, 1, 1))
+        self.increments = Increments(self.edges, self.label, first_frame, noise)
+        self.clusters, self.beside = self.increments.cluster, self.increments.beside
+        self.first_memory = self.operator @ first_frame
+        self.memory = self.first_memory
+        self.change = np.zeros_like(self.memory)
+        self.previous = first_frame
+        self.blend = 0.0
+        self.continued = 0.0  # c
+        self.first_order = Shares(self.label)
+
+    def _operator(self, faces: NDArray[np.int64], frame: Array) -> Any:
+        lengths: Lengths = {}
+        missing = 0.0
+        for a, b, c in faces.tolist():
+            for u, v in [(a, b), (b, c), (c, a)]:
+                lengths[u, v] = lengths[v, u] = float(np.linalg.norm(frame[u] - frame[v]))
+            sides = lengths[a, b], lengths[b, c], lengths[c, a]
+            missing = max(missing, 1e-4 - (sum(sides) - 2 * max(sides)))
+        lengths = {edge: length + missing for edge, length in lengths.items()}
+        # The intrinsic Delaunay triangulation.
+        self.triangles, self.lengths = flip_to_delaunay(faces, lengths), lengths
+        laplacian = np.zeros((self.k, self.k))
+        is_edge = np.zeros((self.k, self.k), dtype=bool)
+        area = np.zeros(self.k)
+        for face in self.triangles:
+            for n in range(3):
+                a, b, c = face[n], face[(n + 1) % 3], face[(n + 2) % 3]
+                x, y, z = lengths[b, c], lengths[c, a], lengths[a, b]
+                cosine = (x * x + y * y - z * z) / (2 * x * y)  # cosine of the angle at c
+                sine = np.sqrt(1 - cosine**2)
+                weight = cosine / sine / 2
+                laplacian[[a, b], [b, a]] -= weight
+                laplacian[[a, b], [a, b]] += weight
+                is_edge[[a, b], [b, a]] = True
+                area[[a, b, c]] += x * y * sine / 2 / 3 / 3  # each corner is visited once
+        area = np.maximum(area, 0.2 * area.mean())
+        floor = -0.001 * laplacian[is_edge].mean()
+        self.edge_weights = np.where(is_edge, np.maximum(-laplacian, floor), 0.0)
+        self.laplacian = laplacian
+        return laplacian / np.sqrt(area)[:, None]
+
+    def _fit(self, frame: Array) -> None:
+        """Sets Q, from sums over clusters, averaged twice with the clusters beside them."""
+        i, j = self.edges
+        weight = 1 / np.maximum((self.rest_edges**2).sum(axis=1), SQUARED_LENGTH_FLOOR)
+        outer = (frame[j] - frame[i])[:, :, None] * (weight[:, None] * self.rest_edges)[:, None, :]
+        covariance = sum_to(i, outer.reshape(-1, 9), self.k)
+        n = len(self.beside)
+        sums = sum_to(self.clusters, covariance, n)
+        for _ in range(2):
+            sums = sums + self.beside @ sums
+        self.q = self._of_vertices(best_rotations(sums))
+
+    def _of_vertices(self, of_clusters: Array) -> Array:
+        """The mean rotation of the clusters in each cell."""
+        i, j = self.edges
+        turns = Rotation.from_matrix(of_clusters).as_quat()
+        own, other = turns[self.clusters], turns[self.clusters[j]]
+        sign = np.where((own[i] * other).sum(axis=1) < 0, -1.0, 1.0)
+        mean = Rotation.from_quat(own + sum_to(i, sign[:, None] * other, self.k))
+        return np.asarray(mean.as_matrix())
+
+    def _turn(self, memory: Array) -> Array:
+        return np.asarray(np.einsum("nij,nj->ni", self.q, memory))
+
+    def complete(self, points: Array, known: NDArray[np.bool_]) -> Array:
+        """Completes one frame except disconnected vertices."""
+        self.first_order.frame += 1
+        self.first_order_share = 0.0
+        seen = np.isin(self.label, self.label[known])
+        x = self.previous
+        if (seen & ~known).any() or (self.noise is not None and seen.any()):
+            weight = self.weight  # which the frame changes
+            x = self._solve(points, known, seen)
+            x = self._take_first_order(x, points, known, seen, weight)
+        elif seen.any():
+            x = np.where(known[:, None], points, x)
+        self._fit(x)
+        last = self.memory
+        self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
+        change = self.memory - last
+        is_jump = np.linalg.norm(change, axis=1) >= self.h
+        self.change = np.where(is_jump[:, None], 0, 0.7 * self.change + 0.3 * change)
+        self.previous = x
+        return x
+
+    def _closest(
+        self, target: Array, anchors: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]
+    ) -> Array:
+        """Solves for the frame whose detail and anchors are closest to their targets."""
+        solved = seen & ~known if self.noise is None else seen
+        fixed = np.where(solved[:, None], 0.0, np.where(known[:, None], anchors, self.previous))
+        columns = self.operator[:, solved]
+        weight = np.diag(self.weight * known[solved]) if self.noise is not None else 0.0
+        right_side = columns.T @ (target - self.operator @ fixed)
+        if self.noise is not None:
+            right_side += self.weight * np.where(known[:, None], anchors, 0.0)[solved]
+        x = fixed.copy()
+        x[solved] = np.linalg.solve(columns.T @ columns + weight, right_side)
+        return x
+
+    def _blends(self, r0: Array, r1: Array, r2: Array, seen: Array) -> tuple[float, float]:
+        """Returns b, and the c that explains the rest."""
+
+        def share(of: Array, over: Array) -> float:
+            square = (over * over).sum()
+            square += 0.001 * min(square, seen.sum() * self.h**2)
+            return float((of * over).sum() / square) if square > 0 else 0.0
+
+        h = -(r0 * r2).sum() + share(r2, r1) * (r0 * r1).sum()
+        q = 1.05 * (r2 * r2).sum() - share(r2, r1) * (r1 * r2).sum()
+        change = float(np.clip(h / q, 0, 1)) if q > 0 else 0.0
+        return -share(r0 + change * r2, r1), change
+
+    def _posed(
+        self, x: list[Array], r: list[Array], detail: list[Array], *_: NDArray[Any]
+    ) -> tuple[list[Array], list[Array], list[Array]]:
+        """Fits the rest shape or the last one by modes, if there are any."""
+        return x, r, detail
+
+    def _solve(self, points: Array, known: NDArray[np.bool_], seen: NDArray[np.bool_]) -> Array:
+        still = np.zeros_like(self.previous)
+        soft = np.sqrt(self.weight) * known[:, None] * (self.noise is not None)
+        anchors = np.where(known[:, None], points, 0.0)
+
+        self.q = self._of_vertices(self.increments.find(self.previous, points, known)) @ self.q
+        self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
+        rows = seen[:, None]
+        fixed = np.where(rows, 0.0, self.previous)
+        detail = [self.memory, self.first_memory - self.memory, self.change]
+        targets = [self._turn(memory) for memory in detail]
+        x0 = self._closest(targets[0], anchors, known, seen)
+        x1, x2 = (self._closest(target, still, known, seen) - fixed for target in targets[1:])
+        r0, r1, r2 = (
+            np.hstack([(self.operator @ step - target) * rows, soft * (step - goal)])
+            for step, target, goal in zip(
+                [x0, x1, x2], targets, [anchors, still, still], strict=True
+            )
+        )
+        for r, target in ((r1, targets[1]), (r2, targets[2])):
+            if (r * r).sum() <= 1e-18 * ((target * rows) ** 2).sum():  # rounding errors of 0
+                r[:] = 0
+        (x0, x1), (r0, r1), detail = self._posed([x0, x1], [r0, r1], detail, anchors, known, seen)
+        b, change = self._blends(r0, r1, r2, seen)
+        self.blend, self.continued = b, change = float(np.clip(b, -0.5, 1.5)), change
+        x = x0 + b * x1 + change * x2
+
+        i, j = self.edges
+        fit = np.stack([-(r1 * (r0 + change * r2)).sum(axis=1), (r1 * r1).sum(axis=1)], axis=1)
+        sums = sum_to(self.clusters, fit, len(self.beside))
+        h, q = (sums + self.beside @ sums).T
+        eta = 0.15 * q.mean()
+        of_cluster = np.full(len(h), self.blend)
+        if eta > 0:
+            of_cluster = np.clip((h + eta * self.blend) / (q + eta), -0.5, 1.5)
+        own = of_cluster[self.clusters][:, None]
+        blend = (own + sum_to(i, own[j], self.k)) / (1 + np.bincount(i, minlength=self.k))[:, None]
+        self._fit(x)
+        target = self._turn(detail[0] + blend * detail[1] + change * detail[2])
+        x = self._closest(target, anchors, known, seen)
+        self.shape = target
+        if self.noise is not None:
+            energy = (((self.operator @ x - target) * rows) ** 2).sum()
+            energy += ((soft * (x - anchors)) ** 2).sum()
+            weight = energy / (3 * known.sum() * self.noise**2)
+            self.weight = (self.weight + np.clip(weight, 0.1, 1e3)) / 2
+        return x
+
+    def _take_first_order(
+        self,
+        d: Array,
+        points: Array,
+        known: NDArray[np.bool_],
+        seen: NDArray[np.bool_],
+        weight: float,
+    ) -> Array:
+        """Moves the missing vertices by the shares of the first-order step."""
+        missing = seen & ~known
+        if not missing.any():
+            return d
+        shares = self.first_order
+        if shares.is_due():
+            held = shares.draw(known)
+            if held.any():
+                near = self._around(held, missing | held if self.noise is None else seen)
+                later, self.weight = self.weight, weight
+                of_detail = self._moved(d, points, known & ~held, near)
+                self.weight = later
+                of_first_order = self._first_order(of_detail, near & (missing | held))
+                shares.learn(of_detail - points, of_first_order - points, held)
+        share = np.where(missing, shares.share[shares.part], 0.0)
+        self.first_order_share = float(share.sum() / missing.sum())
+        return np.asarray(d + share[:, None] * (self._first_order(d, missing) - d))
+
+    def _around(self, held: NDArray[np.bool_], movable: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns the movable vertices within some edges of those left out."""
+        rings = self.first_order.rings
+        near = held
+        for ring in range(rings.max()):
+            i, j = self.edges
+            neighbours = j[near[i] & (ring < rings[self.first_order.part[i]])]
+            near = near | (movable & np.isin(np.arange(self.k), neighbours))
+        return near
+
+    def _moved(
+        self, d: Array, points: Array, kept: NDArray[np.bool_], near: NDArray[np.bool_]
+    ) -> Array:
+        """Fits the vertices nearby to the shape and the anchors that are kept."""
+        columns = self.operator[:, near]
+        pull = 0.0 if self.noise is None else self.weight
+        anchors = (kept & near).astype(float)[near]
+        right_side = columns.T @ (self.shape - self.operator @ d)
+        right_side += pull * anchors[:, None] * (points - d)[near]
+        x = d.copy()
+        x[near] += np.linalg.solve(columns.T @ columns + pull * np.diag(anchors), right_side)
+        return x
+
+    def _first_order(self, y: Array, free: NDArray[np.bool_]) -> Array:
+        """Takes a step of as-rigid-as-possible deformation of the last frame, from y."""
+        w, g = self.edge_weights, self.previous
+        i, j = np.nonzero(w)
+        of_edge = w[i, j][:, None]
+        outer = (of_edge * (y[j] - y[i]))[:, :, None] * (g[j] - g[i])[:, None, :]
+        r = best_rotations(sum_to(i, outer.reshape(-1, 9), self.k))
+        goal = np.einsum("nij,nj->ni", (r[i] + r[j]) / 2, of_edge * (g[i] - g[j]))
+        laplacian = np.diag(w.sum(axis=1)) - w
+        gradient = sum_to(i, goal, self.k) - laplacian @ y
+        x = y.copy()
+        x[free] += np.linalg.solve(laplacian[np.ix_(free, free)], gradient[free])
+        return x
+
+
+class Shares:
+    """How much of the first-order step each component takes."""
+
+    def __init__(self, label: NDArray[np.int64]) -> None:
+        """Takes the label of the component of each vertex."""
+        self.part = np.unique(label, return_inverse=True)[1]
+        n = self.part.max() + 1
+        self.frame = 0
+        self.sums, self.squares = np.zeros((2, n, 11))
+        self.count, self.share = np.zeros((2, n))
+
+    def _groups(self) -> list[NDArray[np.int64]]:
+        few = np.flatnonzero(self.count < 30)
+        return [few] * bool(len(few)) + [np.array([c]) for c in np.flatnonzero(self.count >= 30)]
+
+    def is_due(self) -> bool:
+        """Returns whether to test: frames 1, 2 and 4, and every eighth."""
+        return self.frame in (1, 2, 4) or self.frame % 8 == 0
+
+    def draw(self, known: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns the anchors that are left out."""
+        anchors = np.bincount(self.part[known], minlength=len(self.share))
+        probability = np.minimum(50 / np.maximum(anchors, 1), 0.3)[self.part]
+        distance = np.sqrt(np.bincount(self.part) / np.maximum(anchors, 1))
+        self.rings = np.ceil(1.5 * distance).astype(int)
+        of_frame = mixed(self.frame)
+        random = np.array([mixed((of_frame + v) & BITS_64) / 2**64 for v in range(len(known))])
+        held = known & (random < probability)
+        left = np.bincount(self.part[known & ~held], minlength=len(self.share))
+        return np.asarray(held & (left >= 4)[self.part])
+
+    def learn(self, of_detail: Array, of_first_order: Array, held: NDArray[np.bool_]) -> None:
+        """Chooses the shares by the errors (k, 3) of both at the anchors that are left out."""
+        n = len(self.share)
+        q = np.linspace(0, 1, 11)[:, None]
+        size = np.linalg.norm(of_detail, axis=1)
+        mixtures = (1 - q) * of_detail[:, None] + q * of_first_order[:, None]
+        gain = size[:, None] - np.linalg.norm(mixtures, axis=2)
+        part = self.part[held]
+        sums, squares = sum_to(part, gain[held], n), sum_to(part, gain[held] ** 2, n)
+        count = np.bincount(part, minlength=n)
+        kept = np.where(count > 0, 0.8, 1.0)
+        self.sums = kept[:, None] * self.sums + sums
+        self.squares = kept[:, None] ** 2 * self.squares + squares
+        self.count = kept * self.count + count
+        for group in self._groups():
+            if count[group].sum() == 0:
+                continue
+            found = self.sums[group].sum(axis=0) - 0.5 * np.sqrt(self.squares[group].sum(axis=0))
+            newest = sums[group].sum(axis=0) + np.sqrt(squares[group].sum(axis=0))
+            found[newest < 0] = -np.inf
+            found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
+            enough = self.count[group].sum() >= 30
+            self.share[group] = found.argmax() / 10 if enough else 0.0

@@ -1,0 +1,190 @@
+"""The rotations of clusters since the last frame, in NumPy, slow and simple, for comparison."""
+
+import numpy as np
+from numpy.typing import NDArray
+from reference import Array, Edges, best_rotations, mean_edge, sum_to
+from scipy.spatial.transform import Rotation
+
+
+def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The cluster of each vertex, and the centres: disjoint cells, the outermost first."""
+    i, j = edges
+    distance = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
+    if distance.max() > 0:
+        distance = np.round(distance / distance.max() * 2**20)
+    cluster = np.full(len(positions), -1)
+    centres: list[np.int64] = []
+    for v in np.lexsort((*positions.T[::-1], -distance)):
+        cell = np.append(j[i == v], v)
+        if (cluster[cell] == -1).all():
+            cluster[cell] = len(centres)
+            centres.append(v)
+    joined = cluster.copy()
+    for v in np.flatnonzero(cluster == -1):
+        around = cluster[j[i == v]]
+        joined[v] = around[around != -1].min()
+    return joined, np.array(centres)
+
+
+def ties_of(label: NDArray[np.int64], frame: Array, h: float) -> list[tuple[int, int, float]]:
+    """Vertices near other components, the nearest vertex there, and the weight of this tie."""
+    distance = np.linalg.norm(frame[:, None] - frame[None], axis=2)
+    distance[label[:, None] == label[None]] = np.inf
+    away = distance.min(axis=1) / h
+    ties = []
+    for part in np.unique(label) if label.max() > 0 else []:
+        near = np.flatnonzero(label == part)
+        near = near[np.argsort(away[near], kind="stable")]
+        near = near[: max((away[near] <= away[near[0]] + 1.5).sum(), 8)]
+        chosen = [int(near[0])]
+        while len(chosen) < min(len(near), 8):
+            apart = np.linalg.norm(frame[near][:, None] - frame[chosen], axis=2).min(axis=1)
+            chosen.append(int(near[apart.argmax()]))
+        chosen = chosen if len(near) > 8 else near.tolist()
+        ties += [(v, int(distance[v].argmin()), 1e-3 / (1 + away[v] ** 2)) for v in chosen]
+    return ties
+
+
+def kabsch(before: Array, after: Array) -> tuple[Array, float]:
+    """The rotation, and the sum of squares of how far the points are from a line."""
+    covariance = (after - after.mean(axis=0)).T @ (before - before.mean(axis=0))
+    return best_rotations(covariance[None])[0], float(np.linalg.svd(covariance)[1][1])
+
+
+class Increments:
+    """The rotation of each cluster since the last frame, from the anchors alone."""
+
+    def __init__(
+        self, edges: Edges, label: NDArray[np.int64], first_frame: Array, noise: float | None
+    ) -> None:
+        i, j = edges
+        self.h = mean_edge(edges, first_frame)
+        self.noise = 3 * (noise or 0.0) ** 2
+        self.label = label
+        self.cluster, centres = clusters_of(edges, first_frame)
+        self.centres = first_frame[centres]
+        self.part = label[centres]
+        n = len(centres)
+        self.beside = np.zeros((n, n), dtype=bool)  # clusters that an edge connects
+        self.beside[self.cluster[i], self.cluster[j]] = True
+        np.fill_diagonal(self.beside, False)
+        self.ties = ties_of(label, first_frame, self.h)
+        weights = self.beside.astype(float)
+        for v, other, weight in self.ties:
+            c, d = self.cluster[[v, other]]
+            weights[c, d] += weight
+            weights[d, c] += weight
+        self.couplings = 0.05 * (np.diag(weights.sum(axis=1)) - weights) + 1e-7 * np.eye(n)
+
+    def _regions(self, has_anchors: NDArray[np.bool_]) -> tuple[NDArray[np.int64], Array]:
+        """The nearest cluster with anchors by steps, then by length, and the length."""
+        region = np.where(has_anchors, np.arange(len(has_anchors)), -1)
+        length = np.zeros(len(region))
+        while True:
+            found = {}
+            for c in np.flatnonzero(region == -1):
+                ways: list[tuple[float, int]] = [
+                    (
+                        float(length[d] + np.linalg.norm(self.centres[c] - self.centres[d])),
+                        int(region[d]),
+                    )
+                    for d in np.flatnonzero(self.beside[c] & (region != -1))
+                ]
+                if ways:
+                    found[c] = min(ways)
+            if not found:
+                return region, length
+            for c, (distance, nearest) in found.items():
+                length[c], region[c] = distance, nearest
+
+    def _pairs(self, has_anchors: NDArray[np.bool_]) -> dict[tuple[int, int], float]:
+        """The clusters whose regions touch, and the length of the way, in mean edges."""
+        region, length = self._regions(has_anchors)
+        pairs: dict[tuple[int, int], float] = {}
+        for c, d in np.argwhere(self.beside):
+            a, b = int(region[c]), int(region[d])
+            if -1 < a < b:
+                way = np.linalg.norm(self.centres[c] - self.centres[d])
+                path = float(length[c] + way + length[d]) / self.h
+                pairs[a, b] = min(path, pairs.get((a, b), np.inf))
+        return pairs
+
+    def _first(self, previous: Array, points: Array, known: NDArray[np.bool_]) -> Array:
+        """The rotation with which each component begins."""
+        first: dict[int, Array] = {}
+        for part in np.unique(self.label):
+            own = known & (self.label == part)
+            if own.sum() >= 3:
+                rotation, across = kabsch(previous[own], points[own])
+                if across > (0.1 * self.h) ** 2:
+                    first[part] = rotation
+        while True:
+            following: dict[int, list[Array]] = {}
+            for v, other, _ in self.ties:
+                for c, d in (
+                    (self.label[v], self.label[other]),
+                    (self.label[other], self.label[v]),
+                ):
+                    if c not in first and d in first:
+                        following.setdefault(c, []).append(first[d])
+            if not following:
+                break
+            for part, rotations in following.items():
+                q = Rotation.from_matrix(np.stack(rotations)).as_quat()
+                q *= np.where(q @ q[0] < 0, -1, 1)[:, None]
+                first[part] = Rotation.from_quat(q.sum(axis=0)).as_matrix()
+        of_all = np.eye(3)
+        if known.sum() >= 3:
+            rotation, across = kabsch(previous[known], points[known])
+            of_all = rotation if across > 0 else of_all
+        return np.stack([first.get(part, of_all) for part in self.part])
+
+    def find(self, previous: Array, points: Array, known: NDArray[np.bool_]) -> Array:
+        """Returns the increments (n, 3, 3) from the last frame."""
+        n = len(self.part)
+        first = self._first(previous, points, known)
+        anchors = np.bincount(self.cluster[known], minlength=n)
+        mean = [
+            sum_to(self.cluster[known], x[known], n) / np.maximum(anchors, 1)[:, None]
+            for x in (previous, points)
+        ]
+        arms = []  # the cluster, the share, the noise, and the arm in both frames
+        for v in np.flatnonzero(known & (anchors[self.cluster] > 1)):
+            c = self.cluster[v]
+            arms.append((c, 1.0, self.noise, previous[v] - mean[0][c], points[v] - mean[1][c]))
+        for (a, b), path in self._pairs(anchors > 0).items():
+            noise = self.noise / anchors[a] + self.noise / anchors[b]
+            share = 0.5 / (1 + (path / 10) ** 2)
+            way = mean[0][b] - mean[0][a], mean[1][b] - mean[1][a]
+            arms += [(c, share, noise, *way) for c in (a, b)]
+        preconditioner = self.couplings.copy()
+        for c, share, *_ in arms:
+            preconditioner[c, c] += share * 2 / 3
+        omega, turns = np.zeros((n, 3)), first
+        for _ in range(2):
+            h, s = np.zeros((n, 3, 3)), -self.couplings @ omega
+            for c, share, noise, p, q in arms:
+                y = turns[c] @ p
+                weight = share / (max(p @ p, 1e-4 * self.h**2) + noise)
+                h[c] += weight * ((y @ y) * np.eye(3) - np.outer(y, y))
+                s[c] += weight * np.cross(y, q)
+            step = self._solve(h, s, preconditioner)
+            omega = omega + step
+            turns = np.asarray(Rotation.from_rotvec(omega).as_matrix() @ first)
+            if np.linalg.norm(step, axis=1).max() < 0.02:
+                break
+        return turns
+
+    def _solve(self, h: Array, s: Array, preconditioner: Array) -> Array:
+        """Some steps of conjugate gradients."""
+        x, r, p, slopes = np.zeros_like(s), s, np.zeros_like(s), [np.inf]
+        for _ in range(8):
+            z = np.linalg.solve(preconditioner, r)
+            slopes.append(float((r * z).sum()))
+            if slopes[-1] <= 1e-3 * slopes[1]:
+                break
+            p = z + slopes[-1] / slopes[-2] * p
+            product = np.einsum("nij,nj->ni", h, p) + self.couplings @ p
+            length = slopes[-1] / (p * product).sum()
+            x, r = x + length * p, r - length * product
+        return x
