@@ -210,7 +210,8 @@ class Detail:
         anchors = np.where(known[:, None], points, 0.0)
 
         self.q = self._of_vertices(self.increments.find(self.previous, points, known)) @ self.q
-        self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
+        if self.increments.farthest > 2:
+            self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
         rows = seen[:, None]
         fixed = np.where(rows, 0.0, self.previous)
         detail = [self.memory, self.first_memory - self.memory, self.change]

@@ -80,6 +80,7 @@ class Increments:
         """The nearest cluster with anchors by steps, then by length, and the length."""
         region = np.where(has_anchors, np.arange(len(has_anchors)), -1)
         length = np.zeros(len(region))
+        self.farthest = 0  # the largest number of steps
         while True:
             found = {}
             for c in np.flatnonzero(region == -1):
@@ -94,6 +95,7 @@ class Increments:
                     found[c] = min(ways)
             if not found:
                 return region, length
+            self.farthest += 1
             for c, (distance, nearest) in found.items():
                 length[c], region[c] = distance, nearest
 
@@ -148,40 +150,46 @@ class Increments:
             sum_to(self.cluster[known], x[known], n) / np.maximum(anchors, 1)[:, None]
             for x in (previous, points)
         ]
-        arms = []  # the cluster, the share, the noise, and the arm in both frames
-        for v in np.flatnonzero(known & (anchors[self.cluster] > 1)):
-            c = self.cluster[v]
-            arms.append((c, 1.0, self.noise, previous[v] - mean[0][c], points[v] - mean[1][c]))
+        before, now = (x - m[self.cluster] for x, m in zip((previous, points), mean, strict=True))
+        own = known & (anchors[self.cluster] > 1)
+        square = np.bincount(self.cluster[own], (before[own] ** 2).sum(axis=1), n)
+        square = np.maximum(square / np.maximum(anchors, 1), 1e-4 * self.h**2) + self.noise
+        arms = [  # the cluster, the weight, and the arm in both frames
+            (self.cluster[v], 1 / square[self.cluster[v]], before[v], now[v])
+            for v in np.flatnonzero(own)
+        ]
         for (a, b), path in self._pairs(anchors > 0).items():
+            p, q = mean[0][b] - mean[0][a], mean[1][b] - mean[1][a]
             noise = self.noise / anchors[a] + self.noise / anchors[b]
-            share = 0.5 / (1 + (path / 10) ** 2)
-            way = mean[0][b] - mean[0][a], mean[1][b] - mean[1][a]
-            arms += [(c, share, noise, *way) for c in (a, b)]
-        preconditioner = self.couplings.copy()
-        for c, share, *_ in arms:
-            preconditioner[c, c] += share * 2 / 3
+            weight = 0.5 / (1 + (path / 10) ** 2) / (max(p @ p, 1e-4 * self.h**2) + noise)
+            arms += [(c, weight, p, q) for c in (a, b)]
         omega, turns = np.zeros((n, 3)), first
         for _ in range(2):
             h, s = np.zeros((n, 3, 3)), -self.couplings @ omega
-            for c, share, noise, p, q in arms:
+            for c, weight, p, q in arms:
                 y = turns[c] @ p
-                weight = share / (max(p @ p, 1e-4 * self.h**2) + noise)
                 h[c] += weight * ((y @ y) * np.eye(3) - np.outer(y, y))
                 s[c] += weight * np.cross(y, q)
-            step = self._solve(h, s, preconditioner)
+            step = self._solve(h, s, anchors == 0)
             omega = omega + step
             turns = np.asarray(Rotation.from_rotvec(omega).as_matrix() @ first)
             if np.linalg.norm(step, axis=1).max() < 0.02:
                 break
         return turns
 
-    def _solve(self, h: Array, s: Array, preconditioner: Array) -> Array:
-        """Some steps of conjugate gradients."""
+    def _solve(self, h: Array, s: Array, is_without: NDArray[np.bool_]) -> Array:
+        """Some steps of conjugate gradients.
+
+        Their preconditioner leaves out the couplings that lead to a cluster with anchors.
+        """
+        inverse = np.linalg.inv(h + np.diag(self.couplings)[:, None, None] * np.eye(3))
+        of_rest = np.linalg.inv(self.couplings[np.ix_(is_without, is_without)])
         x, r, p, slopes = np.zeros_like(s), s, np.zeros_like(s), [np.inf]
-        for _ in range(8):
-            z = np.linalg.solve(preconditioner, r)
+        for _ in range(12):
+            z = np.einsum("nij,nj->ni", inverse, r)
+            z[is_without] = of_rest @ r[is_without]
             slopes.append(float((r * z).sum()))
-            if slopes[-1] <= 1e-3 * slopes[1]:
+            if slopes[-1] <= 1e-5 * slopes[1]:
                 break
             p = z + slopes[-1] / slopes[-2] * p
             product = np.einsum("nij,nj->ni", h, p) + self.couplings @ p

@@ -113,7 +113,7 @@ def test_threads_and_report(complete: Any, job: Job, tmp_path: Path) -> None:
     first = json.loads(report[0])
     counts = {"frame": 1, "known": 750, "filled": 1750, "disconnected": 0, "rejected": 0}
     assert counts.items() <= first.items()
-    assert first["iterations"] >= 2
+    assert first["iterations"] in (1, 2)
     assert first["seconds"] > 0
     complete(job.raw, tmp_path / "b.raw", "--threads", "2")
     assert (tmp_path / "b.raw").read_bytes() == job.completed

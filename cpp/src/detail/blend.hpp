@@ -21,6 +21,10 @@ struct Blend {
   double b = 0;
   double c = 0;
   bool is_b_known = false;  ///< whether r1 is more than rounding errors, so that it tells b
+
+  [[nodiscard]] Vector3<double> of(const ShapeTerms& terms) const {
+    return terms.last + b * terms.to_rest + c * terms.change;
+  }
 };
 
 /// Residuals at a vertex: r0 with the shape of the last frame, and the residuals r1 and r2 that a

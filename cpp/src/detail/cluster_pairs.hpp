@@ -34,6 +34,9 @@ class ClusterPairs {
   /// time is linear in the number of clusters.
   std::span<const ClusterPair> find(std::span<const std::uint8_t> has_anchors);
 
+  /// The largest number of steps from a cluster to the nearest one with anchors, in the last call.
+  [[nodiscard]] Index farthest() const { return steps_.last(); }
+
  private:
   void find_regions(std::span<const std::uint8_t> has_anchors);
   void pair_with_others(Index region);

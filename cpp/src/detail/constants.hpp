@@ -109,6 +109,9 @@ inline constexpr struct IncrementConstants {
   /// beta, and the weight g of a tie where components touch; that of an edge is 1.
   double coupling = 0.05;
   double tie = 1e-3;
+  /// If a cluster is more steps than this from those with anchors, rotations also follow from
+  /// positions with the last shape, which takes a further solution.
+  Index near = 2;
   /// The weight that holds a cluster where nothing else does.
   double hold = 1e-7;
   /// Pairs that are this far from each other on the surface weigh half, in mean edges.
@@ -123,8 +126,8 @@ inline constexpr struct IncrementConstants {
   double settled = 0.02;
   /// The number of steps of conjugate gradients in each, and the share of the first r . z at which
   /// they end.
-  int steps = 8;
-  double reduced = 1e-3;
+  int steps = 12;
+  double reduced = 1e-5;
 } increment_constants;
 
 /// Another value may be better on a single sequence.

@@ -93,11 +93,16 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   const double of_increments = report_.rotation_seconds;
   const Stopwatch stopwatch(report_.solve_seconds);  // rotations are taken off at the end
 
-  // Step 1: find the positions with the last shape, which has turned as the anchors have.
+  // Step 1: Q of what is far from all anchors follows from the positions with the last shape.
   std::ranges::copy(anchors_.observed, x_.begin());
-  for (std::size_t v = 0; v < x_.size(); ++v) shape_[v] = shapes_[v].last;
-  move_to_shape();
-  fit_rotations(x_);
+  system_.apply(x_, 1, kx_);
+  const bool is_any_far = increments_.farthest() > increment_constants.near;
+  if (is_any_far) {
+    for (std::size_t v = 0; v < x_.size(); ++v) shape_[v] = shapes_[v].last;
+    move_to_shape();
+    fit_rotations(x_);
+    system_.apply(x_, 1, kx_);
+  }
 
   // Step 2: find the global b and c. With modes, a fitted shape takes the place of m_first or m.
   ResidualField directions = find_directions();
@@ -108,15 +113,15 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   // Step 3: find the local b_i.
   const std::span<const double> b = local_blend_.find(directions, blend);
   workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    const ShapeTerms& step = directions.steps[v];
-    x_[v] = x_[v] + step.last + blend.b * step.to_rest + blend.c * step.change;
+    x_[v] = x_[v] + blend.of(directions.steps[v]);
+    kx_[v] = kx_[v] + blend.of(directions.k_steps[v]);
   });
 
   // Step 4: fit rotations and solve again.
   fit_rotations(x_);
   const std::span<const ShapeTerms> shapes = found.prior_weight > 0 ? fitted_ : shapes_;
   workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) {
-    shape_[v] = shapes[v].last + b[v] * shapes[v].to_rest + blend.c * shapes[v].change;
+    shape_[v] = Blend{b[v], blend.c}.of(shapes[v]);
   });
   move_to_shape();
 
@@ -135,7 +140,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
   report_.blend = blend.b;
   report_.solve_seconds -= report_.rotation_seconds - of_increments;
-  return 2;  // Q is fitted in steps 1 and 4
+  return is_any_far ? 2 : 1;
 }
 
 void Detail::turn_with_anchors(Frame previous, const Generations& generations) {
@@ -152,7 +157,6 @@ void Detail::fit_rotations(Field positions) {
 /// leave.
 ResidualField Detail::find_directions() {
   rotations_.turn(shapes_, turned_);
-  system_.apply(x_, 1, kx_);
   const auto steps = system_.solve_terms(turned_, x_, kx_, anchors_);
   system_.apply(steps, k_steps_);
   return {anchors_, x_, kx_, turned_, steps, k_steps_, rounding_.mean_square(x_)};
@@ -178,10 +182,9 @@ FittedModes Detail::add_modes(ResidualField& directions) {
   return found;
 }
 
-/// Moves the positions to those whose detail is closest to the shape, turned by Q.
+/// Moves the positions to those whose detail is closest to the shape, turned by Q. K X is known.
 void Detail::move_to_shape() {
   rotations_.turn(shape_, shape_);
-  system_.apply(x_, 1, kx_);
   const auto step = system_.solve<1>([&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; },
                                      x_, anchors_);
   workers_.for_each_in_chunks(x_.size(), [&](std::size_t v) { x_[v] = x_[v] + step[v]; });

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 
 #include "detail/constants.hpp"
 #include "support/conjugate_gradients.hpp"
 #include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {
@@ -70,45 +68,42 @@ Increments::Increments(const Topology& topology, const Clusters& clusters, Field
       clusters_(clusters),
       workers_(workers),
       mean_edge_(mean_edge),
-      noise_(3 * noise * noise),
+      squared_noise_(3 * noise * noise),
       ties_(find_ties(topology, first_frame, mean_edge, increment_constants.tie)),
       couplings_(couplings_of(clusters, ties_)),
       factor_(couplings_, workers),
       generation_(first_frame.size(), Generations::disconnected),
+      anchors_(clusters.size()),
       cluster_pairs_(clusters, first_frame),
       has_anchors_(clusters.size()),
-      all_(clusters.size(), 1),
-      weights_(clusters.size()),
-      first_(topology.report.components),
+      has_none_(clusters.size()),
+      moments_(clusters.size()),
+      moments_of_components_(topology.report.components),
+      arms_(clusters.size()),
+      first_(moments_of_components_.size()),
       next_first_(first_.size()),
-      middles_(clusters.size()),
       equations_(clusters.size()),
       increments_(clusters.size()),
       of_components_(first_.size()) {
   for (const Index centre : clusters.centres) component_of_.push_back(topology.component[centre]);
-  members_ = lists_by_key(first_.size(), [&](const auto& visit) {
-    for (Index v = 0; v < static_cast<Index>(first_frame.size()); ++v) {
-      visit(topology.component[v], v);
-    }
-  });
   for (auto* field : {&omega_, &step_, &residual_, &preconditioned_, &direction_, &product_}) {
     field->resize(clusters.size());
   }
-  chosen_.reserve(first_frame.size());
   factor_.reserve();
 }
 
 std::span<const Quaternion> Increments::find(Field previous, Field observed,
                                              const Generations& generations) {
   find_pairs(generations);
-  find_first(previous, observed);
-  find_middles(previous, observed);
+  find_moments(previous, observed);
+  find_arms();
+  find_first();
   std::ranges::fill(omega_, Vector3<double>{});
   for (std::size_t c = 0; c < increments_.size(); ++c) {
     increments_[c] = first_[component_of_[c]].rotation;
   }
   for (int n = 0; n < increment_constants.iterations; ++n) {
-    find_equations(previous, observed);
+    find_equations();
     if (take_step() < increment_constants.settled) break;
   }
   for (std::size_t c = 0; c < increments_.size(); ++c) {
@@ -121,20 +116,16 @@ std::span<const Quaternion> Increments::find(Field previous, Field observed,
 void Increments::find_pairs(const Generations& generations) {
   if (std::ranges::equal(generation_, generations.of_vertices())) return;
   std::ranges::copy(generations.of_vertices(), generation_.begin());
-  for (Middle& middle : middles_) middle.anchors = 0;
+  std::ranges::fill(anchors_, 0.0);
   for (std::size_t v = 0; v < generation_.size(); ++v) {
-    if (is_anchor(v)) ++middles_[clusters_.of_vertex[v]].anchors;
+    if (generation_[v] == Generations::anchor) ++anchors_[clusters_.of_vertex[v]];
   }
-  // In the mean over all directions of y, |y|^2 1 - y y^T is two thirds of |y|^2.
-  for (std::size_t c = 0; c < middles_.size(); ++c) {
-    has_anchors_[c] = middles_[c].anchors > 0 ? 1 : 0;
-    weights_[c] = middles_[c].anchors > 1 ? 2 * middles_[c].anchors / 3 : 0;
+  for (std::size_t c = 0; c < anchors_.size(); ++c) {
+    has_anchors_[c] = anchors_[c] > 0 ? 1 : 0;
+    has_none_[c] = 1 - has_anchors_[c];
   }
   pairs_ = cluster_pairs_.find(has_anchors_);
-  for (const ClusterPair& pair : pairs_) {
-    for (const Index c : {pair.a, pair.b}) weights_[c] += nearness(pair) / 3;
-  }
-  factor_.factorize(all_, weights_);
+  factor_.factorize(has_none_);
 }
 
 /// 1 for clusters that touch, less for those that are far from each other on the surface.
@@ -143,11 +134,62 @@ double Increments::nearness(const ClusterPair& pair) const {
   return 1 / (1 + distance * distance);
 }
 
+void Increments::find_moments(Field previous, Field observed) {
+  const auto find = [&](std::size_t c) {
+    Moments& moments = moments_[c] = {};
+    if (anchors_[c] == 0) return;
+    const auto for_each_anchor = [&](const auto& visit) {
+      for (const Index v : clusters_.members[static_cast<Index>(c)]) {
+        if (generation_[v] == Generations::anchor) {
+          visit(to_eigen(previous[v]), to_eigen(observed[v]));
+        }
+      }
+    };
+    for_each_anchor([&](const auto& before, const auto& now) {
+      moments.before += before;
+      moments.now += now;
+    });
+    moments.number = anchors_[c];
+    moments.before /= anchors_[c];
+    moments.now /= anchors_[c];
+    for_each_anchor([&](const auto& before, const auto& now) {
+      moments.arms.add(1, before - moments.before, now - moments.now);
+    });
+  };
+  workers_.for_each_in_chunks(moments_.size(), find, Clusters::typical_size);
+  std::ranges::fill(moments_of_components_, Moments{});
+  for (std::size_t c = 0; c < moments_.size(); ++c) {
+    moments_of_components_[component_of_[c]].add(moments_[c]);
+  }
+}
+
+/// Weighs the arms by their mean square, and adds those from cluster to cluster.
+void Increments::find_arms() {
+  const double floor = std::pow(increment_constants.least_length * mean_edge_, 2);
+  for (std::size_t c = 0; c < arms_.size(); ++c) {
+    const Moments& moments = moments_[c];
+    const double square = anchors_[c] > 1 ? moments.arms.before.trace() / anchors_[c] : 0;
+    const double weight = 1 / (std::max(square, floor) + squared_noise_);
+    arms_[c] = {weight * moments.arms.before, weight * moments.arms.now};
+  }
+  for (const ClusterPair& pair : pairs_) {
+    const Moments& a = moments_[pair.a];
+    const Moments& b = moments_[pair.b];
+    const Eigen::Vector3d p = b.before - a.before;
+    const Eigen::Vector3d q = b.now - a.now;
+    const double noise = squared_noise_ / a.number + squared_noise_ / b.number;
+    const double weight = nearness(pair) / (std::max(p.squaredNorm(), floor) + noise) / 2;
+    Arms arms;
+    arms.add(weight, p, q);
+    for (const Index c : {pair.a, pair.b}) arms_[c].add(arms);
+  }
+}
+
 /// Finds R of each component: that of its anchors if they are not near a line; else that of what it
 /// is tied to; and if that has none, that of all anchors of the frame.
-void Increments::find_first(Field previous, Field observed) {
+void Increments::find_first() {
   for (std::size_t i = 0; i < first_.size(); ++i) {
-    first_[i] = first_of(members_[i], increment_constants.least_across, previous, observed);
+    first_[i] = first_of(moments_of_components_[i], increment_constants.least_across * mean_edge_);
   }
   const auto is_missing = [](const First& first) { return !first.is_known; };
   for (auto missing = std::ranges::count_if(first_, is_missing); missing > 0;) {
@@ -157,22 +199,18 @@ void Increments::find_first(Field previous, Field observed) {
     missing = left;
   }
   if (std::ranges::none_of(first_, is_missing)) return;
-  First of_all = first_of(members_.neighbours, 0, previous, observed);
+  Moments all;
+  for (const Moments& moments : moments_of_components_) all.add(moments);
+  First of_all = first_of(all, 0);
   if (is_missing(of_all)) of_all = {{1, 0, 0, 0}, true};
   std::ranges::replace_if(first_, is_missing, of_all);
 }
 
-/// The rotation of the anchors among these vertices, known if they are farther from a line than so
-/// many mean edges.
-Increments::First Increments::first_of(std::span<const Index> vertices, double least_across,
-                                       Field previous, Field observed) {
-  chosen_.clear();
-  std::ranges::copy_if(vertices, std::back_inserter(chosen_),
-                       [&](Index v) { return is_anchor(at(v)); });
-  if (chosen_.size() < 3) return {};
-  const RigidMotion motion = fit_rigid_motion<double>(chosen_, previous, observed);
-  const double least = least_across * mean_edge_;
-  if (!(motion.squared_across > least * least)) return {};
+/// The rotation of anchors, known if they are farther from a line than this.
+Increments::First Increments::first_of(const Moments& moments, double least_across) {
+  if (moments.number < 3) return {};
+  const RigidMotion motion = fit_rigid_motion(moments);
+  if (!(motion.squared_across > least_across * least_across)) return {};
   return {quaternion_of(motion), true};
 }
 
@@ -195,80 +233,51 @@ void Increments::follow_ties() {
   std::swap(first_, next_first_);
 }
 
-void Increments::find_middles(Field previous, Field observed) {
-  for (Middle& middle : middles_) middle.before = middle.now = {};
-  for (std::size_t v = 0; v < previous.size(); ++v) {
-    if (!is_anchor(v)) continue;
-    Middle& middle = middles_[clusters_.of_vertex[v]];
-    middle.before = middle.before + previous[v];
-    middle.now = middle.now + observed[v];
-  }
-  for (Middle& middle : middles_) {
-    if (middle.anchors == 0) continue;
-    middle.before = (1 / middle.anchors) * middle.before;
-    middle.now = (1 / middle.anchors) * middle.now;
-  }
-}
-
-void Increments::find_equations(Field previous, Field observed) {
-  std::ranges::fill(equations_, Equation{});
-  const double floor = std::pow(increment_constants.least_length * mean_edge_, 2);
-  const auto add = [&](Index c, double weight, const Vector3<double>& p, const Vector3<double>& q) {
-    const auto y = rotated(increments_[c], p);
-    Equation& e = equations_[c];
-    e.xx += weight * (y.y * y.y + y.z * y.z);
-    e.yy += weight * (y.x * y.x + y.z * y.z);
-    e.zz += weight * (y.x * y.x + y.y * y.y);
-    e.xy -= weight * y.x * y.y;
-    e.xz -= weight * y.x * y.z;
-    e.yz -= weight * y.y * y.z;
-    e.s = e.s + weight * cross(y, q);
-  };
-  for (std::size_t v = 0; v < previous.size(); ++v) {
-    const Index c = clusters_.of_vertex[v];
-    if (!is_anchor(v) || middles_[c].anchors < 2) continue;
-    const auto p = previous[v] - middles_[c].before;
-    const double weight = 1 / (std::max(squared_norm(p), floor) + noise_);
-    add(c, weight, p, observed[v] - middles_[c].now);
-  }
-  for (const ClusterPair& pair : pairs_) {
-    const Middle& a = middles_[pair.a];
-    const Middle& b = middles_[pair.b];
-    const auto p = b.before - a.before;
-    const double noise = noise_ / a.anchors + noise_ / b.anchors;
-    const double weight = nearness(pair) / (std::max(squared_norm(p), floor) + noise) / 2;
-    for (const Index c : {pair.a, pair.b}) add(c, weight, p, b.now - a.now);
+/// H = sum w (|y|^2 1 - y y^T) and s = sum w y x q, where y = D p.
+void Increments::find_equations() {
+  for (std::size_t c = 0; c < equations_.size(); ++c) {
+    const auto& [w, x, y, z] = increments_[c];
+    const Eigen::Matrix3d turn = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+    const Eigen::Matrix3d y_y = turn * arms_[c].before * turn.transpose();
+    const Eigen::Matrix3d q_y = arms_[c].now * turn.transpose();
+    const Eigen::Matrix3d h = y_y.trace() * Eigen::Matrix3d::Identity() - y_y;
+    const auto i = static_cast<Index>(c);
+    equations_[c] = {h,
+                     (h + couplings_.coeff(i, i) * Eigen::Matrix3d::Identity()).inverse(),
+                     {q_y(2, 1) - q_y(1, 2), q_y(0, 2) - q_y(2, 0), q_y(1, 0) - q_y(0, 1)}};
   }
 }
 
 /// Adds the step to omega that solves (H + couplings) step = s - couplings omega, found by
 /// conjugate gradients, and turns R by omega. Returns the length of the longest step.
 double Increments::take_step() {
-  const auto coupled = [&](std::size_t c, std::span<const Vector3<double>> of) {
-    Vector3<double> sum;
-    for (SparseMatrix::InnerIterator e(couplings_, static_cast<Index>(c)); e; ++e) {
-      sum = sum + e.value() * of[e.row()];
-    }
-    return sum;
+  const OperatorData couplings = {couplings_.outerIndexPtr(), couplings_.innerIndexPtr(),
+                                  couplings_.valuePtr(), nullptr};
+  const auto couple = [&](std::span<const Vector3<double>> x) {  // sets the product
+    best_kernels().rotations.multiply(couplings, x.data(), 1, nullptr, product_.data(), 0,
+                                      static_cast<Index>(x.size()));
   };
+  couple(omega_);
   for (std::size_t c = 0; c < omega_.size(); ++c) {
     step_[c] = {};
-    residual_[c] = equations_[c].s - coupled(c, omega_);
+    residual_[c] = equations_[c].s - product_[c];
   }
-  const auto order = factor_.order();
+  const auto without = factor_.order();
   const auto precondition = [&] {
-    for (std::size_t r = 0; r < order.size(); ++r) product_[r] = residual_[order[r]];
-    factor_.solve(product_, 1);
-    for (std::size_t r = 0; r < order.size(); ++r) preconditioned_[order[r]] = product_[r];
+    for (std::size_t c = 0; c < omega_.size(); ++c) {
+      preconditioned_[c] = from_eigen(equations_[c].inverse * to_eigen(residual_[c]));
+    }
+    if (without.empty()) return;
+    for (std::size_t r = 0; r < without.size(); ++r) product_[r] = residual_[without[r]];
+    factor_.solve(std::span(product_).first(without.size()), 1);
+    for (std::size_t r = 0; r < without.size(); ++r) preconditioned_[without[r]] = product_[r];
   };
   const auto multiply = [&] {
-    workers_.for_each_in_chunks(omega_.size(), [&](std::size_t c) {
-      const auto& [xx, xy, xz, yy, yz, zz, s] = equations_[c];
-      const auto& [x, y, z, unused] = direction_[c];
-      const Vector3<double> of_pairs = {xx * x + xy * y + xz * z, xy * x + yy * y + yz * z,
-                                        xz * x + yz * y + zz * z};
-      product_[c] = of_pairs + coupled(c, direction_);
-    });
+    couple(direction_);
+    for (std::size_t c = 0; c < product_.size(); ++c) {
+      const Eigen::Vector3d of_arms = equations_[c].h * to_eigen(direction_[c]);
+      product_[c] = product_[c] + from_eigen(of_arms);
+    }
   };
   const auto advance = [&](const std::array<double, 1>& length) {
     for (std::size_t c = 0; c < step_.size(); ++c) step_[c] = step_[c] + length[0] * direction_[c];

@@ -14,6 +14,7 @@
 #include "kernels/kernels.hpp"
 #include "mesh/generations.hpp"
 #include "mesh/ties.hpp"
+#include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
@@ -32,6 +33,7 @@ namespace dynmesh {
 /// a cluster to an anchor, in X' and in x. The second one is over the pairs (c, d) of clusters with
 /// anchors that are beside each other, with p and q the way from one mean position to the other. g
 /// couples clusters that an edge or a tie connects. Where a motion is rigid, q = R p and omega = 0.
+/// A cluster only needs the sums of p p^T and q p^T, so that each anchor is read once a frame.
 ///
 /// Allocates memory only in the constructor.
 class Increments {
@@ -47,6 +49,9 @@ class Increments {
   /// the positions of the anchors.
   std::span<const Quaternion> find(Field previous, Field observed, const Generations& generations);
 
+  /// The largest number of steps from a cluster to the nearest one with anchors, in the last call.
+  [[nodiscard]] Index farthest() const { return cluster_pairs_.farthest(); }
+
   /// (components,) how each component has turned as a whole: D of one of its clusters.
   [[nodiscard]] std::span<const Quaternion> of_components() const { return of_components_; }
 
@@ -56,53 +61,46 @@ class Increments {
     Quaternion rotation{};
     bool is_known = false;
   };
-  /// The mean position of the anchors of a cluster.
-  struct Middle {
-    double anchors = 0;
-    Vector3<double> before, now;
-  };
-  /// H omega = s; H is symmetric, by rows.
+  /// H omega = s.
   struct Equation {
-    double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+    Eigen::Matrix3d h;
+    Eigen::Matrix3d inverse;  // of H and the couplings of this cluster alone
     Vector3<double> s;
   };
 
-  [[nodiscard]] bool is_anchor(std::size_t v) const {
-    return generation_[v] == Generations::anchor;
-  }
   [[nodiscard]] double nearness(const ClusterPair& pair) const;
   void find_pairs(const Generations& generations);
-  void find_first(Field previous, Field observed);
+  void find_moments(Field previous, Field observed);
+  void find_arms();
+  void find_first();
   void follow_ties();
-  [[nodiscard]] First first_of(std::span<const Index> vertices, double least_across, Field previous,
-                               Field observed);
-  void find_middles(Field previous, Field observed);
-  void find_equations(Field previous, Field observed);
+  [[nodiscard]] static First first_of(const Moments& moments, double least_across);
+  void find_equations();
   double take_step();
 
   const Topology& topology_;
   const Clusters& clusters_;
   Workers& workers_;
   double mean_edge_;
-  double noise_;                     // the mean square of the noise of an anchor
+  double squared_noise_;             // of an anchor
   std::vector<Index> component_of_;  // (clusters,)
-  Cells members_;                    // the vertices of each component
   std::vector<Tie> ties_;
   SparseMatrix couplings_;  // beta L, plus what holds where nothing else does
-  MaskedFactor factor_;     // of these and of the weights
+  MaskedFactor factor_;     // of these, of the clusters without anchors
 
   // Of one mask:
   std::vector<Index> generation_;
+  std::vector<double> anchors_;  // (clusters,) their number
   ClusterPairs cluster_pairs_;
-  std::vector<std::uint8_t> has_anchors_, all_;  // (clusters,)
+  std::vector<std::uint8_t> has_anchors_, has_none_;  // (clusters,)
   std::span<const ClusterPair> pairs_;
-  std::vector<double> weights_;  // (clusters,) of arms and pairs, as the factor takes them
 
   // Of one frame:
-  std::vector<Index> chosen_;
-  std::vector<First> first_, next_first_;  // (components,)
-  std::vector<Middle> middles_;
-  std::vector<Equation> equations_;
+  std::vector<Moments> moments_;                // of the anchors of each cluster
+  std::vector<Moments> moments_of_components_;  // the sums of these
+  std::vector<Arms> arms_;                      // (clusters,) with their weights, and the pairs
+  std::vector<First> first_, next_first_;       // (components,)
+  std::vector<Equation> equations_;             // (clusters,)
   std::vector<Vector3<double>> omega_, step_, residual_, preconditioned_, direction_, product_;
   std::vector<Quaternion> increments_, of_components_;  // D
 };

@@ -14,24 +14,10 @@ constexpr double collinear = 1e-10;
 
 }  // namespace
 
-template <class Real>
-RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
-                             std::span<const Vector3<Real>> after) {
-  Eigen::Vector3d from = Eigen::Vector3d::Zero();
-  Eigen::Vector3d to = Eigen::Vector3d::Zero();
-  for (const Index v : vertices) {
-    from += to_eigen(before[v]);
-    to += to_eigen(after[v]);
-  }
-  from /= static_cast<double>(vertices.size());
-  to /= static_cast<double>(vertices.size());
-
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (const Index v : vertices) {
-    covariance += (to_eigen(after[v]) - to) * (to_eigen(before[v]) - from).transpose();
-  }
-
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+RigidMotion fit_rigid_motion(const Moments& moments) {
+  const Eigen::Vector3d& from = moments.before;
+  const Eigen::Vector3d& to = moments.now;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments.arms.now,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d& spread = svd.singularValues();
   if (!(spread[1] > collinear * spread[0])) return {.from = from, .to = to};
@@ -40,6 +26,23 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   const Eigen::Vector3d signs(1, 1, handedness < 0 ? -1 : 1);
   const Eigen::Matrix3d rotation = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
   return {rotation, from, to, spread[1]};
+}
+
+template <class Real>
+RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
+                             std::span<const Vector3<Real>> after) {
+  Moments moments;
+  moments.number = static_cast<double>(vertices.size());
+  for (const Index v : vertices) {
+    moments.before += to_eigen(before[v]);
+    moments.now += to_eigen(after[v]);
+  }
+  moments.before /= moments.number;
+  moments.now /= moments.number;
+  for (const Index v : vertices) {
+    moments.arms.add(1, to_eigen(before[v]) - moments.before, to_eigen(after[v]) - moments.now);
+  }
+  return fit_rigid_motion(moments);
 }
 
 template <class Real>
