@@ -210,7 +210,7 @@ class Detail:
         anchors = np.where(known[:, None], points, 0.0)
 
         self.q = self._of_vertices(self.increments.find(self.previous, points, known)) @ self.q
-        if self.increments.farthest > 2:
+        if self.increments.farthest > 1:
             self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
         rows = seen[:, None]
         fixed = np.where(rows, 0.0, self.previous)
