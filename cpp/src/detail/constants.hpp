@@ -109,8 +109,8 @@ inline constexpr struct IncrementConstants {
   /// beta, and the weight g of a tie where components touch; that of an edge is 1.
   double coupling = 0.05;
   double tie = 1e-3;
-  /// If a cluster is more steps than this from the next one with anchors, rotations also follow from
-  /// positions with the last shape, which takes a further solution.
+  /// If a cluster is more steps than this from the next one with anchors, rotations also follow
+  /// from positions with the last shape, which takes a further solution.
   Index near = 1;
   /// The weight that holds a cluster where nothing else does.
   double hold = 1e-7;
