@@ -112,7 +112,7 @@ def as_kept(kept: dynmesh.Sequence, format: str) -> dynmesh.Sequence:
         kept = replace(kept, fps=None, name=None)
     if format in ("usd", "alembic") and kept.name is None:
         kept = replace(kept, name="/mesh")
-    if format == "npy" or (format in NUMBERED and kept.start != 1001):
+    if format == "npy" or (format in NUMBERED and kept.start % 1):
         kept = replace(kept, start=0)
     if format == "npy":
         kept = replace(kept, up_axis=None, metres_per_unit=None, polygons=None)

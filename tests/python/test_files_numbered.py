@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import dynmesh_command as run
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from meshes import Mesh
 from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 from sequences import assert_refused, sea
@@ -17,6 +20,7 @@ import dynmesh
 from dynmesh import files
 from dynmesh._command import slice_of
 from dynmesh.files.memory import SequenceReader
+from dynmesh.files.numbered import FrameNames
 from dynmesh.files.times import frame_numbers, indices_of
 
 
@@ -93,8 +97,8 @@ def test_gaps_are_refused(tmp_path: Path, numbers: list[str], missing: str | Non
             with dynmesh.open(path) as reader:
                 assert reader.n_frames == len(numbers)
                 assert reader.header.start == int(numbers[0])
-            if numbers[0] == "1000":  # times are no gaps
-                assert_refused(path, read=lambda given: dynmesh.open(given, gaps="lost"))
+            with dynmesh.open(path, gaps="lost") as reader:  # times are no gaps
+                assert reader.n_frames == len(numbers)
         else:
             with pytest.raises(ValueError, match=rf": f2_{missing}\.obj"):
                 dynmesh.open(path)
@@ -123,7 +127,7 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
         (["2_left", "10_left"], ".", 2),
         (["f_7"], "f_7.obj", 0),
         (["a7", "b8"], ".", 0),
-        (["take1_0001", "take2_0001"], ".", 0),
+        (["take1_0001", "take2_0001"], ".", 1),
         (["f_0001", "last"], ".", 0),
         (["last"], ".", 0),
         (["f_20250101120000000"], ".", 0),
@@ -141,6 +145,145 @@ def test_the_first_number_is_where_it_starts(
         file.write_text(TRIANGLE)
     with dynmesh.open(folder / path) as reader:
         assert reader.header.start == start
+
+
+READ: list[tuple[list[str], str, list[float]]] = [
+    (["sim_-3", "sim_-2", "sim_-1"], "", [-3, -2, -1]),
+    (["sim-1", "sim0", "sim1"], "", [-1, 0, 1]),  # a hyphen that not all names have
+    (["f_-1", "f_+0", "f_+1"], "", [-1, 0, 1]),
+    (["a-001", "a-002"], "", [1, 2]),
+    (["2024-01-09", "2024-01-10"], "", [9, 10]),
+    (["a -000", "a -001"], "", [0, 1]),  # nothing is numbered -0
+    (["a-002", "a-001"], "a####.obj", [-2, -1]),
+    (["s.1", "s.1.25", "s.1.5", "s.1.75", "s.2"], "", [1, 1.25, 1.5, 1.75, 2]),
+    (["17.50", "17.75", "18.00", "18.25"], "", [17.5, 17.75, 18, 18.25]),
+    (["17.25", "17.5", "17.75"], "", [17.25, 17.5, 17.75]),  # a name that is one number
+    (["130.86", "130.892", "130.93"], "", [130.86, 130.892, 130.93]),
+    (["v2.0010", "v2.0020"], "", [10, 20]),
+    (["s.1.8", "s.1.9", "s.1.10"], "", [8, 9, 10]),  # decimals would end in 1
+    (["frame-000000.depth", "frame-000001.depth"], "", [0, 1]),
+    (["0007_depth", "0008_depth"], "", [7, 8]),
+    (["f_0", "f_1.depth", "f_2.depth"], "f_%d.depth.obj", [1, 2]),
+    (["s.1.25", "s.1.5"], "s.%g.obj", [1.25, 1.5]),
+    (["s.1.25", "s.1.5"], "s.1.%d.obj", [5, 25]),
+    (["f_1_t0.5", "f_2_t0.7"], "f_%d_*.obj", [1, 2]),
+    (["f_1_t0.5", "f_2_t0.7"], "f_?_t%.1f.obj", [0.5, 0.7]),
+]
+AMBIGUOUS = [
+    (["s.1.25", "s.1.5"], r"'s\.%g\.obj'.* or 's\.1\.%d\.obj'"),
+    (["c_2.0010", "c_2.0020"], r"'c_%\.4f\.obj'.* or 'c_2\.%04d\.obj'"),
+    (["f_1_t0.5", "f_2_t0.7"], r"'f_%d_t\*\.obj'.* or 'f_\*_t%\.1f\.obj'"),
+    (["c1_01", "c1_02", "c2_01"], r"several sequences, 'c1_\*\.obj' \(2\) and 'c2_\*\.obj'"),
+    (["t1.01", "t1.02", "t2.01", "t2.02"], r"'t%\.2f\.obj' .*'t1\.\*\.obj' \(2\) and 't2"),
+    (["s_1", "s_2", "s_1.depth", "s_2.depth"], r"'s_\*\.depth\.obj' \(2\) and 's_\*\.obj'"),
+]
+
+
+def put(folder: Path, names: Iterable[str]) -> None:
+    """Files of which each holds its number in this list."""
+    for number, name in enumerate(names):
+        (folder / f"{name}.obj").write_text(TRIANGLE.replace("v 0 0", f"v {number} 0"))
+
+
+@pytest.mark.parametrize("is_glob", [False, True])
+@pytest.mark.parametrize(("names", "pattern", "expected"), READ)
+def test_frames_have_the_numbers_of_their_names(
+    tmp_path: Path, names: list[str], pattern: str, expected: list[float], is_glob: bool
+) -> None:
+    put(tmp_path, reversed(names))
+    path = tmp_path / (pattern or "*.obj" * is_glob)
+    with dynmesh.open(path) as reader:
+        assert [reader.header.number(frame) for frame in range(reader.n_frames)] == expected
+
+
+@pytest.mark.parametrize(("names", "told"), AMBIGUOUS)
+def test_numbers_that_can_be_read_in_two_ways_are_refused(
+    tmp_path: Path, names: list[str], told: str
+) -> None:
+    put(tmp_path, names)
+    for path in (tmp_path, tmp_path / "*.obj"):
+        assert_refused(path, told)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_numbers_are_read_in_their_order(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    """By the pattern that wrote them; a folder and a glob read the same, or name this pattern."""
+    conversion = data.draw(st.sampled_from(["%d", "%04d", "%.2f", "%07.2f", "%g"]))
+    hundredths = st.integers(-3000, 3000).map(lambda n: n if "d" not in conversion else n * 100)
+    drawn = data.draw(st.lists(hundredths, min_size=2, max_size=7, unique=True))
+    numbers = [n // 100 if n % 100 == 0 else n / 100 for n in drawn]
+    before = data.draw(st.sampled_from(["", "sim_", "sim.", "a b ", "f-", "f", "2_"]))
+    if before == "f" and max(numbers) < 0:
+        before = "f_"  # a hyphen after a letter is a sign only where not every name has it
+    pattern = before + conversion + data.draw(st.sampled_from(["", "_depth", ".depth"])) + ".obj"
+    folder = tmp_path_factory.mktemp("some")
+    put(folder, [FrameNames(folder, pattern).name(number)[:-4] for number in numbers])
+    expected = [(number, drawn.index(round(number * 100))) for number in sorted(numbers)]
+
+    def read(path: Path) -> Any:
+        with dynmesh.open(path, gaps="lost") as reader:
+            found = [(reader.header.number(n), f.points[0, 0]) for n, f in enumerate(reader)]
+        return [(number, x) for number, x in found if np.isfinite(x)]
+
+    assert read(folder / pattern) == expected
+    refused = []
+    for path in (folder, folder / "*.obj"):
+        try:
+            found = read(path)
+        except ValueError as error:
+            refused.append(str(error))
+        else:
+            assert found == expected
+    assert all("could be" in told and f"'{before}%" in told for told in refused)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "lost"),
+    [
+        ([1, 2, 4], [3]),
+        ([0.5, 1, 2], [1.5]),
+        ([1.0, 1.034, 1.066, 1.132, 1.166], [1.099]),
+        ([1000, 1033, 1067], []),
+        ([-4, -2, 2], [0]),
+    ],
+)
+def test_a_gap_is_judged_by_the_usual_distance(
+    tmp_path: Path, numbers: list[float], lost: list[float]
+) -> None:
+    put(tmp_path, [f"f_{number}" for number in numbers])
+    if lost:
+        assert_refused(tmp_path, r"is missing, as its frames are usually .* apart")
+    with dynmesh.open(tmp_path, gaps="lost") as reader:
+        found = [reader.header.number(frame) for frame in range(reader.n_frames)]
+    assert found == pytest.approx(sorted([*numbers, *lost]))
+    put(tmp_path, ["f_90000000"])
+    assert_refused(tmp_path, "more than 1000000 frames would be missing", gaps="lost")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "pattern", "expected"),
+    [
+        ([-2, -1, 0], "f_%03d.ply", ["f_-02", "f_-01", "f_000"]),
+        ([0.5, 0.75, 1], "f_%.2f.ply", ["f_0.50", "f_0.75", "f_1.00"]),
+        ([0.5, 0.75, 1], "f_%g.ply", ["f_0.5", "f_0.75", "f_1"]),
+        ([0.5, 0.75, 1], "f_%.1f.ply", None),
+        ([0.5, 0.75, 1], "f_%d.ply", None),
+        ([1, 2, 7], "f_%d.ply", None),
+    ],
+)
+def test_frames_keep_their_numbers_on_the_way_out(
+    tmp_path: Path, mesh: Mesh, numbers: list[float], pattern: str, expected: list[str] | None
+) -> None:
+    """Or are counted from 0, with a remark."""
+    times = np.array(numbers, np.float64)
+    dynmesh.write(tmp_path / "a.npz", replace(sequence_of(mesh), start=numbers[0], times=times))
+    made = dynmesh.convert_file(tmp_path / "a.npz", tmp_path / "out" / pattern)
+    counted = [FrameNames(tmp_path, pattern).name(n)[:-4] for n in range(3)]
+    assert sorted(names(tmp_path / "out")) == sorted(f"{n}.ply" for n in expected or counted)
+    assert [("numbered from 0" in remark) for remark in made.remarks] == [True] * (expected is None)
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path, mesh: Mesh) -> None:

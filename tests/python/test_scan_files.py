@@ -239,6 +239,27 @@ def test_each_camera_may_have_a_folder(tmp_path: Path, named: str, names: str) -
     assert seen(one) == [scans[:1] for scans in expected]
 
 
+@pytest.mark.parametrize(
+    ("names", "pattern", "numbers"),
+    [
+        (["frame-000000.depth", "frame-000001.depth"], "", [0, 1]),
+        (["f-000.depth", "f-000.color", "f-001.depth"], "f-%03d.depth.png", [0, 1]),
+        (["f-000.depth", "f-001.depth"], "f-*.depth.png", [0, 1]),
+        (["0007_depth", "0008_depth"], "", [7, 8]),
+        (["d_-0001_c0", "d_-0002_c0"], "", [-2, -1]),
+        (["1305.86", "1305.893", "1305.96"], "", [1305.86, 1305.893, 1305.9265, 1305.96]),
+    ],
+)
+def test_images_are_numbered_as_all_frames(
+    tmp_path: Path, names: list[str], pattern: str, numbers: list[float]
+) -> None:
+    write_cameras(tmp_path / "cameras.json", a_rig(1))
+    for name in names:
+        (tmp_path / f"{name}.png").write_bytes(saved(Image.new("I;16", (8, 6), 1000)))
+    found = open_scans(tmp_path / pattern, gaps="lost").numbers
+    assert found == pytest.approx(numbers)
+
+
 def chunk(kind: bytes, content: bytes) -> bytes:
     """A part of a PNG file."""
     return (

@@ -218,7 +218,8 @@ def named_like(path: PathLike, output: PathLike) -> Path:
     if folder.suffix and not folder.is_dir():
         return folder
     numbered = [one.suffixes[0] for one in formats.values() if "gaps" in one.takes]
-    pattern = pattern_like(Path(path), numbered)
+    with naming(Path(path)):
+        pattern = pattern_like(Path(path), numbered)
     if pattern is None or Path(pattern).suffix.lower() not in numbered:
         return folder
     return folder / pattern

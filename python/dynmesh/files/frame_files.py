@@ -18,7 +18,7 @@ from .header import Header, MeshFile, Metadata
 from .new_output import exchange, unfinished_folder
 from .numbered import FrameNames, find_files, names_to_write, numbered_like
 from .reader import Reader
-from .times import numbers_of_files
+from .times import frame_numbers, numbers_of_files, timing_of
 from .writer import Writer
 
 
@@ -34,7 +34,7 @@ class FramesReader(Reader):
 
     def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
         """Finds the files and reads the first, for which `faces` are if it holds none."""
-        self._files, start, step = find_files(path, self.suffix, gaps)
+        self._files, numbers = find_files(path, self.suffix, gaps)
         n_frames, present = len(self._files), [file for file in self._files if file is not None]
         self._first = present[0]
         with naming(self._first):
@@ -56,8 +56,7 @@ class FramesReader(Reader):
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
                 mesh_file=MeshFile.of(self._first, self._held_beside(self._first)),
-                start=start,
-                times=None if step == 1 else np.arange(n_frames, dtype=np.float64) * step + start,
+                **timing_of(numbers),
                 **metadata._asdict(),
                 **flags_of(frame.attributes()),
             )
@@ -126,8 +125,7 @@ class FramesWriter(Writer):
     def __init__(self, path: Path, header: Header, **options: Any) -> None:
         """See :class:`Writer`."""
         self._names = self._names_of(path)
-        counted = list(range(header.n_frames))
-        self._numbers = numbers_of_files(header) if self._names.numbered else counted
+        self._numbers = numbers_of_files(header, self._names)
         super().__init__(path, header, **options)
 
     @classmethod
@@ -150,6 +148,9 @@ class FramesWriter(Writer):
         """Writes one file."""
 
     def _begin(self) -> None:
+        if self._names.numbered and self._numbers != frame_numbers(self.header).tolist():
+            told = "its frames, which are read back as other ones or as gaps"
+            self.remarks.append(f"the files are numbered from 0, not with the numbers of {told}")
         if self.header.n_frames > 1 and not self._names.numbered:
             names = numbered_like(self.path.name) or f"{self.path.stem}_%04d{self.path.suffix}"
             raise ValueError(f"one file holds one frame, not {self.header.n_frames}: write {names}")

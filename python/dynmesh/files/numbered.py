@@ -1,22 +1,42 @@
-"""The file names of a sequence with one file per frame."""
+"""The numbers of frames in the names of files: one rule for folders, globs and patterns.
+
+A number is digits with their sign and their decimals. In a folder or a glob, it stands where the
+names differ. A hyphen after a letter or a digit is no sign, unless another name has none there; nor
+is one before 0. A pattern decides where the number stands and how it is written.
+"""
 
 import errno
 import glob
 import os
 import re
+import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ..sequence import largest_start
 from .format import Gaps
 
-_conversion = re.compile("%(?:0[0-9]+)?d")
+Number = int | float
+"""That of a frame: an integer wherever it is whole, so that large ones stay exact."""
+
+_conversion = re.compile(r"%(?:(?:0[0-9]+)?d|(?:0[0-9]+)?\.[0-9]+f|g)")
 _hashes = re.compile("##+")
-_last_number = re.compile("[0-9]+(?=[^0-9]*$)")
+_wildcards = {"*": ".*", "?": "."}
+
+_DIGITS = "[0-9]+"
+_DECIMAL = r"[0-9]+(?:\.[0-9]+)?"
+_SIGNS = (r"(?:(?<![^\W_])[+-](?=[0-9.]*[1-9]))?", "", "[+-]?")
+"""What is a sign: no hyphen after a letter or a digit or before 0; none; each. The first of these
+for which the names are alike."""
+
+_MOST = 1_000_000
+"""Frames that may be missing; more mean that the numbers count something else."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +45,9 @@ class FrameNames:
 
     Attributes:
         folder: the folder of the files.
-        pattern: a name with ``%d`` or ``%04d`` for the number of the frame, or a plain name for a
-            sequence of one frame.
+        pattern: a name with ``%d`` or ``%04d`` for the number of the frame, ``%.2f`` or ``%07.2f``
+            for one with so many decimals, or ``%g`` for one with as many as it has; or a plain name
+            for a sequence of one frame. Where it is only read, ``*`` and ``?`` stand for anything.
     """
 
     folder: Path
@@ -42,29 +63,220 @@ class FrameNames:
         """The names that a path stands for, in which ``####`` is the number, as ``%04d``."""
         return cls(path.parent, path.name if path.exists() else with_conversion(path.name))
 
-    def name(self, number: int) -> str:
+    def name(self, number: Number) -> str:
         """Returns the file name of this frame."""
-        return self.pattern % number if self.numbered else self.pattern
+        return _conversion.sub(lambda found: _text(found[0], number), self.pattern)
 
-    def existing(self) -> dict[int, Path]:
+    def existing(self) -> dict[Number, Path]:
         """Returns the existing files by ascending number."""
         if not self.numbered:
             file = self.folder / self.pattern
             return {0: file} if file.exists() else {}
-        found = {}
-        for file in self.folder.glob("*"):  # empty if the folder does not exist
-            number = self.number(file.name)
-            if number is not None:
-                found[number] = file
-        return dict(sorted(found.items()))
+        # The folder may not exist.
+        numbers = [(self.number(file.name), file) for file in self.folder.glob("*")]
+        return by_number([(one, file) for one, file in numbers if one is not None])
 
-    def number(self, name: str) -> int | None:
+    def number(self, name: str) -> Number | None:
         """Returns the number of the frame with this file name; None if no frame has it."""
         if not self.numbered:
             return 0 if name == self.pattern else None
-        begin, end = map(re.escape, _conversion.split(self.pattern))
-        match = re.fullmatch(f"{begin}([0-9]+){end}", name)
-        return int(match[1]) if match and self.name(int(match[1])) == name else None
+        begin, end = (
+            "".join(_wildcards.get(sign) or re.escape(sign) for sign in text)
+            for text in _conversion.split(self.pattern)
+        )
+        match = re.fullmatch(f"{begin}({_SIGNS[-1]}{_DECIMAL}){end}", name)
+        if match is None:
+            return None
+        number, conversion = _number(match[1]), _conversion.findall(self.pattern)[0]
+        is_own = conversion == "%g" or _text(conversion, number) == match[1]
+        return number if is_own else None
+
+
+def _number(text: str) -> Number:
+    return int(text) if "." not in text else _as_integer(float(text))
+
+
+def _as_integer(number: float) -> Number:
+    return int(number) if number.is_integer() else number
+
+
+def _text(conversion: str, number: Number) -> str:
+    """Writes a number, in ``%g`` with all its decimals."""
+    if conversion != "%g":
+        return conversion % number
+    return str(number) if isinstance(number, int) else np.format_float_positional(number, trim="-")
+
+
+class _Place(NamedTuple):
+    """A number in names that are otherwise alike: what is before and after it, and its texts."""
+
+    before: str
+    after: str
+    texts: tuple[str, ...]
+
+    @property
+    def numbers(self) -> list[Number]:
+        return [_number(text) for text in self.texts]
+
+    @property
+    def conversion(self) -> str:
+        """As long as the shortest text."""
+        width = min(map(len, self.texts))
+        decimals = {len(text.partition(".")[2]) for text in self.texts}
+        is_padded = any(re.match("[+-]?0[0-9]", text) for text in self.texts)
+        padded = f"0{width}" if width > 1 and (is_padded or decimals == {0}) else ""
+        if decimals == {0}:
+            return f"%{padded}d"
+        return f"%{padded}.{decimals.pop()}f" if len(decimals) == 1 else "%g"
+
+    @property
+    def pattern(self) -> str:
+        """The pattern of the names."""
+        return self.before + self.conversion + self.after
+
+    @property
+    def is_written(self) -> bool:
+        """Whether one way to write numbers gives these texts."""
+        if self.conversion == "%g":  # 1.10 beside 1.9 is a version
+            return not any(re.search(r"\.[0-9]+0$", text) for text in self.texts)
+        return [_text(self.conversion, one) for one in self.numbers] == [*self.texts]
+
+    @property
+    def order(self) -> list[int]:
+        return sorted(range(len(self.texts)), key=self.numbers.__getitem__)
+
+
+def _places(stems: Sequence[str], number: str) -> list[_Place] | None:
+    """Returns the numbers in which names differ; None if they also differ otherwise.
+
+    It is the last number if they differ in none.
+    """
+    for sign in _SIGNS:
+        parts = [re.split(f"({sign}{number})", stem) for stem in stems]
+        if len({tuple(part[::2]) for part in parts}) == 1:
+            break
+    else:
+        return None
+    columns = list(zip(*parts, strict=True))
+    told = [column[0] if len(set(column)) == 1 else "*" for column in columns]
+    every = range(1, len(columns), 2)
+    varying = [at for at in every if told[at] == "*"] or [*every][-1:]
+    return [_Place("".join(told[:at]), "".join(told[at + 1 :]), columns[at]) for at in varying]
+
+
+def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
+    """Finds the number of the frame in the names of files, given without their suffixes.
+
+    Returns:
+        None if the names have no number at the same place.
+
+    Raises:
+        ValueError: it could be one of several; the message has the pattern that chooses each.
+    """
+    found = [_places(stems, number) for number in (_DECIMAL, _DIGITS)]
+    single = [places[0] for places in found if places is not None and len(places) == 1]
+    suffix = files[0].suffix
+    if not single:
+        several = next(filter(None, found), None)
+        if several is not None:
+            raise _of_several(several, stems, suffix)
+        return None
+    decimal, digits = single[0], single[-1]
+    is_alone = not (decimal.before.rpartition("/")[2] or decimal.after)
+    of_shots = len(found[1] or ()) > 1 and not is_alone  # perhaps: take1.0001, take2.0001
+    if of_shots and first_missing(sorted(decimal.numbers)) is not None:
+        raise _of_several([decimal], stems, suffix)
+    if decimal.before == digits.before or not digits.is_written:
+        return decimal
+    if not decimal.is_written or is_alone:
+        return decimal if decimal.is_written else digits
+    counts = usual_distance(sorted(digits.numbers)) in (None, 1)
+    if counts or (decimal.before[-1:].isalpha() and decimal.order == digits.order):
+        return digits  # of a shot or a version, whose number comes before the point
+    raise _of_several([decimal, digits], stems, suffix)
+
+
+def _of_several(places: Iterable[_Place], stems: Sequence[str], suffix: str) -> ValueError:
+    """The error for names of which it cannot be told what numbers the frames."""
+    ways = [
+        f"'{place.pattern}{suffix}' ({', '.join(place.texts[:3])})"
+        for place in places
+        if len(set(place.numbers)) == len(place.numbers)
+    ]
+    if len(ways) < 2:
+        kinds = _kinds(stems, suffix, _DIGITS)
+        ways.append(f"those of several sequences, {_told(kinds)}")
+    told = "the numbers of the frames could be " + " or ".join(ways)
+    return ValueError(f"{told}; give the pattern that is meant")
+
+
+def _kinds(stems: Iterable[str], suffix: str, number: str) -> Counter[str]:
+    """Returns the names without their last numbers, and how many there are of each."""
+    last = f"[+-]?{number}(?=[^0-9]*$)"
+    return Counter(re.sub(last, "*", stem) + suffix for stem in stems)
+
+
+def _told(kinds: Counter[str]) -> str:
+    return " and ".join(f"'{kind}' ({n})" for kind, n in kinds.most_common(3))
+
+
+def by_number(numbered: Iterable[tuple[Number, Path]]) -> dict[Number, Path]:
+    """Returns files by ascending number, of which no two may be the same."""
+    ordered = sorted(numbered, key=lambda one: (one[0], str(one[1])))
+    for (one, file), (other, second) in pairwise(ordered):
+        if one == other:
+            told = f"{file.name} and {second.name} have the same number; move one elsewhere"
+            raise ValueError(told)
+    return dict(ordered)
+
+
+def files_by_number(files: Sequence[Path], stems: Sequence[str]) -> dict[Number, Path]:
+    """Returns files by the number in these parts of their names, from the lowest on.
+
+    Raises:
+        ValueError: there is none, it could be one of several, or two files have the same.
+    """
+    place = _place_in(files, stems)
+    if place is None:
+        raise ValueError(
+            f"{files[0].name}: has no number of a frame, or none at the same place as other files"
+        )
+    return by_number(zip(place.numbers, files, strict=True))
+
+
+def usual_distance(numbers: Sequence[Number]) -> Number | None:
+    """Returns that between ascending numbers; None of one."""
+    steps = [after - before for before, after in pairwise(numbers)]
+    return statistics.median_low(steps) if steps else None
+
+
+def with_missing(numbers: Sequence[Number]) -> Iterator[Number]:
+    """Yields ascending numbers and, where their distance is not the usual one, those between.
+
+    Raises:
+        ValueError: there are too many.
+    """
+    usual = usual_distance(numbers) or 1
+    yield from numbers[:1]
+    left = _MOST
+    for before, after in pairwise(numbers):
+        distance = after - before
+        n = round(distance / usual) if distance > 1.5 * usual else 1
+        for i in range(1, min(n, left)):
+            yield _as_integer(before + distance * i / n)
+        left -= n - 1
+        if left <= 0:
+            raise ValueError(
+                f"more than {_MOST} frames would be missing, as its frames are usually {usual:g} "
+                f"apart, and {before:.15g} and {after:.15g} are {distance:g}"
+            )
+        yield after
+
+
+def first_missing(numbers: Sequence[Number]) -> Number | None:
+    """Returns the first number that is missing between others; None if there is none."""
+    pairs = zip(with_missing(numbers), numbers, strict=False)
+    return next((every for every, number in pairs if every != number), None)
 
 
 def with_conversion(name: str) -> str:
@@ -77,20 +289,22 @@ def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
     """Returns the pattern of the names of frames in a folder, pattern or glob, if they have one."""
     names = FrameNames.of(path)
     if names.numbered:
-        return names.pattern
+        return None if _wildcards.keys() & set(names.pattern) else names.pattern
     found = matching(path) if not path.is_dir() else []
     for suffix in suffixes if path.is_dir() else ():
         found = found or files_in(path, suffix)
-    return numbered_like(found[0].name) if found else None
+    return _pattern_of(found)
 
 
 def numbered_like(name: str) -> str | None:
     """Returns the pattern of the names of frames like this one; None if it has no number."""
-    stem, suffix = Path(name).stem, Path(name).suffix
-    last = _last_number.search(stem)
-    if last is None or "%" in name:
-        return None
-    return f"{stem[: last.start()]}%0{len(last[0])}d{stem[last.end() :]}{suffix}"
+    return _pattern_of([Path(name)])
+
+
+def _pattern_of(files: Sequence[Path]) -> str | None:
+    place = _place_in(files, _stems(files)) if files else None
+    name = "" if place is None else Path(place.pattern + files[0].suffix).name
+    return name if FrameNames(Path(), name).numbered else None
 
 
 def files_in(folder: Path, suffix: str) -> list[Path]:
@@ -106,45 +320,42 @@ class Found(NamedTuple):
     """The files of a sequence that is to be read, None where one is missing, and their numbers."""
 
     files: list[Path | None]
-    start: int = 0
-    step: int = 1
+    numbers: list[Number]
 
 
 def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
-    """Finds the files of a sequence that is to be read, and their numbers.
+    """Finds the files of a sequence that is to be read, in the order of their numbers.
 
-    In a folder or a glob, the number is the last one in a name. It is 0 if the names also differ
-    otherwise, if `path` is a single file, or if the number is too large to count frames. The
-    numbers may be several apart, for example if only every second frame exists, but must be evenly
-    spaced.
+    They are counted from 0 if the names also differ otherwise, if `path` is a single file, or if
+    the numbers are too large to count frames.
 
     Args:
         path: a file; a folder, for all its files with `suffix`; a pattern such as
-            ``frame_%04d.ply`` or ``frame.####.ply``, for all files from the lowest number to the
-            highest; or a glob such as ``*.ply``, for all files that match.
+            ``frame_%04d.ply`` or ``frame.####.ply``, for all files that have such a name; or a
+            glob such as ``*.ply``, for all files that match.
         suffix: in lower case, such as ".ply".
-        gaps: what becomes of missing numbers between others.
+        gaps: what becomes of numbers that are missing, by the usual distance of the others.
 
     Raises:
         FileNotFoundError: there is no file.
-        ValueError: a number is missing and refused, or the folder contains no such file.
+        ValueError: a number is missing and refused, or could be one of several in the names, or the
+            folder contains no such file.
     """
-    names = FrameNames.of(path)
-    if path.is_dir():
-        if not (found := files_in(path, suffix)):
-            raise ValueError(f"holds no {suffix} file")
-        kinds = Counter(_last_number.sub("*", file.stem) + file.suffix for file in found)
-        if len(kinds) > 1 < max(kinds.values()):
-            told = " and ".join(f"'{kind}' ({n})" for kind, n in kinds.most_common(3))
-            raise ValueError(f"holds several sequences, {told}; name one by a pattern")
-        return _evenly_spaced(found, gaps)
-    if path.exists():
-        return Found([path])
-    if names.numbered and (by_number := names.existing()):
-        return _filled(by_number, 1, gaps, names.name)
-    if not names.numbered and (found := _in_natural_order(matching(path))):
-        return _evenly_spaced(found, gaps)
-    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    names, is_folder = FrameNames.of(path), path.is_dir()
+    if path.exists() and not is_folder:
+        return Found([path], [0])
+    if names.numbered and not is_folder and (existing := names.existing()):
+        return _filled(existing, names, gaps)
+    files = files_in(path, suffix) if is_folder else _in_natural_order(matching(path))
+    if not files and is_folder:
+        raise ValueError(f"holds no {suffix} file")
+    if not files:
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    place = _place_in(files, stems := _stems(files))
+    if place is None:
+        return _unlike(files, stems, gaps)
+    names = FrameNames(Path(), place.pattern + files[0].suffix)
+    return _filled(by_number(zip(place.numbers, files, strict=True)), names, gaps)
 
 
 def matching(path: Path) -> list[Path]:
@@ -155,52 +366,41 @@ def matching(path: Path) -> list[Path]:
     return [Path(file) for file in found]
 
 
-def _evenly_spaced(files: list[Path], gaps: Gaps) -> Found:
-    """Returns the files with the numbers in their names, if these are evenly spaced.
+def _stems(files: Sequence[Path]) -> list[str]:
+    """Returns the names without their suffixes, with their folders if these differ."""
+    if len({file.parent for file in files}) == 1:
+        return [file.stem for file in files]
+    return [file.with_suffix("").as_posix() for file in files]
 
-    Numbers that are not multiples of one step apart are not checked: they may be times.
-    """
-    # If the names also differ otherwise, the last numbers in them are not those of frames.
-    common = {(file.parent, _last_number.sub("/", file.stem)) for file in files}
-    found = [_last_number.search(file.stem) for file in files] if len(common) == 1 else []
-    numbers = [int(number[0]) for number in found if number]
-    steps = [after - before for before, after in pairwise(numbers)]
-    step = min(steps, default=1)
-    if 0 in steps:
-        one = steps.index(0)
+
+def _unlike(files: list[Path], stems: Sequence[str], gaps: Gaps) -> Found:
+    """Returns files whose names have nothing in common, and therefore no numbers of frames."""
+    kinds = _kinds(stems, files[0].suffix, _DECIMAL)
+    if len(kinds) > 1 < max(kinds.values()):
+        raise ValueError(f"holds several sequences, {_told(kinds)}; name one by a pattern")
+    if gaps == "lost":
         raise ValueError(
-            f"{files[one].name} and {files[one + 1].name} have the same number; move one elsewhere"
+            "the names of its files have no number at the same place, so lost frames cannot be "
+            f"told, as from {files[0].name}"
         )
-    if any(one % step for one in steps) or not numbers:
-        if gaps == "lost":
-            raise ValueError(
-                "the names of its files do not end in evenly spaced numbers, so lost frames cannot "
-                f"be told, as from {files[0].name}"
-            )
-        return Found(list(files), _countable(numbers[0] if numbers else 0))
-
-    def renumbered(number: int) -> str:
-        name = _last_number.sub(lambda old: str(number).zfill(len(old[0])), files[0].stem)
-        return name + files[0].suffix
-
-    return _filled(dict(zip(numbers, files, strict=True)), step, gaps, renumbered)
+    return Found([*files], [*range(len(files))])
 
 
-def _filled(by_number: dict[int, Path], step: int, gaps: Gaps, name: Callable[[int], str]) -> Found:
+def _filled(present: dict[Number, Path], names: FrameNames, gaps: Gaps) -> Found:
     """Returns the files from the first number to the last, of which some may be missing."""
-    numbers = range(min(by_number), max(by_number) + 1, step)
-    missing = next((number for number in numbers if number not in by_number), None)
+    numbers = [*present]
+    missing = first_missing(numbers)
     if missing is not None and gaps == "refuse":
         raise ValueError(
-            f"{name(missing)} is missing: add it; or, with `gaps` lost, nothing was "
+            f"{names.name(missing)} is missing, as its frames are usually "
+            f"{usual_distance(numbers):g} apart: add it; or, with `gaps` lost, nothing was "
             "observed in the frame; or, if no frame is missing, number the files without gaps"
         )
-    files = [by_number.get(number) for number in numbers]
-    return Found(files, _countable(numbers[0]), step)
-
-
-def _countable(number: int) -> int:
-    return number if number <= largest_start else 0
+    every = [*with_missing(numbers)]
+    files = [present.get(number) for number in every]
+    if max(map(abs, numbers)) > largest_start:
+        every = [*range(len(every))]
+    return Found(files, every)
 
 
 def names_to_write(path: Path, suffix: str) -> FrameNames:

@@ -6,7 +6,7 @@ If the frames per second are unknown, formats with times in seconds get the numb
 import math
 import statistics
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
 from ..sequence import numbers_of
 from .header import Header
+from .numbered import FrameNames, Number, first_missing
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
 """Common frame rates that need more digits than some files store."""
@@ -61,17 +62,20 @@ def frame_numbers(header: Header) -> NDArray[np.float64]:
     return numbers_of(header, header.n_frames)
 
 
-def numbers_of_files(header: Header) -> list[int]:
+def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
     """Returns the numbers of files with one frame each: those of the frames.
 
-    They count from 0 if the frames are unevenly spaced, which would look like gaps, or have
-    negative or fractional numbers.
+    They count from 0 if some would look missing, or the names cannot hold their decimals.
     """
-    numbers = frame_numbers(header)
-    even = header.times is None or spacing(header.times.tolist()) is not None
-    if not even or (numbers < 0).any() or (numbers % 1).any():
-        numbers = np.arange(header.n_frames, dtype=np.float64)
-    return [int(number) for number in numbers]
+    numbers: list[Number] = [header.number(frame) for frame in range(header.n_frames)]
+    kept = all(names.number(names.name(number)) == number for number in numbers)
+    return numbers if kept and first_missing(numbers) is None else [*range(len(numbers))]
+
+
+def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
+    """Returns the start and the times of a header of frames with these numbers."""
+    is_counted = all(one == numbers[0] + at for at, one in enumerate(numbers))
+    return {"start": numbers[0], "times": None if is_counted else np.array(numbers, np.float64)}
 
 
 def index_of(header: Header, number: float, argument: str) -> int:

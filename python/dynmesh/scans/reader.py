@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from .._errors import DynmeshError, InputError, naming
 from ..files.choice import PathLike
 from ..files.format import Gaps
-from ..files.numbered import files_in, find_files, matching, with_conversion
+from ..files.numbered import (
+    FrameNames,
+    Number,
+    by_number,
+    files_by_number,
+    files_in,
+    find_files,
+    matching,
+    with_missing,
+)
 from ..files.units import agreed
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, read_depth, require_png, size_of, undistortion
@@ -31,18 +40,19 @@ class ScanReader(ABC):
     Attributes:
         path: of the scans.
         rig: the cameras, or None if they are not stated.
-        start: the number of the first frame.
-        step: the difference between the numbers of two frames.
+        numbers: those of the frames, as their file names have them.
         n_frames: number of frames.
         files: all files that are read.
         lost: a sentence for each depth image that is missing or, of those read so far, damaged.
         metres_per_unit: as the files state it, or None.
     """
 
-    def __init__(self, path: Path, rig: Rig | None, numbers: range, files: list[Path]) -> None:
-        """Called by subclasses when the files are found; the numbers are those of the frames."""
+    def __init__(
+        self, path: Path, rig: Rig | None, numbers: list[Number], files: list[Path]
+    ) -> None:
+        """Called by subclasses when the files are found."""
         self.path, self.rig = path, rig
-        self.start, self.step, self.n_frames = numbers.start, numbers.step, len(numbers)
+        self.numbers, self.n_frames = numbers, len(numbers)
         self.files = files if rig is None or rig.file is None else [*files, rig.file]
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
         self._damaged: dict[Path, str] = {}
@@ -59,9 +69,9 @@ class ScanReader(ABC):
         for number in range(self.n_frames)[start:stop:step]:
             yield self._load(number)
 
-    def number(self, frame: int) -> int:
-        """The number, in its file name, of a frame that is counted from 0."""
-        return self.start + self.step * frame
+    def number(self, frame: int) -> Number:
+        """The number of a frame that is counted from 0."""
+        return self.numbers[frame]
 
     def cameras_of(self, number: int) -> list[str]:  # noqa: ARG002
         """Returns the names of the cameras of a frame, in the order of its scan."""
@@ -98,8 +108,7 @@ class PointReader(ScanReader):
         found = find_files(path, suffix, gaps)
         self._files = found.files
         present = [file for file in found.files if file is not None]
-        end = found.start + found.step * len(found.files)
-        super().__init__(path, rig, range(found.start, end, found.step), present)
+        super().__init__(path, rig, found.numbers, present)
         self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
@@ -127,8 +136,7 @@ class DepthReader(ScanReader):
             raise ValueError(
                 f"holds no depth image of a camera; their names would be {_names(rig.cameras)}"
             )
-        step = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) > 1 else 1
-        every = range(numbers[0], numbers[-1] + 1, step)
+        every = [*with_missing(numbers)]
         missing = [(n, c) for n in every for c in rig.cameras if n not in by_camera[c.name]]
         if missing and gaps == "refuse":
             number, camera = missing[0]
@@ -198,10 +206,9 @@ def open_scans(
 
     Args:
         path: a folder, a pattern such as ``scan_%04d.ply`` or a glob such as ``*.xyz``, of point
-            clouds (PLY, XYZ) or depth images (PNG with 16 bits). The names of depth
-            images end in the number of the frame and the name of the camera, as
-            ``depth_00012_left.png``, or are in a folder with the name of the camera, as
-            ``left/00012.png``. The only camera need not be named.
+            clouds (PLY, XYZ) or depth images (PNG with 16 bits). The names of depth images end in
+            the name of the camera, as ``depth_00012_left.png``, or are in a folder with the name of
+            the camera, as ``left/00012.png``. The only camera need not be named.
         cameras: the cameras, or a file as :func:`read_cameras` reads it. None: `cameras.json` in
             the folder of the scans, if there is one. Depth images need it.
         gaps: "lost" if nothing was observed in frames, or by cameras, whose file is missing;
@@ -255,31 +262,26 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
 
 
 def _images_in(path: Path, rig: Rig) -> list[Path]:
-    """Returns the images in a folder and those of the cameras in it, or that are named."""
+    """Returns the images in a folder and those of the cameras in it, or that a glob names."""
     if path.is_dir():  # also the folders of cameras in it
         folders = [path, *(path / camera.name for camera in rig.cameras)]
         return [file for folder in folders for file in files_in(folder, SUFFIX)]
-    if "%" in (pattern := with_conversion(path.name)):
-        number, _, rest = pattern.partition("%")
-        end = rest.partition("d")[2]
-        # A pattern may leave out the camera.
-        ends = end, *(f"_{camera.name}{end}" for camera in rig.cameras)
+    if (names := FrameNames.of(path)).numbered:
         among = files_in(path.parent, SUFFIX)
-        return [f for f in among if f.name.startswith(number) and f.name.endswith(ends)]
+        return [file for file in among if _number_by(names, file, rig) is not None]
     return sorted(matching(path))
 
 
-def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
+def _by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
     """Returns the images of each camera by their numbers.
 
     The camera is named at the end of a file's name, or else is the folder's name, or, if there is
     only one, need not be named at all.
     """
-    numbered: dict[str, dict[int, Path]] = {camera.name: {} for camera in rig.cameras}
-    images = _images_in(path, rig)
-    owners = [_owner(file, path, numbered) for file in images]
-    if len(numbered) == 1 and not any(name for name, _ in owners):
-        owners = [(next(iter(numbered)), file.stem) for file in images]
+    images, cameras = _images_in(path, rig), {camera.name for camera in rig.cameras}
+    owners = [_owner(file, path, cameras) for file in images]
+    if len(cameras) == 1 and not any(name for name, _ in owners):
+        owners = [(next(iter(cameras)), file.stem) for file in images]
     others = [f for f, (name, _) in zip(images, owners, strict=True) if name is None]
     parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
     not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
@@ -289,22 +291,25 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[int, Path]]:
             f"holds images of camera {told}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )
-    for file, (name, before) in zip(images, owners, strict=True):
-        if name is None:
-            continue
-        digits = before[len(before.rstrip("0123456789")) :]
-        if not digits:
-            raise ValueError(
-                f"{file.name}: has no number of a frame at its end or before the camera's name"
-            )
-        if int(digits) in numbered[name]:
-            other = numbered[name][int(digits)]
-            raise ValueError(
-                f"{file.name}: {other.name} has the same number and camera; if it is no depth "
-                "image, name those by a pattern such as 'depth_*.png'"
-            )
-        numbered[name][int(digits)] = file
-    return numbered
+    names, found = FrameNames.of(path), dict[str, dict[Number, Path]]()
+    is_pattern = names.numbered and not path.is_dir()
+    for camera in cameras:
+        own = {file: stem for file, (of, stem) in zip(images, owners, strict=True) if of == camera}
+        try:
+            if is_pattern:
+                found[camera] = by_number((_number_by(names, file, rig) or 0, file) for file in own)
+            else:
+                found[camera] = files_by_number([*own], [*own.values()]) if own else {}
+        except ValueError as error:
+            raise ValueError(f"images of camera {camera!r}: {error}") from error
+    return found
+
+
+def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:
+    """Returns the number of an image by a pattern, which may leave out the camera."""
+    ends = "", *(f"_{camera.name}" for camera in rig.cameras)
+    numbers = (names.number(file.stem.removesuffix(end) + file.suffix) for end in ends)
+    return next((number for number in numbers if number is not None), None)
 
 
 def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:

@@ -10,6 +10,7 @@ from .._arrays import plain
 from .._errors import InputError
 from ..files import formats
 from ..files.new_output import check_folder, exchange, exists_already, making
+from ..files.numbered import Number
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, write_depth
 from .point_files import write_ply
@@ -21,7 +22,7 @@ _OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
 
 @contextmanager
 def scan_folder(
-    path: Path, rig: Rig, *, overwrite: bool = False, numbers: Iterable[int] | None = None
+    path: Path, rig: Rig, *, overwrite: bool = False, numbers: Iterable[Number] | None = None
 ) -> Iterator[Callable[[Scan], None]]:
     """Yields a function that writes the scan of the next frame into a folder.
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._report import Quality, some_of
+from ..files.numbered import Number
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
@@ -64,7 +65,7 @@ class Counts:
 class Tracked(NamedTuple):
     """A frame whose scan had points, and the share of its vertices that had a correspondence."""
 
-    number: int
+    number: Number
     report: TrackingReport
     observed: float
 
@@ -91,7 +92,7 @@ class Fits:
     cameras: dict[str, Counts] = field(default_factory=dict)
     tracked: list[Tracked] = field(default_factory=list)
     empty: int = 0
-    unmeasured: list[int] = field(default_factory=list)
+    unmeasured: list[Number] = field(default_factory=list)
 
     def add(self, scans: ScanReader, frame: int, tracker: Tracker, *, is_empty: bool) -> None:
         """Adds the last frame of a tracker, counted from 0."""

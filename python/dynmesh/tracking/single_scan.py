@@ -35,7 +35,7 @@ class SingleScan(ScanReader):
                 f"files, meshes ({', '.join(sorted(meshes))}), or depth images",
                 file=path,
             )
-        super().__init__(path, rig, range(1), [path])
+        super().__init__(path, rig, [0], [path])
         self._scan, stated = _read(path)
         self._take_unit(stated, path)
 

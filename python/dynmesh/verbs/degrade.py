@@ -20,6 +20,7 @@ from ..draw.heatmap import likely_up
 from ..files import PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.new_output import refuse_inputs
+from ..files.numbered import FrameNames
 from ..files.times import numbers_of_files
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
@@ -115,7 +116,8 @@ def degrade_file(
                 outliers=asked.get("outliers", 0.0),
                 seed=seed,
             )
-            n, numbers = reader.n_frames, numbers_of_files(reader.header)
+            n, names = reader.n_frames, FrameNames(Path(output), "%05d")
+            numbers = numbers_of_files(reader.header, names)
             with (
                 numbering(reader.path, reader.header.number),
                 scan_folder(Path(output), rig, overwrite=overwrite, numbers=numbers) as append,

@@ -16,6 +16,8 @@ from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike
 from ..files.format import Gaps
+from ..files.numbered import Number
+from ..files.times import timing_of
 from ..registration import Registration
 from ..scans import open_scans
 from ..scans.reader import DepthReader
@@ -68,7 +70,7 @@ class TrackFileReport(OutputReport):
     seconds_per_frame: float | None = None
     observed: float | None = None
     far: float | None = None
-    worst: tuple[tuple[int, float], ...] = ()
+    worst: tuple[tuple[Number, float], ...] = ()
     cameras: Mapping[str, float] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
     empty: int = 0
@@ -204,14 +206,12 @@ def track_file(
         own = [] if landmarks is None else [Path(landmarks)]
         inputs = [*mesh.files, *reader.files, *learnt.files, *own]
         target.check(overwrite=overwrite, others=inputs)
-        times = np.arange(reader.n_frames, dtype=np.float64) * reader.step + reader.start
         header = replace(
             mesh.header,
             metres_per_unit=units.template,
             n_frames=reader.n_frames,
             fps=None,
-            start=reader.start,
-            times=None if reader.step == 1 else times,
+            **timing_of(reader.numbers),
             has_known=False,
             has_provenance=provenance,
             has_standard_error=uncertainty,
