@@ -48,11 +48,17 @@ def whole_frame(
     progress: Callable[[int, int], object],
 ) -> tuple[_Positions, _Flags, _Flags, _Positions, int, bool]: ...
 
+# None if the word is not a number; otherwise as in all text files, NaN and infinity included.
+def parse_number(word: str) -> float | None: ...
+
 # The content of files: positions, the numbers of corners of faces, all corners, and comments; the
 # properties of the records of each element, of lists their lengths and all values, and comments.
 def parse_obj(
     data: bytes,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], list[str]]: ...
+def parse_off(
+    data: bytes,
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]: ...
 def parse_ply(
     data: bytes,
 ) -> tuple[

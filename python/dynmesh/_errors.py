@@ -1,6 +1,8 @@
 """Errors that know which argument, value, frame and file they are about."""
 
 import contextlib
+import errno
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -100,6 +102,28 @@ def numbering(path: Path, number: Callable[[int], float]) -> Iterator[None]:
             if error.frame is not None:
                 error.frame = number(int(error.frame))
         raise
+
+
+@contextlib.contextmanager
+def of_library(tried: str, kind: type[Exception] = InputError) -> Iterator[None]:
+    """Raises whatever a library raises as one error, of what was tried and in the library's words.
+
+    Errors of dynmesh itself, of missing libraries and of the system pass.
+    """
+    try:
+        yield
+    except (DynmeshError, ImportError):
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno and error.errno != errno.EINVAL:
+            if error.filename is not None:
+                raise
+            raise OSError(error.errno, os.strerror(error.errno)) from error  # which is one line
+        told = getattr(error.args[0] if error.args else None, "commentary", str(error))  # of USD
+        lines = [" ".join(line.split()) for line in str(told).splitlines() if line.strip()]
+        if not isinstance(error, ValueError | OSError | RuntimeError):
+            lines = [": ".join([type(error).__name__, *lines[-1:]])]
+        raise kind(f"{tried}: {lines[-1] if lines else type(error).__name__}") from error
 
 
 @contextlib.contextmanager

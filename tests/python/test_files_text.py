@@ -16,15 +16,19 @@ from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 from sequences import assert_refused
 
 import dynmesh
-from dynmesh._core import parse_obj, parse_ply
+from dynmesh._core import parse_obj, parse_off, parse_ply
 from dynmesh.polygons import as_polygons
+from dynmesh.scans import read_points
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "has no vertices"),
-        ("v nan(1) 0 0\n", r"line 1: 'nan\(1\)' cannot be read"),
+        ("v nan( 0 0\n", r"line 1: 'nan\(' cannot be read"),
+        ("v 1 2 3#one\n", "line 1: '3#one' cannot be read"),
+        ("v 1 2 1.#\n", "line 1: '1.#' cannot be read"),
+        ("\xff\xfev\x00", "line 1: is text in UTF-16"),
         ("v 1e400 0 0\n", "line 1: '1e400' cannot be read"),
         ("v 0 0 0 red 0 0\n", "line 1: 'red' cannot be read"),
         ("v 0 0 0 2\n", "line 1: a vertex has a weight that is not 1"),
@@ -39,14 +43,15 @@ from dynmesh.polygons import as_polygons
 )
 def test_damaged_obj_is_refused(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "a.obj"
-    path.write_text(text)
+    path.write_text(text, "latin-1")
     assert_refused(path, message)
 
 
 def stated(data: bytes) -> tuple[list[list[float]], list[list[int]]]:
     """Reads a valid OBJ a second time, as the format is described, without regard to speed."""
     text = data.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
-    joined = re.sub(r"\\[ \t\v\f]*(#.*)?\n", " ", re.sub(r"(?m)#.*$", "", text))
+    text = re.sub(r"(?m)(^|(?<=[ \t\v\f]))#.*$", "", text.removeprefix("\xef\xbb\xbf"))
+    joined = re.sub(r"\\[ \t\v\f]*\n", " ", text)
     points: list[list[float]] = []
     faces: list[list[int]] = []
     for line in joined.split("\n"):
@@ -78,7 +83,8 @@ def check_as_stated(data: bytes) -> None:
         TRIANGLE.replace("v 0 1 0", "v +INF -infinity -NaN"),
         TRIANGLE.replace("1 2 3", "-3 -2//-2 -1/"),
         TRIANGLE.replace("v 0", "v\t+0"),
-        TRIANGLE.replace("v 1 0", "v\\ \r\n1 \\# one\n0"),
+        TRIANGLE.replace("f", "g a#1 # b\nf"),
+        TRIANGLE.replace("v 1 0", "v\\ \r\n1 \\ # one\n0"),
         TRIANGLE.replace("f 1 2", "f +1 2"),
         TRIANGLE.replace("f 1", "f\x0b1"),
         TRIANGLE.replace("f", "g a \\\nf 9 9 9\nf"),
@@ -307,10 +313,102 @@ def test_ply_files_of_wrong_length_are_refused(tmp_path: Path) -> None:
     for whole in (text, text.replace(b"\n", b"\r\n"), mixed):
         path.write_bytes(whole)
         dynmesh.read(path)
-        lengths = range(len(whole) - whole.endswith(b"\r\n"))  # since \r also ends a line
+        lengths = range(len(whole.rstrip(b"\r\n")))  # the last line needs no end
         for data in [*(whole[:n] for n in lengths), whole + b"\0"]:
             path.write_bytes(data)
             assert_refused(path)
+
+
+NAN = [
+    "nan",
+    "NaN",
+    "NAN",
+    "-nan",
+    "+nan",
+    "nan(ind)",
+    "-nan(ind)",
+    "nan(snan)",
+    "1.#QNAN",
+    "-1.#IND",
+    "1.#SNAN",
+    "1.#QNAN0",
+]
+INFINITY = ["inf", "Inf", "-INF", "infinity", "Infinity", "1.#INF", "-1.#INF", "1.#INF00"]
+NO_NUMBERS = ["nan(", "nanx", "1.#X", "1.#0", "1.#", "#", "1_0", "0x1", "1,5", "-", "infinite"]
+
+TEXTS: dict[str, str] = {
+    "obj": "v 0 0 0\nv 1 0 {}\nv 0 1 0\nf 1 2 3\n",
+    "off": "OFF\n3 1 0\n0 0 0\n1 0 {}\n0 1 0\n3 0 1 2\n",
+    "ply": triangle(b"3 0 1 2\n").decode().replace("1 0 0\n", "1 0 {}\n"),
+    "xyz": "0 0 0\n1 0 {}\n0 1 0\n",
+    "txt": "0 0\n0 {}\n* 1\n",
+}
+"""A file of each format with text, in which a number may be chosen."""
+
+
+def number_in(folder: Path, suffix: str, word: str, change: Any = lambda text: text) -> float:
+    """Writes this file, after a change of its bytes, and returns the number that is read."""
+    path = folder / f"a.{suffix}"
+    path.write_bytes(change(TEXTS[suffix].format(word).encode()))
+    if suffix == "obj":
+        return float(parse_obj(path.read_bytes())[0][1, 2])
+    if suffix == "off":
+        return float(parse_off(path.read_bytes())[0][1, 2])
+    if suffix == "xyz":
+        return float(read_points(path).scan.points[1, 2])
+    if suffix == "txt":
+        whole = dynmesh.synth.ocean(1, grid=4)
+        dynmesh.write(folder / "whole.npz", whole)
+        (missing,) = (~dynmesh.read(folder / "whole.npz", known=path).known).nonzero()[1:]  # type: ignore[operator]
+        return float(missing[-1])
+    return float(dynmesh.read(path).vertices[0, 1, 2])
+
+
+@pytest.mark.parametrize("suffix", ["obj", "off", "ply"])
+@pytest.mark.parametrize("word", [*NAN, *INFINITY])
+def test_every_spelling_of_no_number_is_a_missing_vertex(
+    tmp_path: Path, suffix: str, word: str
+) -> None:
+    expected = np.nan if word in NAN else np.copysign(np.inf, -1.0 if word[0] == "-" else 1.0)
+    np.testing.assert_equal(number_in(tmp_path, suffix, word), expected)
+
+
+@pytest.mark.parametrize("suffix", TEXTS)
+@pytest.mark.parametrize("word", NO_NUMBERS)
+def test_what_is_no_number_is_refused(tmp_path: Path, suffix: str, word: str) -> None:
+    if (suffix, word) in {("xyz", "1,5"), ("txt", "#")}:
+        return  # in one, commas separate; in the other, a frame without vertices is none
+    with pytest.raises(ValueError, match="line "):
+        number_in(tmp_path, suffix, word)
+
+
+ALIKE: dict[str, Any] = {
+    "a byte-order mark": lambda text: b"\xef\xbb\xbf" + text,
+    "a last line without its end": lambda text: text.removesuffix(b"\n"),
+    "line ends of Windows": lambda text: text.replace(b"\n", b"\r\n"),
+    "line ends of old Macs": lambda text: text.replace(b"\n", b"\r"),
+    "empty lines": lambda text: text.replace(b"0\n", b"0\n \n\n") + b"\n\n",
+    "tabs": lambda text: text.replace(b"0 3\n", b"\t0\t3 \n"),
+    "comments": lambda text: text.replace(b"3\n", b"3\t# 4 5\n"),
+}
+
+
+@pytest.mark.parametrize("suffix", TEXTS)
+@pytest.mark.parametrize("how", ALIKE)
+def test_text_is_read_alike_in_all_formats(tmp_path: Path, suffix: str, how: str) -> None:
+    if suffix == "ply" and how == "comments":
+        return  # it has them in its header alone
+    assert number_in(tmp_path, suffix, "3", ALIKE[how]) == 3
+
+
+@pytest.mark.parametrize("suffix", TEXTS)
+def test_a_comment_begins_after_white_space_and_text_is_not_in_utf_16(
+    tmp_path: Path, suffix: str
+) -> None:
+    with pytest.raises(ValueError, match="line "):
+        number_in(tmp_path, suffix, "3#4")
+    with pytest.raises(ValueError, match=r"line 1.*(UTF-16|'ply')"):
+        number_in(tmp_path, suffix, "3", lambda text: text.decode().encode("utf-16"))
 
 
 OBJ = """# made by hand

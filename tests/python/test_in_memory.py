@@ -270,6 +270,11 @@ def test_damaged_vertices_are_listed_in_lines_of_text(tmp_path: Path) -> None:
     expected = np.ones(known.shape, np.bool_)
     expected[:, [3, 4]] = expected[2, 70:72] = False
     np.testing.assert_array_equal(known, expected)
+    np.savez(tmp_path / "mask.npz", known=expected)
+    again = dynmesh.read(tmp_path / "in.npz", known=tmp_path / "mask.npz").known
+    np.testing.assert_array_equal(np.asarray(again), expected)
+    with pytest.raises(ValueError, match=r"in\.npz: has no array 'known'"):
+        dynmesh.read(tmp_path / "in.npz", known=tmp_path / "in.npz")
     words = ("complete", tmp_path / "in.npz", tmp_path / "out.npz", "--mask", mask)
     run(*words, "--template", tmp_path / "whole.obj")
     made = dynmesh.read(tmp_path / "out.npz").vertices

@@ -281,7 +281,7 @@ def with_data(rows: bytes, width: int = 8, height: int = 6) -> bytes:
         (saved(Image.new("L", (8, 6))), "one channel of 16 bits, .* not the mode L$"),
         (saved(Image.new("P", (8, 6))), "one channel of 16 bits, .* not the mode P$"),
         (saved(Image.new("I;16", (4, 4))), "has 4 x 4 pixels, but camera 'c0' has 8 x 6"),
-        (with_data(bytes(102), 60000, 60000), "too large: "),
+        (with_data(bytes(102), 60000, 60000), "exceeds limit"),
         (with_data(bytes(101)), "is a PNG image that is cut or damaged: "),
         (with_data(b"\x09" * 102), "is a PNG image that is cut or damaged: "),
         (b"P5 2 2 65535\n" + struct.pack(">4H", 1, 2, 3, 4), "is not a PNG image"),
@@ -354,6 +354,37 @@ def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
         assert found.points.dtype == dtype
         np.testing.assert_array_equal(found.points, scan.points)
         np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("normals", "expected"),
+    [
+        (["0 0 1", "0 1 0"], [[0, 0, 1], [0, 1, 0]]),
+        (["0 0 2", "0 3 4"], [[0, 0, 1], [0, 0.6, 0.8]]),
+        (["0 0 1e-30", "1e200 0 -1e200"], [[0, 0, 1], [0.5**0.5, 0, -(0.5**0.5)]]),
+        (["nan nan nan", "0 1 0"], [[0, 0, 0], [0, 1, 0]]),
+        (["0 0 0", "0 1 -nan(ind)"], None),
+        (["0 0 1", "0 inf 0"], "is infinite"),
+        (["0 0 1", "200 0 0"], "is a colour"),
+    ],
+)
+@pytest.mark.parametrize("suffix", ["xyz", "ply"])
+def test_normals_are_unit_vectors_or_unknown(
+    tmp_path: Path, suffix: str, normals: list[str], expected: Any
+) -> None:
+    lines = "".join(f"{number} 2 3 {normal}\n" for number, normal in enumerate(normals)).encode()
+    names = ", ".join(f"double {name}" for name in ("x", "y", "z", "nx", "ny", "nz"))
+    content = ply(f"vertex {len(normals)}: {names}", lines) if suffix == "ply" else lines
+    file = tmp_path / f"a.{suffix}"
+    file.write_bytes(content)
+    if expected == "is a colour" and suffix == "ply":  # which names its columns
+        expected = [[0, 0, 1], [1, 0, 0]]
+    if isinstance(expected, str):
+        assert_refused(file, expected, lambda given: read_points(given))
+    elif expected is None:
+        assert read_points(file).scan.normals is None
+    else:
+        np.testing.assert_allclose(np.asarray(read_points(file).scan.normals), expected)
 
 
 def test_what_was_not_measured_is_left_out(tmp_path: Path) -> None:

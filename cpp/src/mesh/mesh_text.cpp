@@ -20,6 +20,18 @@ bool parse(std::string_view word, Number& value) {
   return error == std::errc() && end == last;
 }
 
+/// NaN or infinity as C libraries write them: also nan(ind) and, of old ones, 1.#QNAN and 1.#INF00.
+std::optional<double> not_finite_in(std::string_view magnitude) {
+  std::string name(magnitude.substr(0, 40));
+  std::ranges::transform(name, name.begin(), lowercase);
+  if (name.starts_with("1.#")) name = name.substr(3, name.find_last_not_of('0') - 2);
+  if (name == "inf" || name == "infinity") return std::numeric_limits<double>::infinity();
+  constexpr std::string_view names[] = {"nan", "qnan", "snan", "nanq", "nans", "ind"};
+  const bool is_nan = std::ranges::find(names, name) != std::end(names) ||
+                      (name.starts_with("nan(") && name.ends_with(')'));
+  return is_nan ? std::optional(std::numeric_limits<double>::quiet_NaN()) : std::nullopt;
+}
+
 }  // namespace
 
 void refuse_line(std::string_view text, std::string_view place, const std::string& why) {
@@ -63,22 +75,30 @@ bool add_words(std::string_view line, std::vector<std::string_view>& words) {
   }
 }
 
+std::string_view without_byte_order_mark(std::string_view text) {
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+    throw MalformedFile("line 1: is text in UTF-16; save it in UTF-8");
+  }
+  return text.substr(text.starts_with("\xef\xbb\xbf") ? 3 : 0);
+}
+
+std::string_view without_comment(std::string_view line) {
+  std::size_t at = line.find('#');
+  while (at != std::string_view::npos && at > 0 && !is_blank(line[at - 1])) {
+    at = line.find('#', at + 1);
+  }
+  return line.substr(0, at);
+}
+
 std::optional<double> number_in(std::string_view word) {
   const bool has_sign = word.starts_with('-') || word.starts_with('+');
   const std::string_view magnitude = word.substr(has_sign ? 1 : 0);
-  const auto is = [&](std::string_view name) {
-    return std::ranges::equal(magnitude, name, {}, lowercase);
-  };
   const char first = magnitude.empty() ? ' ' : magnitude[0];
   double value = 0;
-  if (first == '.' || (first >= '0' && first <= '9')) {
-    if (!parse(magnitude, value)) return std::nullopt;
-  } else if (is("nan")) {
-    value = std::numeric_limits<double>::quiet_NaN();
-  } else if (is("inf") || is("infinity")) {
-    value = std::numeric_limits<double>::infinity();
-  } else {
-    return std::nullopt;
+  if ((first != '.' && (first < '0' || first > '9')) || !parse(magnitude, value)) {
+    const std::optional<double> special = not_finite_in(magnitude);
+    if (!special) return std::nullopt;
+    value = *special;
   }
   return word.starts_with('-') ? -value : value;
 }

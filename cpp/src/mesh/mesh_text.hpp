@@ -49,8 +49,17 @@ constexpr auto is_blank = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r
 /// Appends the words of a line, which are separated by white space. Returns whether there are any.
 bool add_words(std::string_view line, std::vector<std::string_view>& words);
 
-/// Returns the value of a decimal number, "nan" or "inf", with or without a sign. Returns nothing
-/// if `word` is anything else or exceeds the range of double. Does not depend on the locale.
+/// Returns the text without the mark of UTF-8 at its beginning. Throws MalformedFile if it is in
+/// UTF-16.
+std::string_view without_byte_order_mark(std::string_view text);
+
+/// Returns what stands before a comment, which begins with # at the start of a line or after white
+/// space.
+std::string_view without_comment(std::string_view line);
+
+/// Returns the value of a decimal number, or of NaN or infinity as C libraries write them, with or
+/// without a sign. Returns nothing if `word` is anything else or exceeds the range of double. Does
+/// not depend on the locale.
 std::optional<double> number_in(std::string_view word);
 
 /// Returns the value of a word of digits. Returns nothing if `word` is anything else or too large.

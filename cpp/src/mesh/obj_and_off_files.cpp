@@ -18,7 +18,7 @@ using Line = std::span<const std::string_view>;
 
 /// What the two formats share: vertices, faces, and errors that name the line.
 struct Parser {
-  explicit Parser(std::string_view text) : text_(text), lines_(text) {}
+  explicit Parser(std::string_view text) : text_(without_byte_order_mark(text)), lines_(text_) {}
 
   [[noreturn]] void refuse(const std::string& why) const { refuse_line(text_, place_, why); }
 
@@ -46,8 +46,6 @@ struct Parser {
   std::string_view place_;  // of what is being read
   PolygonMesh mesh_;
 };
-
-std::string_view without_comment(std::string_view line) { return line.substr(0, line.find('#')); }
 
 std::vector<std::string_view> first_comments(std::string_view text) {
   std::vector<std::string_view> comments;

@@ -51,13 +51,14 @@ class Header {
   std::string_view rest;  ///< the data after the header
 
   explicit Header(std::string_view data) : data_(data) {
-    const std::string_view newline = data.starts_with("ply\r\n") ? "\r\n"
-                                     : data.starts_with("ply\n") ? "\n"
+    rest = without_byte_order_mark(data);
+    const std::string_view newline = rest.starts_with("ply\r\n") ? "\r\n"
+                                     : rest.starts_with("ply\n") ? "\n"
                                                                  : "\r";
-    if (!data.starts_with("ply") || !data.substr(3).starts_with(newline)) {
+    if (!rest.starts_with("ply") || !rest.substr(3).starts_with(newline)) {
       throw MalformedFile("is not a PLY file: line 1 is not 'ply'");
     }
-    rest = data.substr(3 + newline.size());
+    rest.remove_prefix(3 + newline.size());
     while (true) {
       const std::size_t length = rest.find(newline);
       if (length == std::string_view::npos) {
@@ -74,7 +75,8 @@ class Header {
  private:
   void add_line() {
     std::vector<std::string_view> words;
-    const std::string_view keyword = add_words(line_, words) ? words[0] : "";
+    if (!add_words(line_, words)) return;
+    const std::string_view keyword = words[0];
     if (keyword == "comment" || keyword == "obj_info") {
       std::string& comment = file.comments.emplace_back();
       for (std::size_t w = 1; w < words.size(); ++w) {
@@ -137,19 +139,20 @@ class Header {
   std::string_view line_;
 };
 
-/// Reads text after the header: a line for each record, a word for each number.
+/// Reads text after the header: a line for each record, a word for each number, and empty lines.
 class Text {
  public:
   Text(std::string_view data, std::string_view rest) : data_(data), lines_(rest) {}
 
   void begin_record(const PlyElement& element, std::size_t record) {
     element_ = &element;
-    if (!lines_.next()) {
-      throw MalformedFile("is cut or damaged: ends before " + record_of(element, record));
-    }
-    if (!lines_.is_ended()) refuse("the line is cut, or lacks its end");
     words_.clear();
-    add_words(lines_.line(), words_);
+    while (words_.empty()) {
+      if (!lines_.next()) {
+        throw MalformedFile("is cut or damaged: ends before " + record_of(element, record));
+      }
+      add_words(lines_.line(), words_);
+    }
     n_read_ = 0;
   }
 

@@ -58,8 +58,9 @@ class Source(TypedDict, total=False):
     Attributes:
         faces: a mesh with the faces, if the file holds only positions.
         prim: the path of the mesh, if the file holds several (USD, Alembic).
-        known: which vertices are known, bool (n, k) in a .npy file; or a text file of vertices that
-            are not, in lines "frame vertex vertex ...", where the frame * stands for all.
+        known: which vertices are known, bool (n, k) in a .npy file, or `known` in a .npz file; or a
+            text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
+            * stands for all.
         missing: "zero" if vertices at exactly (0, 0, 0) are missing.
         gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
             which nothing was observed.
@@ -82,9 +83,9 @@ def open(path: PathLike, *, format: str | None = None, **source: Unpack[Source])
         **source: `faces`, (m, 3) integers, other polygons, or a file with the same mesh, for
             formats that hold only positions; else from the file that :func:`write` put beside it.
             `prim`, the path of the mesh, if a file holds several (USD, Alembic). `known`, (n, k)
-            bool, or a `.npy` file with it: known masks that replace those in `path`; or a text file
-            of vertices that are not known, in lines "frame vertex vertex ...", where the frame
-            ``*`` stands for all. `missing`, "zero" if positions of exactly (0, 0, 0) were not
+            bool, or a `.npy` or `.npz` file with it: known masks that replace those in `path`; or a
+            text file of vertices that are not known, in lines "frame vertex vertex ...", where the
+            frame ``*`` stands for all. `missing`, "zero" if positions of exactly (0, 0, 0) were not
             observed. `gaps`, "lost" if nothing was observed in frames whose file is missing, in a
             sequence with one file per frame; "refuse", the default, refuses such a sequence.
 

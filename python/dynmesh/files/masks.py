@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import as_array, check_path
-from .._errors import DynmeshError, InputError, locating, naming
+from .._errors import InputError, locating, naming, of_library
 from ..attributes import ATTRIBUTES, as_mask
 from ..sequence import Mask
 from .frame import Frame
 from .header import Header
+from .npz import array_in
 from .reader import Reader
 from .rows import read_header
+from .text import lines_in, number_of, words_in
 from .times import index_of
 
 
@@ -33,7 +35,7 @@ class MaskedReader(Reader):
         self._mask_files = [Path(known)] if isinstance(known, str | PathLike) else []
         self._known: Mask | None = None
         self._damaged: Damaged = {}
-        if self._mask_files and self._mask_files[0].suffix.lower() != ".npy":
+        if self._mask_files and self._mask_files[0].suffix.lower() not in (".npy", ".npz"):
             self._damaged = _listed(self._mask_files[0], reader.header)
         elif known is not None:
             self._known = _load(known, shape)
@@ -80,26 +82,26 @@ def _listed(path: Path, header: Header) -> Damaged:
     """
     found: dict[int | None, list[int]] = {}
     with naming(path):
-        for number, line in enumerate(path.read_text("utf-8", "replace").splitlines(), 1):
-            words = line.partition("#")[0].split()
+        for number, line in enumerate(lines_in(path), 1):
+            words = words_in(line)
             if not words:
                 continue
-            frame, *vertices = words
             try:
-                at = None if frame == "*" else index_of(header, float(frame), f"line {number}")
-                own = [int(vertex) for vertex in vertices]
-            except ValueError as error:
-                if isinstance(error, DynmeshError):
-                    raise
+                frame = None if words[0] == "*" else number_of(words[0], number)
+                vertices = [number_of(word, number) for word in words[1:]]
+                if any(vertex % 1 for vertex in vertices):
+                    raise ValueError(line)
+            except ValueError:
                 told = f"line {number}: must be a frame, or *, and numbers of vertices"
                 raise InputError(f"{told}, not {line[:60]!r}") from None
-            outside = [vertex for vertex in own if not 0 <= vertex < header.n_vertices]
+            at = None if frame is None else index_of(header, frame, f"line {number}")
+            outside = [vertex for vertex in vertices if not 0 <= vertex < header.n_vertices]
             if outside:
                 raise InputError(
-                    f"line {number}: there is no vertex {outside[0]}, only 0 to "
+                    f"line {number}: there is no vertex {outside[0]:.15g}, only 0 to "
                     f"{header.n_vertices - 1}"
                 )
-            found.setdefault(at, []).extend(own)
+            found.setdefault(at, []).extend(map(int, vertices))
     return {at: np.array(own, np.int64) for at, own in found.items()}
 
 
@@ -111,11 +113,12 @@ def _load(known: Any, shape: tuple[int, int]) -> Mask:
     check_path("known", known, "a numpy array or a path")
     path = Path(known)
     with naming(path):
-        try:
-            with path.open("rb") as file:
-                read_header(file)  # numpy would allocate memory without checking
-            mask: Mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
-        except (ValueError, EOFError) as error:
-            raise ValueError(f"is not a .npy file with a mask: {error}") from error
+        if path.suffix.lower() == ".npz":
+            mask: Mask = array_in(path, "known")
+        else:
+            with of_library("is not a .npy file with a mask"):
+                with path.open("rb") as file:
+                    read_header(file)  # numpy would allocate memory without checking
+                mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
         ATTRIBUTES["known"].check(mask.dtype, mask.shape, shape)
     return mask

@@ -17,6 +17,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from .._errors import DynmeshError, InputError
+from .._report import listed
 from .format import Format
 from .frame import Frame
 from .header import Header
@@ -109,6 +110,22 @@ def check_members(archive: zipfile.ZipFile, file: Path) -> None:
                 f"is damaged: {member.filename} would have {member.file_size} bytes, "
                 f"but the archive has {size}"
             )
+
+
+def array_in(path: Path, name: str) -> NDArray[Any]:
+    """Reads one array of an archive.
+
+    Raises:
+        ValueError: there is none of this name, or the archive is damaged.
+    """
+    with explaining(), zipfile.ZipFile(path) as archive:
+        check_members(archive, path)
+        names = [member.removesuffix(".npy") for member in archive.namelist()]
+        if name not in names:
+            raise InputError(f"has no array {name!r}, but {listed(names)}")
+        member = archive.getinfo(f"{name}.npy")
+        with archive.open(member) as file:
+            return Rows(file, member.file_size).whole()
 
 
 @contextlib.contextmanager

@@ -109,10 +109,11 @@ def _around(file: Path, folder: Path) -> tuple[list[str], str]:
 
 def _lines(file: Path) -> list[bytes]:
     """The lines of a file; those that continue the line before are joined to it."""
-    content = re.sub(rb"\r\n?", b"\n", file.read_bytes())
+    content = file.read_bytes().removeprefix(b"\xef\xbb\xbf")
+    content = re.sub(rb"\r\n?", b"\n", content)
     # A comment that ends in a backslash is not continued.
-    continued = rb"\\[ \t\v\f]*(?:#.*)?\n|(#.*)"
-    return re.sub(continued, lambda found: found[1] or b" ", content).splitlines()
+    continued = rb"\\(?:[ \t\v\f]+#.*|[ \t\v\f]*)\n|((?:^|(?<=[ \t\v\f]))#.*)"
+    return re.sub(continued, lambda found: found[1] or b" ", content, flags=re.M).splitlines()
 
 
 def _states_metadata(line: bytes) -> bool:

@@ -8,13 +8,15 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError, naming
+from .._errors import InputError, naming, of_library
 from .._extras import require
 from .cameras import ScanCamera
 
 SUFFIX = ".png"
 
 MOST_COUNTS = 65535
+
+_TRIED = "is a PNG image that is cut or damaged"
 
 _MODES = ("I;16", "I")
 """Of one channel of 16 bits; Pillow before 10.3 has the latter."""
@@ -40,14 +42,14 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
     with naming(file), file.open("rb") as opened:
         image = _image(opened)
         _check(image, camera)  # before the image is decoded, which may be a thousand times its file
-        try:
+        with of_library(_TRIED):
             # Decoding alone skips the checksums, so that a flipped bit would become other depths;
             # once Pillow has looked at them, it must open the image again to decode it.
             image.verify()
             counts = np.asarray(_image(opened))
             counts = np.where(counts < MOST_COUNTS, counts, 0)
-        except (OSError, SyntaxError) as error:
-            raise ValueError(f"is a PNG image that is cut or damaged: {error}") from error
+        if counts.shape != image.size[::-1]:
+            raise InputError(f"states {image.size}, but has {counts.shape[::-1]} pixels")
     return (counts * (camera.depth_scale or 1.0)).astype(np.float32)
 
 
@@ -92,12 +94,11 @@ def _image(opened: BinaryIO) -> Any:
     if not opened.seek(0, os.SEEK_END):
         raise InputError("is empty; a depth image is a PNG image with 16 bits")
     opened.seek(0)
-    try:
-        return pillow.open(opened, formats=["PNG"])
-    except pillow.UnidentifiedImageError as error:  # with words for programmers
-        raise InputError("is not a PNG image, or its beginning is damaged") from error
-    except (OSError, SyntaxError, ValueError, pillow.DecompressionBombError) as error:
-        raise InputError(f"is a PNG image that is cut, damaged or too large: {error}") from error
+    with of_library(_TRIED):
+        try:
+            return pillow.open(opened, formats=["PNG"])
+        except pillow.UnidentifiedImageError as error:  # with words for programmers
+            raise InputError("is not a PNG image, or its beginning is damaged") from error
 
 
 def _check(image: Any, camera: ScanCamera) -> None:

@@ -1,8 +1,8 @@
 """Files with the points of one frame: PLY and XYZ.
 
 A point whose three coordinates are all NaN was not measured, as in the organised clouds of depth
-cameras, and is left out. Other positions must be finite, and normals must have length 1, or 0 where
-they are unknown.
+cameras, and is left out. Other positions must be finite. Normals are made as long as 1; those that
+are NaN or 0 are unknown, and if all are, the scan has none.
 """
 
 from collections.abc import Callable
@@ -15,11 +15,12 @@ from .._checks import refuse_mask
 from .._errors import naming
 from ..files.header import Metadata, metadata_in
 from ..files.ply import coordinates, ply_header, read_elements
+from ..files.text import lines_in, number_of, words_in
 from ..sequence import Positions
 from .scan import PointScan
 
-_ROUNDED = 0.05
-"""By how much the length of a normal may differ from 1, as it was written with a few digits."""
+_LIKE_COLOURS = 31
+"""Whole numbers up to 255, of which one is larger than this, are colours, not normals."""
 
 
 class PointFile(NamedTuple):
@@ -78,9 +79,9 @@ def _read_ply(file: Path) -> PointFile:
 def _read_xyz(file: Path) -> PointFile:
     rows: list[list[float]] = []
     lines: list[int] = []
-    text = file.read_bytes().decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
-    for number, line in enumerate(text.split("\n"), start=1):
-        words = line.partition("#")[0].replace(",", " ").split()
+    text = lines_in(file)
+    for number, line in enumerate(text, start=1):
+        words = words_in(line.replace(",", " "))
         if not words:
             continue
         if len(words) not in (3, 6):
@@ -91,22 +92,21 @@ def _read_xyz(file: Path) -> PointFile:
             raise ValueError(
                 f"line {number}: has {len(words)} numbers, but line {lines[0]} has {len(rows[0])}"
             )
-        rows.append([_number(word, number) for word in words])
+        rows.append([number_of(word, number) for word in words])
         lines.append(number)
     table = np.array(rows).reshape(len(rows), len(rows[0]) if rows else 3)
-    comments = (line.partition("#")[2] for line in text.split("\n") if line.startswith("#"))
+    comments = (line.partition("#")[2] for line in text if line.startswith("#"))
     normals = table[:, 3:] if table.shape[1] == 6 else None
+    if (
+        normals is not None
+        and (normals > _LIKE_COLOURS).any()
+        and np.isin(normals, np.arange(256)).all()
+    ):
+        row = int(normals.max(axis=1).argmax())
+        told = f"{_told(normals[row])} is a colour, not a normal; leave colours out"
+        raise ValueError(f"line {lines[row]}: {told}")
     scan = _checked(table[:, :3], normals, lambda row: f"line {lines[row]}")
     return PointFile(scan, metadata_in(comments))
-
-
-def _number(word: str, line: int) -> float:
-    try:
-        if "_" in word:
-            raise ValueError(word)
-        return float(word)
-    except ValueError:
-        raise ValueError(f"line {line}: {word[:40]!r} is not a number") from None
 
 
 point_formats: dict[str, Callable[[Path], PointFile]] = {
@@ -129,16 +129,19 @@ def _checked(points: Positions, normals: Positions | None, name: Callable[[int],
         raise ValueError(f"{name(int(rows[row]))}: is at {_told(points[row])}, which is not finite")
     if normals is not None:
         normals = np.ascontiguousarray(normals[measured])
-        with np.errstate(over="ignore", invalid="ignore"):
-            lengths = np.linalg.norm(normals, axis=1)
-        wrong = ~((np.abs(lengths - 1) <= _ROUNDED) | (lengths == 0))
-        if wrong.any():
-            row = int(wrong.argmax())
+        unknown = np.isnan(normals).any(axis=1)
+        normals[unknown] = 0
+        largest = np.abs(normals).max(axis=1, initial=0)
+        if not np.isfinite(largest).all():
+            row = int(np.isinf(largest).argmax())
             raise ValueError(
-                f"{name(int(rows[row]))}: its normal {_told(normals[row])} must have length 1, not "
-                f"{lengths[row]:.3g}, or 0 if it is unknown; leave out colours and all else"
+                f"{name(int(rows[row]))}: its normal {_told(normals[row])} is infinite"
             )
+        normals = normals / np.where(largest > 0, largest, 1)[:, None]  # the squares may overflow
+        lengths = np.linalg.norm(normals, axis=1)
         normals = normals / np.where(lengths > 0, lengths, 1)[:, None]
+        if not lengths.any():
+            normals = None
     return PointScan(points, normals, None)
 
 

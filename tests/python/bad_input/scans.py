@@ -67,7 +67,7 @@ _CLOUDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "digits in groups": ("1_0 2 3\n", ("line 1:", "'1_0'")),
     "an infinite coordinate": ("1 2 3\n\n1 inf 3\n", ("line 3:", "(1, inf, 3)")),
     "one coordinate is NaN": ("nan 2 3\n", ("line 1:", "(nan, 2, 3)")),
-    "colours": ("# with colours\n1 2 3 255 128 0\n", ("line 2:", "(255, 128, 0)", "length 1")),
+    "colours": ("# with colours\n1 2 3 255 128 0\n", ("line 2:", "(255, 128, 0)", "colour")),
 }
 """What is in a file of points, and what is said of it."""
 _LANDMARKS = {
