@@ -7,7 +7,6 @@ written. The known mask is the geometry parameter `known` (uint8, 0 and 1), and 
 states the up axis and the length of a unit.
 """
 
-import contextlib
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError
+from .._errors import InputError, of_library
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
 from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
@@ -38,10 +37,16 @@ errors_of_key = "standard_error_of"
 """Of the metadata of the parameter `standard_error`."""
 
 
+_TRIED = "cannot be read as Alembic"
+
+
 def meshes_in(path: Path) -> tuple[Any, dict[str, Any]]:
     """Opens an archive; returns it and its meshes by path, without copies by reference."""
-    path.open("rb").close()  # gives the error message of the system
-    with translating(ValueError, "is damaged or not an Alembic archive"):
+    with path.open("rb") as file:  # gives the error message of the system
+        if file.read(4) == b"\x89HDF":
+            told = "is an Alembic archive in HDF5; write it as Ogawa, as abcconvert -toOgawa does"
+            raise InputError(told)
+    with of_library(_TRIED):
         archive = library("Abc").IArchive(str(path))
         return archive, {mesh.getFullName(): mesh for mesh in _meshes(archive.getTop())}
 
@@ -159,15 +164,6 @@ def library(name: str) -> Any:
     return getattr(require("alembic3d", extra="alembic"), name)
 
 
-@contextlib.contextmanager
-def translating(kind: type[Exception], what: str) -> Iterator[None]:
-    """Raises the library's errors as errors of another kind."""
-    try:
-        yield
-    except RuntimeError as error:
-        raise kind(f"{what}: {str(error).splitlines()[-1]}") from error
-
-
 _ARRAYS = {"Uchar": "UnsignedChar", "Int32": "Int", "Float": "Float"}
 """The library's arrays, by the kind of geometry parameter."""
 
@@ -189,7 +185,7 @@ class AlembicWriter(Writer):
         path = str(self.folder / self.path.name)
         with Path(path).open("wb") as file:  # the library would end the process on a full disk
             os.posix_fallocate(file.fileno(), 0, bytes_of(header))
-        with translating(OSError, "cannot be written"):
+        with of_library("cannot be written", OSError):
             self._archive = abc.CreateArchiveWithInfo(path, *rate, "dynmesh", description)
             parent = self._archive.getTop()
             *above, name = [part for part in (header.name or "").split("/") if part] or ["mesh"]
@@ -225,7 +221,7 @@ class AlembicWriter(Writer):
             texture = library_array("V2f", self.header.texture[places])
             scope = geometry.GeometryScope.kFacevaryingScope
             sample.setUVs(geometry.OV2fGeomParamSample(texture, scope))
-        with translating(OSError, "cannot be written"):
+        with of_library("cannot be written", OSError):
             self._schema.set(sample)
             for name, parameter in self._parameters.items():
                 kind = getattr(geometry, f"O{parameters[name]}GeomParamSample")
@@ -260,7 +256,7 @@ class AlembicReader(Reader):
     def __init__(self, path: Path, prim: str | None) -> None:
         """Opens the archive and reads everything except the frames."""
         archive, meshes = meshes_in(path)
-        with translating(ValueError, "is damaged or not an Alembic archive"):
+        with of_library(_TRIED):
             mesh = meshes[choose_mesh(moves(meshes), prim)]
             self._positions = mesh.getSchema().getPositionsProperty()
             super().__init__(path, self._header(path, archive, meshes, mesh))
@@ -294,7 +290,7 @@ class AlembicReader(Reader):
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
-            with translating(ValueError, f"frame {self.header.number(number)}: is damaged"):
+            with of_library(f"frame {self.header.number(number)}: {_TRIED}"):
                 points = self._checked("positions", number, self._positions.getValue(number))
                 values = {
                     name: self._checked(name, number, parameter.getExpandedValue(number).getVals())

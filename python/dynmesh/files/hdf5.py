@@ -8,7 +8,6 @@ virtual datasets and raw storage, are refused.
 """
 
 import contextlib
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._errors import InputError
+from .._errors import InputError, of_library
 from .._extras import require
 from .format import Format
 from .frame import Frame
-from .named import arrays_once, header_of, kinds_per_frame, once, per_frame, rows_of, single
+from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
 from .reader import Reader
 from .rows import native
 from .writer import Writer
@@ -31,6 +30,9 @@ most_packed = 100_000
 """Largest ratio of data to file size, as compression and unwritten data take little space."""
 
 
+_TRIED = "cannot be read as HDF5"
+
+
 class Hdf5Reader(Reader):
     """A sequence in an HDF5 file, in any chunks, compression and byte order."""
 
@@ -38,13 +40,22 @@ class Hdf5Reader(Reader):
         """Opens the file and reads everything except the frames."""
         self._h5py = require("h5py", extra="hdf5")
         self._size = path.stat().st_size
-        with contextlib.ExitStack() as stack, _explaining(path):
-            self._file = stack.enter_context(self._h5py.File(path, "r", **chunk_cache))
-            names = set(self._file).intersection((*per_frame, *once))
-            names |= set(self._file.attrs).intersection(single)
+        self._file = self._open(path)
+        with contextlib.ExitStack() as stack, of_library(_TRIED):
+            stack.enter_context(self._file)
+            names = set(self._file) | set(self._file.attrs).intersection(single)
+            if not names >= {"vertices", "faces"}:
+                self._file.visit(names.add)  # so that the error lists all
             self._rows = {name: self._dataset(name) for name in per_frame if name in names}
             super().__init__(path, header_of(names, self._kind, self._array))
             stack.pop_all()  # the file stays open
+
+    def _open(self, path: Path) -> Any:
+        try:
+            with of_library(_TRIED):
+                return self._h5py.File(path, "r", **chunk_cache)
+        except BlockingIOError as error:
+            raise OSError(f"{path}: is open for writing in another program") from error
 
     def _dataset(self, name: str) -> Any:
         dataset = self._file[name]
@@ -73,7 +84,7 @@ class Hdf5Reader(Reader):
         return np.asarray(value.decode() if isinstance(value, bytes) else value)
 
     def _frames(self, numbers: range) -> Iterator[Frame]:
-        with _explaining(self.path):
+        with of_library(_TRIED):
             for number in numbers:
                 rows = {name: native(dataset[number]) for name, dataset in self._rows.items()}
                 yield Frame(rows.pop("vertices"), **rows)
@@ -102,20 +113,6 @@ class Hdf5Writer(Writer):
 
     def _close(self) -> None:
         self._file.close()
-
-
-@contextlib.contextmanager
-def _explaining(path: Path) -> Iterator[None]:
-    """Shortens h5py's messages to one line that names the file."""
-    try:
-        yield
-    except BlockingIOError as error:
-        raise OSError(f"{path}: is open for writing in another program") from error
-    except (OSError, KeyError, RuntimeError) as error:
-        if isinstance(error, OSError) and error.errno:
-            raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
-        told = " ".join(str(error.args[0]).split())
-        raise ValueError(f"cannot be read as HDF5: {told}") from error
 
 
 hdf5 = Format("hdf5", (".h5", ".hdf5"), Hdf5Reader, Hdf5Writer, library=("h5py", "hdf5"))

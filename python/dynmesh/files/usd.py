@@ -27,9 +27,9 @@ from .usd_stage import (
     UsdScene,
     errors_of_key,
     library_array,
+    of_usd,
     primvars,
     pxr,
-    translating,
 )
 from .writer import Writer
 
@@ -57,7 +57,7 @@ class UsdWriter(Writer):
         self._path = self.folder / "frames.usdc"
         self._unsaved = 0
         self._stage: Any = None
-        with translating(OSError):
+        with of_usd("cannot be written", OSError):
             self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
             self._stage = usd.Stage.Open(self._layer)
             self._describe_stage()
@@ -115,7 +115,7 @@ class UsdWriter(Writer):
 
     def _append(self, frame: Frame) -> None:
         points, time = frame.points, self._times[self._frame]
-        with translating(OSError):
+        with of_usd("cannot be written", OSError):
             self._points.Set(library_array("Vec3fArray", points), time)
             self._extent.Set(library_array("Vec3fArray", _extent_of(frame)), time)
             for name, primvar in self._primvars.items():
@@ -132,7 +132,7 @@ class UsdWriter(Writer):
 
     def _finish(self) -> None:
         target = self.folder / self.path.name
-        with translating(OSError):
+        with of_usd("cannot be written", OSError):
             self._release_stage()
             self._complete_layer()
             self._save()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._errors import InputError, of_library
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
 from ..polygons import Polygons, as_polygons, split_polygons
@@ -172,17 +173,17 @@ def pxr(name: str) -> ModuleType:
 
 
 @contextlib.contextmanager
-def translating(kind: type[Exception], what: str = "") -> Iterator[None]:
-    """Raises the library's errors as errors of another kind, and keeps it from printing."""
+def of_usd(tried: str, kind: type[Exception] = InputError) -> Iterator[None]:
+    """Raises the library's errors as :func:`of_library` does, and keeps it from printing."""
     delegate = pxr("UsdUtils").CoalescingDiagnosticDelegate()  # suppresses printing while it exists
     try:
-        yield
-    except RuntimeError as error:  # also one of Tf
-        told = getattr(error.args[0], "commentary", str(error))
-        raise kind(what + " ".join(told.split())) from error
+        with of_library(tried, kind):
+            yield
     finally:
         del delegate
 
+
+_TRIED = "cannot be read as USD"
 
 _numbers = itertools.count()
 
@@ -202,16 +203,16 @@ class UsdScene:
         """Composes the stage."""
         path.open("rb").close()  # gives the error message of the system
         usd, geometry = pxr("Usd"), pxr("UsdGeom")
-        with translating(ValueError, "is damaged or not a USD file: "):
+        with of_usd(_TRIED):
             # In a process, all users of a path share one layer, even if the file has been replaced
             # since it was opened. A file format argument that is unique to this reader makes it a
             # separate layer.
             unique = {"reader": str(next(_numbers))}
             layer = pxr("Sdf").Layer.FindOrOpen(str(path.absolute()), unique)
             if layer is None:
-                raise ValueError("is damaged or not a USD file")
+                raise InputError("is damaged or not a USD file")
             self.stage = usd.Stage.Open(layer)
-        with translating(ValueError, "is damaged: "):
+        with of_usd(_TRIED):
             prims = usd.PrimRange.Stage(self.stage, usd.TraverseInstanceProxies())
             self._meshes = {
                 str(p.GetPath()): geometry.Mesh(p) for p in prims if p.IsA(geometry.Mesh)
@@ -274,7 +275,7 @@ class UsdReader(Reader):
     def __init__(self, path: Path, prim: str | None) -> None:
         """Composes the stage and reads everything except the frames."""
         self._scene: UsdScene | None = UsdScene(path)
-        with translating(ValueError, "is damaged: "):
+        with of_usd(_TRIED):
             self._mesh = self._scene.mesh(prim)
             super().__init__(path, self._header(path, self._scene), self._scene.files)
 
@@ -314,7 +315,7 @@ class UsdReader(Reader):
     def _frames(self, numbers: range) -> Iterator[Frame]:
         for number in numbers:
             time = self._times[number]
-            with translating(ValueError, f"time {time:g}: is damaged: "):
+            with of_usd(f"time {time:g}: {_TRIED}"):
                 points = value_at(self._points, time, (self.n_vertices, 3))
                 values = {
                     name: value_at(attribute, time, (self.n_vertices,))

@@ -1,0 +1,241 @@
+"""Files that libraries read: damaged ones, and those that a library reads as something else."""
+
+import base64
+import json
+import multiprocessing
+import random
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import LONGER
+from meshes import sheet
+from PIL import Image
+from scan_files import a_rig, saved
+from sequences import assert_refused
+
+import dynmesh
+from dynmesh.scans.depth_files import read_depth
+
+h5py: Any = pytest.importorskip("h5py", reason="needs h5py: dynmesh[hdf5]")
+trimesh: Any = pytest.importorskip("trimesh", reason="needs trimesh: dynmesh[scans]")
+
+MESH = sheet(4)
+
+
+def exported(path: Path) -> None:
+    trimesh.Trimesh(MESH.vertices, MESH.faces, process=False).export(path)
+
+
+def text_stl(path: Path) -> None:
+    mesh = trimesh.Trimesh(MESH.vertices, MESH.faces, process=False)
+    path.write_text(trimesh.exchange.stl.export_stl_ascii(mesh))
+
+
+def embedded(path: Path) -> None:
+    path.write_text(json.dumps(gltf()))
+
+
+def sequence(path: Path) -> None:
+    vertices = np.stack([MESH.vertices, MESH.vertices + 1]).astype(np.float32)
+    dynmesh.write(path, dynmesh.Sequence(vertices, MESH.faces, fps=25.0))
+
+
+def image(path: Path) -> None:
+    pixels = np.arange(48, dtype=np.uint16).reshape(6, 8)
+    path.write_bytes(saved(Image.fromarray(pixels)))
+
+
+def depth_of(path: Path) -> Any:
+    return read_depth(path, a_rig(1).cameras[0])
+
+
+LIBRARY_FILES: dict[str, Callable[[Path], None]] = {
+    "a.glb": exported,
+    "a.gltf": embedded,
+    "a.stl": exported,
+    "b.stl": text_stl,
+    "a.off": exported,
+    "a.usdc": sequence,
+    "a.usda": sequence,
+    "a.h5": sequence,
+    "a.png": image,
+    "a.abc": sequence,
+}
+
+
+def damaged(content: bytes, draw: random.Random) -> bytes:
+    """With a byte flipped, a part cut out, or a part moved elsewhere."""
+    first, last = sorted(draw.sample(range(len(content) + 1), 2))
+    part = content[first:last]
+    rest = content[:first] + content[last:]
+    match draw.randrange(4):
+        case 0:
+            flipped = bytearray(content)
+            for _ in range(draw.randrange(1, 4)):
+                flipped[draw.randrange(len(content))] ^= 1 << draw.randrange(8)
+            return bytes(flipped)
+        case 1:
+            return content[:last]
+        case 2:
+            return rest
+    place = draw.randrange(len(rest) + 1)
+    return rest[:place] + part + rest[place:]
+
+
+def read_or_refuse(path: Path) -> None:
+    """Reads a file, which must be refused by name and in one line if at all."""
+    try:
+        (depth_of if path.suffix == ".png" else dynmesh.read)(path)
+    except (dynmesh.DynmeshError, OSError) as error:
+        assert str(path.parent) in str(error)  # noqa: PT017
+        assert "\n" not in str(error)  # noqa: PT017
+
+
+@pytest.mark.parametrize("name", LIBRARY_FILES)
+def test_damaged_files_are_read_or_refused_by_name(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    LIBRARY_FILES[name](path)
+    content, draw = path.read_bytes(), random.Random(name)
+    for _ in range(60 * LONGER):
+        path.write_bytes(damaged(content, draw))
+        if path.suffix not in (".abc", ".usdc"):
+            read_or_refuse(path)
+            continue
+        # These libraries end the process for some damaged files; all others are refused by name.
+        child = multiprocessing.get_context("fork").Process(target=read_or_refuse, args=(path,))
+        child.start()
+        child.join()
+        assert child.exitcode is not None
+        assert child.exitcode <= 0, path
+
+
+def gltf(**changed: Any) -> dict[str, Any]:
+    """A triangle with one accessor for positions and one for corners, which are changed."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
+    data = points.tobytes() + struct.pack("<3H", 0, 1, 2)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    told: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 6},
+        ],
+        "buffers": [{"uri": uri, "byteLength": len(data)}],
+    }
+    for place, values in changed.items():
+        kind, _, number = place.partition("_")
+        one = told[kind][int(number)]
+        one = one["primitives"][0] if kind == "meshes" and "primitives" not in values else one
+        one.update(values)
+        for name in [name for name, value in values.items() if value is None]:
+            del one[name]
+    return told
+
+
+DRACO = {"extensions": {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}}}
+MESHOPT = {"extensions": {"EXT_meshopt_compression": {"buffer": 0, "byteLength": 36}}}
+GLTF: dict[str, tuple[dict[str, Any], str]] = {
+    "Draco": (gltf(meshes_0=DRACO, accessors_0={"bufferView": None}), "accessor 0, .*KHR_draco_"),
+    "meshopt": (gltf(bufferViews_0=MESHOPT), "accessor 0, .* given by EXT_meshopt_compression"),
+    "sparse positions": (gltf(accessors_0={"sparse": {"count": 1}}), "accessor 0, .* is sparse"),
+    "sparse faces": (gltf(accessors_1={"sparse": {"count": 1}}), "accessor 1, of faces, is sparse"),
+    "no values": (gltf(accessors_0={"bufferView": None}), "accessor 0, .* by no buffer"),
+    "normalised": (
+        gltf(accessors_0={"componentType": 5122, "normalized": True}), "accessor 0, .* normalised"
+    ),
+    "instances": (
+        gltf(nodes_0={"extensions": {"EXT_mesh_gpu_instancing": {}}}), "EXT_mesh_gpu_instancing"
+    ),
+    "fans": (gltf(meshes_0={"mode": 6}), "triangle fans"),
+    "another extension": ({**gltf(), "extensionsRequired": ["EXT_x"]}, "requires the .* EXT_x"),
+    "cut": (gltf(accessors_0={"count": 4}), "cannot be read as GLTF: .*reshape"),
+    "two corners": (gltf(accessors_1={"count": 2}), "cannot be read as GLTF: "),
+    "a corner outside": (gltf(accessors_0={"count": 2}), "cannot be read as GLTF|vertex 2"),
+    "no uri": (gltf(buffers_0={"uri": None}), "cannot be read as GLTF: KeyError: 'uri'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", GLTF)
+def test_gltf_that_would_be_read_as_another_mesh_is_refused(tmp_path: Path, what: str) -> None:
+    path = tmp_path / "a.gltf"
+    path.write_text(json.dumps(GLTF[what][0]))
+    assert_refused(path, GLTF[what][1])
+
+
+def test_gltf_is_read_whatever_its_looks_and_morph_targets_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.gltf"
+    told = {**gltf(), "extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform"]}
+    path.write_text(json.dumps(told))
+    assert dynmesh.read(path).vertices.tolist() == [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
+    whole = gltf(meshes_0={"targets": [{"POSITION": 0}]})
+    whole["meshes"][0]["weights"] = [0.5]
+    path.write_text(json.dumps(whole))
+    (remark,) = dynmesh.convert_file(path, tmp_path / "a.npz").remarks
+    assert "weights of morph targets of a.gltf are not" in remark
+
+
+VERTICES = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+STL = f"solid a\nfacet normal 0 0 1\nouter loop\n{VERTICES}endloop\nendfacet\nendsolid a\n"
+OFF = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+OTHERS: dict[str, tuple[str, str, str]] = {
+    "no number": ("stl", STL.replace("vertex 1", "vertex 1.#QNAN"), "STL: "),
+    "two coordinates": ("stl", STL.replace("vertex 1 0", "vertex 1"), "STL: "),
+    "two and four": (
+        "stl",
+        STL.replace("1 0 0\n", "1 0\n").replace("0 1 0", "0 1 0 0"),
+        "1 facets",
+    ),
+    "two vertices": ("stl", STL.replace("vertex 1 0 0\n", ""), "STL: "),
+    "no triangle of two": ("stl", "\0" * 80 + "\2\0\0\0" + "\0" * 50, "STL: "),
+    "too few vertices": (
+        "off",
+        OFF.replace("1 0 0\n", ""),
+        "line 5: a vertex has 3 coord",
+    ),
+    "a corner outside": ("off", OFF.replace("1 2\n", "1 3\n"), "line 6: .*'3'"),
+    "Alembic in HDF5": ("abc", "\x89HDF\r\n\x1a\n" + "\0" * 99, "in HDF5; write it as Ogawa"),
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_file_that_holds_other_numbers_than_it_states_is_refused(
+    tmp_path: Path, what: str
+) -> None:
+    suffix, content, told = OTHERS[what]
+    path = tmp_path / f"a.{suffix}"
+    path.write_bytes(content.encode("latin-1"))
+    assert_refused(path, told)
+
+
+def test_off_may_mix_polygons(tmp_path: Path) -> None:
+    path = tmp_path / "a.off"
+    path.write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n4 0 1 2 3\n")
+    assert dynmesh.read(path).faces.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
+
+
+@pytest.mark.parametrize("place", [33, -12])
+def test_an_image_with_an_empty_profile_is_refused(tmp_path: Path, place: int) -> None:
+    image(tmp_path / "a.png")
+    content = (tmp_path / "a.png").read_bytes()
+    chunk = struct.pack(">I", 0) + b"iCCP" + struct.pack(">I", zlib.crc32(b"iCCP"))
+    (tmp_path / "a.png").write_bytes(content[:place] + chunk + content[place:])
+    assert_refused(tmp_path / "a.png", "PNG image", depth_of)
+
+
+def test_hdf5_lists_what_it_holds(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["mesh/points"] = np.zeros((2, 3))
+    assert_refused(tmp_path / "a.h5", "no array 'vertices'.*this file holds mesh, mesh/points$")
