@@ -133,7 +133,10 @@ def check_exist(
         vertices = f"the mesh has {n_vertices} vertices,"
     if outside.any():
         told = f"{what} {owner[outside][0]} refers to vertex {corners[outside][0]}"
-        raise InputError(f"{told}, but {vertices} counted from 0", argument="faces")
+        told += f", but {vertices} counted from 0"
+        if (corners.min(), corners.max()) == (1, n_vertices):
+            told += "; the faces seem to count them from 1: subtract 1"
+        raise InputError(told, argument="faces")
 
 
 def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = None) -> Polygons:

@@ -72,6 +72,9 @@ MESHES: dict[str, tuple[Any, Any, Expected]] = {
         [(5, 5, 2), (6, 5, 2)], [[65, 144, 145]], Expected(1, faces=[242])
     ),
     "degenerate_faces": ([], [[5, 5, 6], [7, 7, 7]], Expected(2, faces=[242, 243])),
+    "first_vertex_unused": (
+        np.concatenate([[(5, 5, 2)], sheet(12).vertices]), sheet(12).faces + 1, Expected(1, [0])
+    ),
     "no_faces": (SOUND.vertices[0], np.empty((0, 3), int), Expected(1)),
 }  # fmt: skip
 """Vertices and faces, in lists those that are added to a sheet of 144."""

@@ -58,6 +58,16 @@ def test_every_way_to_name_the_files(tmp_path: Path, mesh: Mesh, suffix: str) ->
     assert_refused(folder, told)
 
 
+def test_a_name_of_several_files_that_are_no_sequence_is_refused(tmp_path: Path) -> None:
+    off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    (tmp_path / "a_01.off").write_text(off)
+    for name in ("*.off", "a_%02d.off", "a_##.off"):
+        assert dynmesh.read(tmp_path / name).vertices.shape == (1, 3, 3)
+    (tmp_path / "a_02.off").write_text(off)
+    for name in ("*.off", "a_%02d.off"):
+        assert_refused(tmp_path / name, "stands for 2 files, from a_01.off on, .*; name one")
+
+
 def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     sequence = sequence_of(mesh)
     folder = tmp_path / "walk"

@@ -384,6 +384,12 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
     np.savetxt(folder / "a_7.xyz", np.hstack([points, normals]))
     if is_folder:
         np.savetxt(folder / "a_9.xyz", points[:5])
+        np.savetxt(folder / "a_13.xyz", points[:5])
+        with pytest.raises(ValueError, match=r"clouds: a_11\.xyz is missing"):
+            dynmesh.convert_file(folder, tmp_path / "out")
+        lost = dynmesh.convert_file(folder, tmp_path / "lost", source={"gaps": "lost"})
+        assert lost.frames == 3
+        (folder / "a_13.xyz").unlink()
         (folder / "cameras.json").write_text("[]")
     given, output = (
         (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")

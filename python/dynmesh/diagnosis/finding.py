@@ -30,6 +30,7 @@ SEVERITY_OF: dict[str, Severity] = {
     "frames_without_anchors": "warning",
     "never_seen": "warning",
     "coincident_vertices": "warning",
+    "first_vertex_unused": "warning",
     "non_manifold_edges": "warning",
     "non_manifold_vertices": "warning",
     "degenerate_faces": "warning",

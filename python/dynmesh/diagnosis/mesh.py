@@ -74,6 +74,13 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
             "faces if the file holds only positions.",
         )
         return
+    if mesh.topology.isolated_vertices == 1 and mesh.ends.min(initial=len(mesh.first)) == 1:
+        yield Finding.at(
+            "first_vertex_unused",
+            "Vertex 0 is in no face, and all others are.",
+            "The faces may count vertices from 1, and then refer to the wrong ones: subtract 1.",
+            vertices=np.array([0]),
+        )
     for kind, (code, what, advice) in _REFUSED.items():
         places = [face.index for face in mesh.topology.refused_faces if face.kind == kind]
         if places:

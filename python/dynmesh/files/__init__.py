@@ -18,7 +18,7 @@ from .._checks import check_path
 from .._errors import InputError, KindError, naming
 from ..polygons import Faces, split_faces
 from ..sequence import Sequence
-from .choice import PathLike, format_of, formats, named_like, target_of, target_over
+from .choice import PathLike, existing_file, format_of, formats, named_like, target_of, target_over
 from .format import Gaps, NoFacesError, Template, template_of
 from .frame import Frame
 from .header import Header
@@ -103,6 +103,7 @@ def open(path: PathLike, *, format: str | None = None, **source: Unpack[Source])
         raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
     with naming(path):
         faces, chosen = _template(source.get("faces")), format_of(path, format)
+        path = existing_file(path, chosen)
         reader = chosen.open(path, faces=faces, prim=source.get("prim"), gaps=gaps)
     if known is None and missing is None:
         return reader

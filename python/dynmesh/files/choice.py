@@ -25,7 +25,7 @@ from .model import model
 from .new_output import check_folder, identity, refuse_inputs
 from .npy import npy
 from .npz import npz
-from .numbered import files_in, pattern_like
+from .numbered import FrameNames, files_in, matching, pattern_like
 from .obj import obj
 from .pc2 import pc2
 from .ply import ply
@@ -49,6 +49,23 @@ def format_of(path: PathLike, name: str | None = None) -> Format:
     with naming(path):
         advice = "give a file such as body.ply, or name the format; dynmesh track takes scans"
         return _choose(path, name, advice)
+
+
+def existing_file(path: Path, format: Format) -> Path:
+    """Returns the path, or the only file that it stands for, of a format with one file a sequence.
+
+    Raises:
+        ValueError: it stands for several.
+    """
+    if "gaps" in format.takes or path.exists():
+        return path
+    found = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
+    if len(found) > 1:
+        raise ValueError(
+            f"stands for {len(found)} files, from {found[0].name} on, which are no sequence, as "
+            f"each {format.name} file is one of its own; name one"
+        )
+    return found[0] if found else path
 
 
 def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:

@@ -13,6 +13,7 @@ from .._progress import tracked
 from .._report import Written
 from ..files import PathLike, Source
 from ..files.conversion import Axis, Changes, Unit
+from ..files.format import Gaps
 from ..files.header import Header
 from ..files.memory import Collected, SequenceReader
 from ..files.new_output import check_output, making
@@ -74,7 +75,8 @@ def convert_file(
     check_path("path", path)
     check_path("output", output)
     changes = Changes(frames, up, unit, to_up, to_unit, scale, fps)
-    if not source and not format and (clouds := _clouds_in(Path(path))):
+    gaps = (source or {}).get("gaps", "refuse")
+    if {*(source or {})} <= {"gaps"} and not format and (clouds := _clouds_in(Path(path), gaps)):
         if output_format not in (None, "ply"):
             told = f"must be ply for point clouds, not {output_format}"
             raise InputError(told, argument="output_format", value=output_format)
@@ -148,16 +150,14 @@ def _convert_clouds(
     )
 
 
-def _clouds_in(path: Path) -> list[Path]:
+def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:
     """Returns the files of a path, pattern or folder if they hold points alone, else none."""
     possible = [one for one in point_formats if files_in(path, one)] if path.is_dir() else []
     suffix = possible[0] if possible else path.suffix.lower()
     if suffix not in point_formats:
         return []
-    try:
-        found = [file for file in find_files(path, suffix, "lost").files if file is not None]
-    except (FileNotFoundError, ValueError):  # which the reader of sequences explains
-        return []
+    with files.naming(path):
+        found = [file for file in find_files(path, suffix, gaps).files if file is not None]
     with files.naming(found[0]):
         is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
     return [] if is_mesh else found

@@ -77,6 +77,7 @@ sequences = [
     _sequence("`vertices`: a dict", TypeError, "vertices:", "dict", vertices={}),
     _sequence("`vertices`: one frame", ValueError, "vertices:", "(49, 3)", vertices=np.ones((49, 3))),
     _sequence("`faces`: an index of 99", ValueError, "faces: face 0", "vertex 99", faces=np.array([[0, 1, 99]])),
+    _sequence("`faces`: counted from 1", ValueError, "faces: face 0", "vertex 49", "from 1: subtract 1", faces=np.array([[1, 2, 49]])),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
     _sequence("`standard_error_of`: volume", ValueError, "standard_error_of:", "'volume'", "surface", standard_error_of="volume"),
 ]  # fmt: skip
