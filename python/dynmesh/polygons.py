@@ -144,3 +144,15 @@ def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = Non
     if polygons is not None:
         return polygons
     return Polygons(np.full(len(faces), 3, np.int32), faces.reshape(-1))
+
+
+def turned(polygons: Polygons) -> Polygons:
+    """Returns the polygons with the corners in reverse order."""
+    check_polygons(polygons)
+    return Polygons(polygons.sizes, polygons.corners[reversal(polygons.sizes)])
+
+
+def reversal(sizes: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
+    """Returns the places of the corners of polygons, each of which is turned."""
+    last = np.repeat(2 * np.cumsum(sizes) - sizes - 1, sizes)
+    return np.asarray(last - np.arange(len(last)))

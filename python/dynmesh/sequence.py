@@ -20,7 +20,7 @@ from ._checks import (
 )
 from ._errors import InputError, KindError
 from .attributes import ATTRIBUTES, VertexAttributes, as_mask, check_needed
-from .polygons import Polygons, check_exist, check_polygons, split_faces
+from .polygons import Polygons, check_exist, check_polygons, split_faces, split_polygons
 
 StandardErrorOf: TypeAlias = Literal["position", "surface"]
 """What standard errors are of: a coordinate of the position of a vertex, as
@@ -73,11 +73,16 @@ class Description:
         return int(number) if number == int(number) else number
 
     def _take_faces(self: Any, n_vertices: int) -> None:
-        """Cuts faces that are polygons into triangles."""
+        """Cuts faces that are polygons into triangles; others must be those of the polygons."""
         faces, polygons = split_faces(self.faces, n_vertices)
         object.__setattr__(self, "faces", faces)
         if polygons is not None:
             object.__setattr__(self, "polygons", polygons)
+        elif self.polygons is not None and not np.array_equal(
+            split_polygons(self.polygons)[0], faces
+        ):
+            told = "are cut into other triangles than faces; give faces alone, with polygons None"
+            raise InputError(told, argument="polygons")
 
     def _check_description(self, n_frames: int) -> None:
         """Refuses what cannot be said of a sequence of n frames."""

@@ -664,6 +664,73 @@ def test_texture_coordinates_go_from_format_to_format(tmp_path: Path, of_vertice
     np.testing.assert_array_equal(values, expected[order])
 
 
+def test_faces_of_left_handed_meshes_are_turned_with_their_texture(tmp_path: Path) -> None:
+    told = 'uniform token orientation = "leftHanded"'
+    path = textured(tmp_path / "a.usda", told)
+    faces = dynmesh.read(path).polygons
+    assert faces is not None
+    assert faces.corners.tolist() == [3, 2, 1, 0, 4, 3, 0]
+    np.testing.assert_array_equal(texture_in(path), PLACES[[3, 2, 1, 0, 6, 5, 4]])
+    by_vertex = textured(tmp_path / "b.usda", told, texture=PLACES[:5])
+    np.testing.assert_array_equal(texture_in(by_vertex), PLACES[faces.corners])
+    dynmesh.convert_file(path, tmp_path / "c.usda")
+    again = dynmesh.read(tmp_path / "c.usda").polygons
+    assert again is not None
+    np.testing.assert_array_equal(again.corners, faces.corners)
+    dynmesh.complete_file(path, tmp_path / "over.usda")  # a layer, which leaves the faces alone
+    stage = stage_of(tmp_path / "over.usda")
+    left = stage.GetPrimAtPath("/Body")
+    assert left.GetAttribute("orientation").Get() == "leftHanded"
+    assert list(left.GetAttribute("faceVertexIndices").Get()) == [0, 1, 2, 3, 0, 3, 4]
+
+
+POSED = f"point3f[] points = {REST}"
+MOVERS: dict[str, tuple[str, str]] = {
+    "a skeleton": ("", "rel skel:skeleton = </Rig>"),
+    "blend shapes": ("", 'uniform token[] skel:blendShapes = ["smile"]'),
+    "transforms": (
+        "double3 xformOp:translate.timeSamples = {1: (0, 0, 0), 2: (1, 0, 0)}\n"
+        'uniform token[] xformOpOrder = ["xformOp:translate"]', ""
+    ),
+    "": (
+        "double3 xformOp:translate = (1, 0, 0)\n"
+        'uniform token[] xformOpOrder = ["xformOp:translate"]', ""
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mover", MOVERS)
+def test_what_moves_a_mesh_and_is_not_read_is_said(tmp_path: Path, mover: str) -> None:
+    above, of_mesh = MOVERS[mover]
+    world = f'def Xform "World" {{\n{above}\n{mesh(POSED, of_mesh)}}}'
+    path = layer(tmp_path / "a.usda", world)
+    made = dynmesh.convert_file(path, tmp_path / "b.npz")
+    for told in ("\n".join(made.remarks), run("info", path).stdout):
+        assert ("moved by" in told) == (f"the mesh is moved by {mover}," in told) == bool(mover)
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_transforms_that_move_a_mesh_of_an_archive_are_said(tmp_path: Path, moves: bool) -> None:
+    archive = Abc.OArchive(str(tmp_path / "a.abc"))
+    world = Geometry.OXform(archive.getTop(), "world")
+    for x in (0, 1) if moves else (1,):
+        placed = Geometry.XformSample()
+        placed.setTranslation(imath.V3d(x, 2, 3))
+        world.getSchema().set(placed)
+    Geometry.OPolyMesh(world, "body").getSchema().set(sample(CORNERS, 2, 1, 0))
+    del archive, world
+    assert ("moved by transforms" in run("info", tmp_path / "a.abc").stdout) == moves
+
+
+def test_archives_are_written_where_space_cannot_be_reserved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("os.posix_fallocate")
+    ocean = dynmesh.synth.ocean(2, grid=4)
+    dynmesh.write(tmp_path / "a.abc", ocean)
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.abc").vertices, ocean.vertices)
+
+
 def test_what_a_conversion_leaves_out_is_said_in_one_sentence(tmp_path: Path) -> None:
     path = textured(
         tmp_path / "a.usda",

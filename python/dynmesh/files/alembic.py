@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .._errors import InputError, of_library
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
-from ..polygons import Polygons, as_polygons, check_polygons, split_polygons
+from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
 from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh
 from .frame import Frame
 from .header import TEXTURE, Header, MeshFile, comments_of, metadata_in
@@ -57,15 +57,21 @@ def moves(meshes: Mapping[str, Any]) -> dict[str, bool]:
     return {name: not of_mesh.isConstant() for name, of_mesh in positions.items()}
 
 
-def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
-    """What an archive holds around a mesh that is not read, in words."""
-    schema, held = mesh.getSchema(), set()
+def transforms_above(archive: Any, mesh: Any) -> Iterator[Any]:
+    """Yields the schemas of the transforms above a mesh."""
     kind, parent = library("AbcGeom").IXform, archive.getTop()
     for name in mesh.getFullName().split("/")[1:-1]:
         child = parent.getChild(name)
-        if kind.matches(child.getHeader()) and kind(parent, name).getSchema().getNumOps():
-            held.add("transforms")
+        if kind.matches(child.getHeader()):
+            yield kind(parent, name).getSchema()
         parent = child
+
+
+def held_beside(archive: Any, meshes: Mapping[str, Any], mesh: Any) -> set[str]:
+    """What an archive holds around a mesh that is not read, in words."""
+    schema, held = mesh.getSchema(), set()
+    if any(one.getNumOps() for one in transforms_above(archive, mesh)):
+        held.add("transforms")
     if schema.getUVsParam().valid():
         held.add(TEXTURE)
     if hasattr(schema, "getNormalsParam") and schema.getNormalsParam().valid():
@@ -124,18 +130,6 @@ def faces_of(mesh: Any) -> Polygons:
     return faces
 
 
-def turned(polygons: Polygons) -> Polygons:
-    """Returns the polygons with the corners in reverse order."""
-    check_polygons(polygons)
-    return Polygons(polygons.sizes, polygons.corners[reversal(polygons.sizes)])
-
-
-def reversal(sizes: NDArray[np.integer[Any]]) -> NDArray[np.integer[Any]]:
-    """Returns the places of the corners of polygons, each of which is turned."""
-    last = np.repeat(2 * np.cumsum(sizes) - sizes - 1, sizes)
-    return np.asarray(last - np.arange(len(last)))
-
-
 def timing_of(archive: Any, positions: Any) -> Timing:
     """Returns the frames per second, if the archive states them, and the numbers of the frames."""
     sampling = positions.getTimeSampling()
@@ -184,7 +178,8 @@ class AlembicWriter(Writer):
         rate = () if header.fps is None else (header.fps,)
         path = str(self.folder / self.path.name)
         with Path(path).open("wb") as file:  # the library would end the process on a full disk
-            os.posix_fallocate(file.fileno(), 0, bytes_of(header))
+            if hasattr(os, "posix_fallocate"):  # not on macOS and Windows
+                os.posix_fallocate(file.fileno(), 0, bytes_of(header))
         with of_library("cannot be written", OSError):
             self._archive = abc.CreateArchiveWithInfo(path, *rate, "dynmesh", description)
             parent = self._archive.getTop()
@@ -272,6 +267,7 @@ class AlembicReader(Reader):
         errors = None if bars is None else bars.getMetaData().get(errors_of_key)
         info = library("Abc").GetArchiveInfo(archive)
         metadata = metadata_in(info.get("userDescription", "").split(","))
+        is_still = all(one.isConstant() for one in transforms_above(archive, mesh))
         return Header(
             faces=faces,
             n_frames=n_frames,
@@ -285,6 +281,7 @@ class AlembicReader(Reader):
             **flags_of(self._parameters),
             standard_error_of=errors or "position",
             mesh_file=MeshFile.of(path, held_beside(archive, meshes, mesh)),
+            moved_by=() if is_still else ("transforms",),
             texture=texture_of(mesh, as_stored),
         )
 

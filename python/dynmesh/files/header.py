@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .._checks import check_array, check_integer
 from .._errors import InputError
+from .._report import listed
 from ..attributes import ATTRIBUTES, Flags
 from ..polygons import as_polygons
 from ..sequence import Description, StandardErrorOf, check_corners, check_faces, check_vertices
@@ -50,6 +51,7 @@ class Header(Description, Flags):
         dtype: of the positions, float32 or float64.
         mesh_file: from which files of the same format, or layers over it, keep what it holds, or
             None.
+        moved_by: what moves the mesh beside its points, such as "a skeleton", and is not read.
         subdivision: the subdivision scheme that a USD stage states, or None.
         texture: (c, 2) float32, the texture coordinates of each corner of the polygons, one polygon
             after another, if USD or Alembic state them; or None.
@@ -67,6 +69,7 @@ class Header(Description, Flags):
     n_vertices: int
     dtype: np.dtype[Any]
     mesh_file: MeshFile | None = None
+    moved_by: tuple[str, ...] = ()
     subdivision: str | None = None
     texture: NDArray[np.float32] | None = None
 
@@ -91,6 +94,14 @@ class Header(Description, Flags):
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):
                     raise ValueError(f"{row.flag}: requires {flag}")
         self._check_description(self.n_frames)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What of the motion is not read, for the user."""
+        if not self.moved_by:
+            return ()
+        told = f"the mesh is moved by {listed(self.moved_by)}, which dynmesh does not read"
+        return (f"{told}; bake its points, unless their own motion is meant",)
 
 
 class Metadata(NamedTuple):

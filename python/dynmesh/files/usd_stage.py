@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .._errors import InputError, of_library
 from .._extras import require
 from ..attributes import ATTRIBUTES, flags_of, with_all_needed
-from ..polygons import Polygons, as_polygons, split_polygons
+from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
 from .format import OTHER_MESHES, check_same_faces, choose_mesh
 from .frame import Frame
 from .header import TEXTURE, Header, MeshFile
@@ -61,7 +61,7 @@ def timing(stage: Any, times: Sequence[float]) -> Timing:
 
 
 def faces_of(mesh: Any) -> Polygons:
-    """Returns the faces, which must be the same at all times."""
+    """Returns the faces, counter-clockwise, which must be the same at all times."""
     attributes = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
 
     def faces_at(time: float) -> Polygons:
@@ -75,7 +75,12 @@ def faces_of(mesh: Any) -> Polygons:
     faces = faces_at(first)
     for time in later:
         check_same_faces(faces, faces_at(time), f"time {time:g}")
-    return faces
+    return turned(faces) if is_left_handed(mesh) else faces
+
+
+def is_left_handed(mesh: Any) -> bool:
+    """Whether the faces of a mesh are stored clockwise."""
+    return bool(mesh.GetOrientationAttr().Get() == "leftHanded")
 
 
 def primvars_of(mesh: Any) -> dict[str, Any]:
@@ -97,6 +102,7 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
 
 _READ = {
     *("points", "faceVertexCounts", "faceVertexIndices", "subdivisionScheme", "extent"),
+    "orientation",
     *(f"primvars:{name}" for name in primvars),
 }
 """The properties of a mesh that are read."""
@@ -125,18 +131,21 @@ def texture_in(mesh: Any) -> Any:
     return min(found, key=lambda one: one.GetPrimvarName() != "st", default=None)
 
 
-def texture_of(
-    mesh: Any, corners: NDArray[np.integer[Any]], n_vertices: int
-) -> NDArray[np.float32] | None:
-    """Returns (c, 2) the texture coordinates of each corner, or None if there are none that fit."""
+def texture_of(mesh: Any, faces: Polygons, n_vertices: int) -> NDArray[np.float32] | None:
+    """Returns (c, 2) the texture coordinates of each corner of faces as :func:`faces_of` has them.
+
+    None if there are none that fit.
+    """
     primvar = texture_in(mesh)
     if primvar is None:
         return None
     of_corners = primvar.GetInterpolation() == "faceVarying"
     values = np.array(primvar.ComputeFlattened(pxr("Usd").TimeCode.EarliestTime()), np.float32)
-    if values.shape != (len(corners) if of_corners else n_vertices, 2):
+    if values.shape != (len(faces.corners) if of_corners else n_vertices, 2):
         return None
-    return values if of_corners else values[corners]
+    if of_corners:
+        return np.asarray(values[reversal(faces.sizes)] if is_left_handed(mesh) else values)
+    return np.asarray(values[faces.corners])
 
 
 def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any]:
@@ -263,6 +272,22 @@ class UsdScene:
         return held
 
 
+def moved_by(mesh: Any) -> tuple[str, ...]:
+    """What moves a mesh beside the samples of its points, in words."""
+    prim, geometry = mesh.GetPrim(), pxr("UsdGeom")
+    prims = [prim.GetStage().GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
+    found = {
+        "a skeleton": any(one.HasRelationship("skel:skeleton") for one in prims),
+        "blend shapes": prim.HasAttribute("skel:blendShapes"),
+        "transforms": any(
+            geometry.Xformable(one).TransformMightBeTimeVarying()
+            for one in prims
+            if one.IsA(geometry.Xformable)
+        ),
+    }
+    return tuple(name for name, there in found.items() if there)
+
+
 class UsdReader(Reader):
     """The frames of a mesh: the time samples of its points, or else their only value.
 
@@ -308,8 +333,9 @@ class UsdReader(Reader):
             **flags_of(self._primvars),
             standard_error_of="position" if errors is None else errors,
             mesh_file=MeshFile.of(path, scene.held_beside(self._mesh)),
+            moved_by=moved_by(self._mesh),
             subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
-            texture=texture_of(self._mesh, as_polygons(faces, polygons).corners, len(first)),
+            texture=texture_of(self._mesh, as_polygons(faces, polygons), len(first)),
         )
 
     def _frames(self, numbers: range) -> Iterator[Frame]:

@@ -62,7 +62,7 @@ class Writer(ABC):
         self.header = header
         self._overwrite = overwrite
         self._frame = 0
-        self.remarks: list[str] = []
+        self.remarks: list[str] = [*header.remarks]
         self._working = contextlib.ExitStack()
         with self._undoing(), self._blaming():
             self.folder = self._working.enter_context(making(self._made()))

@@ -44,7 +44,7 @@ class InfoReport(Report):
         for one in self.diagnosis.findings:
             told += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
             told += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
-        return told
+        return [*told, *super().lines()]
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
@@ -93,7 +93,10 @@ def info(
     with files.open(path, format=format, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
-    return InfoReport(quality=quality, format=name, meshes=several, diagnosis=diagnosis)
+    remarks = diagnosis.header.remarks
+    return InfoReport(
+        quality=quality, format=name, meshes=several, diagnosis=diagnosis, remarks=remarks
+    )
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:

@@ -8,6 +8,7 @@ import numpy as np
 import dynmesh
 from dynmesh._errors import SettingError
 from dynmesh.files import formats
+from dynmesh.polygons import Polygons
 
 from .case import Case, World, without_rights
 from .functions import of
@@ -78,6 +79,8 @@ sequences = [
     _sequence("`vertices`: one frame", ValueError, "vertices:", "(49, 3)", vertices=np.ones((49, 3))),
     _sequence("`faces`: an index of 99", ValueError, "faces: face 0", "vertex 99", faces=np.array([[0, 1, 99]])),
     _sequence("`faces`: counted from 1", ValueError, "faces: face 0", "vertex 49", "from 1: subtract 1", faces=np.array([[1, 2, 49]])),
+    Case("Sequence", "`polygons` of other faces", lambda w: replace(replace(w.sequence, faces=np.array([[0, 1, 2, 3]])), faces=w.faces), ValueError, ("polygons:", "other triangles than faces")),
+    _sequence("`polygons` with a corner of 999", ValueError, "polygons:", "other triangles", polygons=Polygons(np.array([4]), np.array([0, 1, 2, 999]))),
     _sequence("`name`: a number", TypeError, "name:", "3", name=3),
     _sequence("`standard_error_of`: volume", ValueError, "standard_error_of:", "'volume'", "surface", standard_error_of="volume"),
 ]  # fmt: skip
