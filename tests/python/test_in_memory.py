@@ -20,7 +20,7 @@ from dynmesh.verbs.degrade import degrade_file
 
 N = 8
 TRUTH = sea(N)
-PARTIAL = sea(N, share=0.6, fps=25.0, up_axis="z")
+PARTIAL = sea(N, share=0.6, up_axis="z")
 """No frame of it is whole."""
 KNOWN: Any = PARTIAL.known
 COMPLETED = dynmesh.complete(PARTIAL, start=0, method="motion")

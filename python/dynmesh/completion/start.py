@@ -128,7 +128,7 @@ def open_with_template(
     with files.open(template) as whole:
         first = template_of(whole)
         with files.opened(path, "path", template, **source) as reader:
-            check_same_subject(whole, reader)
+            check_same_mesh(whole, reader)
             # What the output keeps beside positions: polygons, texture coordinates, materials.
             own, its = reader.header, whole.header
             is_own = own.texture is not None or (own.polygons is not None and its.texture is None)
@@ -190,14 +190,3 @@ def template_of(reader: Reader) -> Positions:
     with locating(file=reader.path):
         check_whole(frame, "; a template must be whole")
     return np.array(frame.points)
-
-
-def check_same_subject(other: Reader, reader: Reader) -> None:
-    """Refuses another file whose mesh, unit or up axis is not that of the sequence."""
-    check_same_mesh(other, reader)
-    for name, what in (("metres_per_unit", "unit in metres"), ("up_axis", "up axis")):
-        theirs, ours = getattr(other.header, name), getattr(reader.header, name)
-        if None not in (theirs, ours) and theirs != ours:
-            raise InputError(
-                f"its {what} is {theirs}, but {ours} in {reader.path}", file=other.path
-            )

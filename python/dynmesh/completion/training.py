@@ -13,8 +13,8 @@ from .._progress import tracked
 from .._report import some_of
 from ..files import PathLike, Reader
 from ..files.frame import check_whole
+from ..files.reader import check_same_mesh
 from ..sequence import Positions
-from .start import check_same_subject
 
 TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
 """The path of a training file, or those of several."""
@@ -63,7 +63,7 @@ class Training:
         self.files: list[Path] = []
         for training_file in training_files:
             with _open(training_file, reader) as opened:
-                check_same_subject(opened, reader)
+                check_same_mesh(opened, reader)
                 self._n_frames += opened.n_frames
                 self.files += opened.files
 

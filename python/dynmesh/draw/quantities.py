@@ -68,18 +68,11 @@ class Sources:
         """Millimetres if a file states its unit, otherwise per cent of the diagonal.
 
         Raises:
-            ValueError: the files state different units, or the diagonal is needed and 0.
+            ValueError: the diagonal is needed and 0.
         """
-        said = {
-            reader.header.metres_per_unit: reader.path
-            for reader in (self.reader, self.reference)
-            if reader is not None and reader.header.metres_per_unit is not None
-        }
-        if len(said) > 1:
-            (ours, path), (theirs, reference) = said.items()
-            raise ValueError(f"{path} has {ours:g} metres per unit, but {reference} has {theirs:g}")
-        if said:
-            return LengthUnit("mm", "mm", 1000 * next(iter(said)))
+        for reader in (self.reader, self.reference):
+            if reader is not None and reader.header.metres_per_unit is not None:
+                return LengthUnit("mm", "mm", 1000 * reader.header.metres_per_unit)
         if not self.diagonal > 0:
             path = (self.reference or self.reader).path
             raise ValueError(

@@ -1,5 +1,6 @@
 """The interface of all readers: a sequence, frame by frame."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Generator, Iterator, Sequence
 from dataclasses import replace
@@ -123,19 +124,34 @@ class Reader(ABC):
 
 
 def check_same_mesh(other: Reader, reader: Reader) -> None:
-    """Raises an error unless a file has the vertices and the faces of another one."""
+    """Raises an error unless a file has the mesh of another one, and states no other unit or axis.
+
+    What one of them does not state is not compared.
+    """
     ours, theirs = reader.n_vertices, other.n_vertices
     if ours != theirs:
         raise InputError(f"has {theirs} vertices, but {reader.path} has {ours}", file=other.path)
     if not np.array_equal(other.faces, reader.faces):
         raise InputError(f"has other faces than {reader.path}", file=other.path)
+    for name, what in (("metres_per_unit", "unit in metres"), ("up_axis", "up axis")):
+        _check_alike(other, reader, name, what)
 
 
 def check_comparable(completed: Reader, reference: Reader) -> None:
-    """Raises an error unless the sequences have the same mesh and number of frames."""
+    """Raises an error unless the sequences also have the same number of frames and rate."""
     check_same_mesh(completed, reference)
     ours, truth = completed.n_frames, reference.n_frames
     if ours != truth:
         raise InputError(
             f"has {ours} frames, but {reference.path} has {truth}", file=completed.path
         )
+    _check_alike(completed, reference, "fps", "rate in frames per second")
+
+
+def _check_alike(other: Reader, reader: Reader, name: str, what: str) -> None:
+    theirs, ours = getattr(other.header, name), getattr(reader.header, name)
+    if None in (theirs, ours) or theirs == ours:
+        return
+    if isinstance(ours, str) or not math.isclose(theirs, ours, rel_tol=1e-5):  # rounded in files
+        told = f"its {what} is {theirs}, but {ours} in {reader.path}; convert one of them"
+        raise InputError(told, file=other.path)

@@ -168,6 +168,21 @@ shell = [
     refused("evaluate late_holes.npz body.npz", "late_holes.npz: frame 1", "vertex 4"),
     misused("evaluate body.npz body.npz --only missing", "--input: is needed"),
     refused("evaluate single.npz body.npz", "1 frame", "3"),
+    refused(
+        "evaluate in_metres.npz in_millimetres.npz",
+        "in_metres.npz: its unit in metres is 1.0, but 0.001",
+    ),
+    refused("evaluate y_up.npz z_up.npz", "y_up.npz: its up axis is y, but z in", "convert"),
+    refused("evaluate at_24.npz at_30.npz", "at_24.npz: its rate in frames per second is 24"),
+    refused(
+        "view in_metres.npz -o new.html --reference in_millimetres.npz",
+        "unit in metres is 1.0",
+        "0.001",
+    ),
+    refused("view y_up.npz --reference z_up.npz -o new.html", "z_up.npz", "up axis"),
+    refused(
+        "complete y_up.npz new.npz --training z_up.npz", "z_up.npz: its up axis is z, but y in"
+    ),
     refused("evaluate bare.npy body.npz", "bare.npy:", "faces"),
     misused("synth lake new.npz", "'lake'", "ocean"),
     misused("view body.npz -o new.txt", "new.txt:"),
@@ -181,9 +196,6 @@ shell = [
     refused(f"{_VIEW} --reference late_holes.npz", "late_holes.npz:", "vertex 4"),
     refused(f"{_VIEW} --reference turned_face.npz", "has other faces than"),
     refused(f"{_VIEW} --reference point.npz", "errors have no unit"),
-    refused(
-        "view in_metres.npz -o new.html --reference in_millimetres.npz", "has 1 metres", "0.001"
-    ),
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
     misused(f"{_VIEW} --scan-unit mm", "--scan-unit: is that of --scans, which are not given"),

@@ -53,6 +53,9 @@ def prepare(world: World) -> None:
     dynmesh.write(folder / "fewer_faces.npz", replace(sequence, faces=sequence.faces[:-1]))
     dynmesh.write(folder / "in_metres.npz", replace(sequence, metres_per_unit=1.0))
     dynmesh.write(folder / "in_millimetres.npz", replace(sequence, metres_per_unit=0.001))
+    for up, rate in (("y", 24.0), ("z", 30.0)):
+        dynmesh.write(folder / f"{up}_up.npz", replace(sequence, up_axis=up))
+        dynmesh.write(folder / f"at_{rate:g}.npz", replace(sequence, fps=rate))
     big = np.random.default_rng(0).normal(size=(40, 49, 3))
     dynmesh.write(folder / "long.npz", replace(sequence, vertices=big))
     np.save(folder / "mask.npy", np.ones((3, 48), bool))
