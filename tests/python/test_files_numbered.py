@@ -181,6 +181,7 @@ READ: list[tuple[list[str], str, list[float]]] = [
 ]
 AMBIGUOUS = [
     (["s.1.25", "s.1.5"], r"'s\.%g\.obj'.* or 's\.1\.%d\.obj'"),
+    (["t0.25", "t0.50"], r"'t%\.2f\.obj'.* or 't0\.%02d\.obj'"),
     (["c_2.0010", "c_2.0020"], r"'c_%\.4f\.obj'.* or 'c_2\.%04d\.obj'"),
     (["f_1_t0.5", "f_2_t0.7"], r"'f_%d_t\*\.obj'.* or 'f_\*_t%\.1f\.obj'"),
     (["c1_01", "c1_02", "c2_01"], r"several sequences, 'c1_\*\.obj' \(2\) and 'c2_\*\.obj'"),

@@ -191,8 +191,10 @@ def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
     if not decimal.is_written or is_alone:
         return decimal if decimal.is_written else digits
     counts = usual_distance(sorted(digits.numbers)) in (None, 1)
-    if counts or (decimal.before[-1:].isalpha() and decimal.order == digits.order):
-        return digits  # of a shot or a version, whose number comes before the point
+    # That of a shot or a version, which is no 0, comes before the point.
+    is_of_shot = decimal.before[-1:].isalpha() and decimal.numbers[0] >= 1
+    if counts or (is_of_shot and decimal.order == digits.order):
+        return digits
     raise _of_several([decimal, digits], stems, suffix)
 
 
