@@ -145,7 +145,7 @@ import dynmesh
 from dynmesh import _core
 
 # A forked child has no other threads, however long a call waits.
-_core._set_task_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=1000)
+_core._set_task_sharing(chunk=64, short_chunk=64, fewest_pieces=2, patience=100)
 sea = dynmesh.synth.ocean(6, grid=60, seed=1)
 known = np.random.default_rng(0).random(sea.vertices.shape[1]) < 0.3
 
