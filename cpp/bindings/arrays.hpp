@@ -79,7 +79,8 @@ template <class Report>
 py::dict fields_of(const Report& report) {
   py::dict fields;
   for_each_field(report, [&](const char* name, const auto& value, auto...) {
-    if constexpr (requires { value.data(); }) {
+    constexpr bool is_text = std::is_convertible_v<decltype(value), std::string_view>;
+    if constexpr (requires { value.data(); } && !is_text) {
       fields[name] = array_of(value);
     } else {
       fields[name] = value;

@@ -19,24 +19,6 @@ from .tracker import Matrix, image_arrays, scan_arrays
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
 
-_OTHER_SIZE = 1.5
-"""A mesh that became so many times as large, or as small, is probably in another unit."""
-
-_MUCH, _FEW = 0.3, 0.05
-"""If more of a template has no points, or lies on another part, and fewer points are far, a scan
-shows it partially."""
-
-_STRETCHED = 0.14
-"""If edges change by more on average, the mesh is of another subject."""
-
-_CAUSES = {
-    "size": "the template must be {:.2g} times as large to fit, as if it were in another unit or "
-    "of a subject of another size",
-    "part": "the scan shows a part of the template only, and the place of the rest is a guess",
-    "pose": "the scan shows another mesh, or a pose that was not found",
-    "place": "a part of the template is probably wrong or was not measured",
-}
-
 
 @dataclass(frozen=True, eq=False)
 class Registration:
@@ -65,8 +47,16 @@ class Registration:
             `stretch` / 0.13, `hole` / 0.035 and `overlap` / 0.003 add up to more than 1, or a
             landmark is not where it belongs; "ruined", if the scan shows something else or its pose
             was not found.
-        growth: how many times as large as the template the vertices are, by the median of the
-            edges.
+        scale: how many times as large as the unit of the template that of the points is; 1 without
+            `scale`.
+        growth: how many times as long as those of the template the edges are, by their median and
+            in units of `scale`.
+        disagreeing: the share of the points that are near the mesh, but whose normal is that of
+            another surface.
+        points: how many points were compared with the mesh, without stray ones.
+        cause: what is probably wrong if the quality is not good: "size", "part", "pose" or "place".
+        reason: why the quality is not good, in a sentence that begins with the cause; empty if it
+            is.
     """
 
     vertices: Positions
@@ -81,36 +71,13 @@ class Registration:
     distance: float
     rounds: int
     converged: bool
-    quality: Literal["good", "doubtful", "ruined"]
+    scale: float
     growth: float
-
-    @property
-    def reason(self) -> str:
-        """Why the quality is not good, its probable cause first; empty if it is."""
-        if self.quality == "good":
-            return ""
-        cause = _CAUSES[self.cause].format(self._grown)
-        return (
-            f"{cause}: {self.unexplained:.1%} of the points are farther from the mesh than their "
-            "noise explains, "
-            f"{self.hole:.1%} of the template is one piece without a point, and edges have changed "
-            f"by {self.stretch:.1%}"
-        )
-
-    @property
-    def cause(self) -> Literal["size", "part", "pose", "place"]:
-        """What is probably wrong: see `reason`, which begins with it."""
-        if not 1 / _OTHER_SIZE < self._grown < _OTHER_SIZE:
-            return "size"
-        if max(self.hole, self.overlap) > _MUCH and self.far < _FEW:
-            return "part"
-        is_other = self.quality == "ruined" or self.stretch > _STRETCHED
-        return "pose" if is_other else "place"
-
-    @property
-    def _grown(self) -> float:
-        """How many times as large the template had to become, beside `scale`."""
-        return self.growth / float(np.cbrt(np.linalg.det(self.transform[:3, :3])))
+    disagreeing: float
+    points: int
+    quality: Literal["good", "doubtful", "ruined"]
+    cause: Literal["size", "part", "pose", "place"]
+    reason: str
 
 
 def register(
@@ -206,14 +173,7 @@ def _registered(
     choices = align, scale, learnt, uncertainty, threads
     flat, observed, errors, found = _core.register(triangles, template, scan, *marks, *choices)
     vertices = flat.reshape(-1, 3)
-    starts, ends = triangles, np.roll(triangles, 1, axis=1)
-    before, after = (
-        np.linalg.norm(mesh[starts] - mesh[ends], axis=2)
-        for mesh in (template.astype(np.float64), vertices.astype(np.float64))
-    )
-    found["growth"] = float(np.median(after[before > 0] / before[before > 0]))
     found["transform"] = found["transform"].reshape(4, 4)
-    found["quality"] = ("good", "doubtful", "ruined")[found["quality"]]
     return Registration(
         vertices, observed.astype(np.bool_), errors if uncertainty else None, **found
     )

@@ -1,5 +1,5 @@
 /// Which part of a surface was measured.
-#include "registration/coverage.hpp"
+#include "quality/coverage.hpp"
 
 #include <doctest/doctest.h>
 
@@ -50,7 +50,7 @@ struct Tori {
   [[nodiscard]] Coverage found() const {
     const std::vector<std::uint8_t> is_sheet(x.size());
     return coverage_of({faces, topology.cells, frame, x, normals, is_sheet,
-                        mean_edge_length<double>(topology.cells, frame)},
+                        mean_edge_length<double>(topology.cells, frame), size_of(frame)},
                        scan);
   }
 };
@@ -90,7 +90,8 @@ struct Squares {
   [[nodiscard]] std::vector<std::ptrdiff_t> seen_from(
       const std::vector<Vector3<double>>& viewpoints, const std::vector<int>& sizes) const {
     const std::vector<std::uint8_t> is_sheet(vertices.size());
-    const auto seen = find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0}, viewpoints);
+    const auto seen =
+        find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0, 1.0}, viewpoints);
     std::vector<std::ptrdiff_t> numbers;
     auto first = seen.begin();
     for (const int n : sizes) {

@@ -316,6 +316,20 @@ typedef struct dynmesh_agreement {
   double distance;     ///< root mean square of those that are not far; NaN without any
 } dynmesh_agreement;
 
+enum { DYNMESH_GOOD = 0, DYNMESH_DOUBTFUL = 1, DYNMESH_RUINED = 2 };
+
+/// How a mesh lies in a scan, and how good that is; see Measure in quality.hpp.
+typedef struct dynmesh_measure {
+  dynmesh_agreement agreement;
+  double unexplained;
+  double hole;
+  double overlap;
+  double stretch;
+  double growth;
+  int32_t quality;   ///< DYNMESH_GOOD, _DOUBTFUL or _RUINED
+  char reason[512];  ///< why it is not good, in a sentence; empty if it is
+} dynmesh_measure;
+
 /// What a tracker reports of a frame. known + filled + disconnected is the number of vertices.
 typedef struct dynmesh_tracking_report {
   int64_t known;         ///< the number of vertices that have a measured point
@@ -507,24 +521,13 @@ typedef struct dynmesh_registration_request {
   int32_t threads;  ///< 1 to 256
 } dynmesh_registration_request;
 
-enum {
-  DYNMESH_REGISTRATION_GOOD = 0,
-  DYNMESH_REGISTRATION_DOUBTFUL = 1,
-  DYNMESH_REGISTRATION_RUINED = 2
-};
-
 /// What was found, beside the vertices; see Registration in registration.hpp.
 typedef struct dynmesh_registration_report {
   double transform[16];  ///< row by row
-  double far_share;
-  double unexplained;
-  double hole;
-  double overlap;
-  double stretch;
-  double distance;
+  double scale;
+  dynmesh_measure measure;
   int64_t rounds;
   int32_t converged;  ///< 0 or 1
-  int32_t quality;    ///< DYNMESH_REGISTRATION_GOOD, _DOUBTFUL or _RUINED
 } dynmesh_registration_report;
 
 /// Registers a template with a scan. `vertices` has a row for each vertex and the type of the

@@ -7,6 +7,7 @@
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/metrics.hpp>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/template_mesh.hpp>

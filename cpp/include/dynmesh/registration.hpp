@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/export.hpp>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
@@ -14,19 +15,10 @@
 
 namespace dynmesh {
 
-/// How well a registered template explains its scan, as the shares in Registration tell.
-enum class RegistrationQuality {
-  /// Landmarks are where they belong, and what speaks against the result adds up to at most 1: the
-  /// unexplained share, the stretch, the hole and the overlap, divided by 0.03, 0.13, 0.035 and
-  /// 0.003.
-  good,
-  doubtful,  ///< a part is probably wrong or missing
-  ruined,    ///< the scan is of something else, or the pose was not found
-};
-
-/// A template that was registered with a scan. Arrays have a row for each vertex.
+/// A template that was registered with a scan, and how it lies there. The quality is also doubtful
+/// if a landmark is not where it belongs. Arrays have a row for each vertex.
 template <class Real>
-struct Registration {
+struct Registration : Measure {
   std::vector<Real> vertices;          ///< x, y, z of each vertex, in the unit of the points
   std::vector<std::uint8_t> observed;  ///< 1 if the vertex has a measured point, 0 if not
   /// As Tracker::standard_error; empty without `uncertainty`.
@@ -34,24 +26,9 @@ struct Registration {
   /// Row by row, the motion that brings the template closest to the vertices (Kabsch 1976): rigid,
   /// and with `scale` a similarity.
   std::array<double, 16> transform{};
-  /// The share of the points that are farther than a mean edge from the surface, 0 to 1.
-  double far_share = 0;
-  /// The share of the points that are farther from the surface than their noise explains: four
-  /// times the median distance, but at least a quarter of a mean edge.
-  double unexplained = 0;
-  /// The share of the template's area that is the largest connected piece without a point, as of a
-  /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
-  double hole = 0;
-  /// The share of the template's area where another part lies as well and faces the same way.
-  double overlap = 0;
-  /// By which share of their length the edges have changed, on average; if it is large, the scan is
-  /// of another subject, or of another size.
-  double stretch = 0;
-  /// The root mean square distance of the points that are not far, in their unit.
-  double distance = 0;
+  double scale = 1;        ///< the length of the unit of the template in that of the points
   std::size_t rounds = 0;  ///< how often the whole surface was drawn into the scan
   bool converged = false;  ///< whether the vertices had stopped moving then
-  RegistrationQuality quality = RegistrationQuality::ruined;
 };
 
 /// Points of the scan that belong to vertices of the template.

@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -65,21 +65,6 @@ struct DepthImage {
   /// Row by row: the rigid motion from the axes of the camera to those of the template. The camera
   /// looks along its +z axis, with x to the right and y down, as in OpenCV.
   std::array<double, 16> pose{};
-};
-
-/// How well a surface explains what was measured of it.
-struct Agreement {
-  /// How many points were compared. Stray points, which are far from the surface and sparser than
-  /// others, are left out.
-  std::size_t points = 0;
-  /// The share of them that are farther than one mean edge of the template from the surface, 0 to
-  /// 1; NaN without points. Up to 0.01 is usual.
-  double far_share = std::numeric_limits<double>::quiet_NaN();
-  /// The share that is near the surface, but whose normal is that of another one.
-  double disagreeing = std::numeric_limits<double>::quiet_NaN();
-  /// The root mean square distance from the surface of those that are not far, in the unit of the
-  /// positions; NaN without any.
-  double distance = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// What a tracker reports of a frame. `known` counts the vertices that have a measured point,

@@ -106,19 +106,22 @@ KnownMask mask_of(const dynmesh_mask& mask) {
   return {mask.data, count_of("known", mask.count), static_cast<std::ptrdiff_t>(stride)};
 }
 
-/// A report in C.
+/// A report in C, without the structures in it.
 template <class InC, class Report>
 InC to_c(const Report& report) {
   InC converted = {};
   for_each_field(report, [&](const char*, const auto& value, auto... member) {
-    [[maybe_unused]] const auto assign = [&](auto& field) {
-      if constexpr (std::is_array_v<std::remove_reference_t<decltype(field)>>) {
-        std::ranges::copy(value, field);
-      } else {
-        field = static_cast<std::remove_reference_t<decltype(field)>>(value);
+    [[maybe_unused]] const auto assign = [&](auto to) {
+      if constexpr (requires { converted.*to; }) {
+        auto& field = converted.*to;
+        if constexpr (std::is_array_v<std::remove_reference_t<decltype(field)>>) {
+          std::ranges::copy(value, field);
+        } else {
+          field = static_cast<std::remove_reference_t<decltype(field)>>(value);
+        }
       }
     };
-    (assign(converted.*member), ...);
+    (assign(member), ...);
   });
   return converted;
 }
@@ -290,6 +293,15 @@ dynmesh_status create(const std::int32_t* faces, std::int64_t n_faces,
                                                      : Object<Real>(mesh, frame, chosen, *frames)};
                   });
   });
+}
+
+dynmesh_measure measure_of(const Measure& measure) {
+  auto converted = to_c<dynmesh_measure>(measure);
+  converted.agreement = to_c<dynmesh_agreement>(measure.agreement);
+  converted.quality = static_cast<std::int32_t>(measure.quality);
+  const std::string reason = measure.reason();
+  reason.copy(converted.reason, sizeof converted.reason - 1);
+  return converted;
 }
 
 void store(const FrameReport& report, dynmesh_frame_report* where) {
@@ -679,7 +691,10 @@ dynmesh_status dynmesh_register(const dynmesh_registration_request* request,
           check_rows("vertices", out, positions.count);
           const auto found = registered(*request, positions, standard_error != nullptr, training);
           give(found.vertices, out, found.observed, observed, found.standard_error, standard_error);
-          if (report != nullptr) *report = to_c<dynmesh_registration_report>(found);
+          if (report != nullptr) {
+            *report = to_c<dynmesh_registration_report>(found);
+            report->measure = measure_of(found);
+          }
         });
   });
 }

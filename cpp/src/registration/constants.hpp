@@ -82,27 +82,7 @@ inline constexpr struct RegistrationConstants {
   double settled = 0.05;
   double most_weight = 6;
 
-  /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
-  /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
-  /// this. Wrong poses often have some of each and not much of any.
-  double doubtful_unexplained = 0.03;
-  double doubtful_stretch = 0.13;
-  double doubtful_hole = 0.035;
-  double doubtful_overlap = 0.003;
-  /// Noise does not explain a point that is farther from the surface than so many times the median
-  /// and so many mean edges.
-  double unexplained_medians = 4;
-  double unexplained_edges = 0.25;
-  /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
-  /// many mean distances between them.
-  double hole_edges = 1.5;
-  double hole_spacings = 1.9;
-  /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
-  /// so many mean edges apart.
-  double overlap_edges = 10;
-  /// It is ruined from this stretch on, and where a tracker would be lost.
-  double ruined_stretch = 0.3;
-  /// It is doubtful too if the vertex of a landmark comes to lie farther from its position than
+  /// A result is doubtful if the vertex of a landmark comes to lie farther from its position than
   /// this share of the size.
   double misplaced_landmark = 0.05;
 } registration_constants;

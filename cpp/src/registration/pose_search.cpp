@@ -6,6 +6,9 @@
 #include <utility>
 
 #include "mesh/generations.hpp"
+#include "quality/coverage.hpp"
+#include "quality/limits.hpp"
+#include "quality/measure.hpp"
 #include "registration/rigid_starts.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
@@ -228,11 +231,12 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());
-    pose.agreement = found.agreements.all;
+    pose.measure.agreement = found.agreements.all;
     if (settings_.uncertainty) {
       Generations generations(pose.x.size());
       generations.classify(topology_.cells, pose.observed);
-      fine_.measure_errors(generations, pose.agreement.far_share > tracking.lost_far);
+      fine_.measure_errors(generations,
+                           pose.measure.agreement.far_share > quality_limits.ruined_far);
     }
     fine_.remember(pose.x, true);
     fine_.forget_shape();
@@ -250,40 +254,22 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   return pose;
 }
 
-/// The share of the points that are farther from the surface than their noise.
-double PoseSearch::unexplained_share(double far_share) const {
-  std::vector<double> distances;
-  fine_.matches().for_each_near([&](const Place& place) {
-    distances.push_back(std::sqrt(place.squared) / fine_.mean_edge());
-  });
-  if (distances.empty()) return 1;
-  const double limit = std::max(constants_.unexplained_edges,
-                                constants_.unexplained_medians * quantile(distances, 0.5));
-  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
-  const double share = static_cast<double>(n) / static_cast<double>(distances.size());
-  return far_share + (1 - far_share) * share;
-}
-
 void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
-  pose.unexplained = unexplained_share(pose.agreement.far_share);
-  pose.stretch = mean_stretch(topology_.cells, template_.frame, pose.x);
-  pose.coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
-                               fine_.matches().normals(), is_sheet_, fine_.mean_edge()},
-                              scan);
-  const double limit = constants_.misplaced_landmark * size_of(template_.faces, pose.x);
+  const double size = size_of(template_.faces, pose.x);
+  const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
+                                     fine_.matches().normals(), is_sheet_, fine_.mean_edge(), size},
+                                    scan);
+  pose.measure = measured(fine_.matches(), pose.measure.agreement, fine_.mean_edge(),
+                          topology_.cells, template_.frame, pose.x);
+  pose.measure.hole = coverage.hole;
+  pose.measure.overlap = coverage.overlap;
+  pose.measure.quality = judged(pose.measure);
+  const double limit = constants_.misplaced_landmark * size;
   for (std::size_t i = 0; i < checked_.vertices.size(); ++i) {
     const auto arm = pose.x[at(checked_.vertices[i])] - checked_.positions[i];
     if (squared_norm(arm) > limit * limit) pose.has_misplaced_landmarks = true;
   }
-  const double doubt = pose.unexplained / constants_.doubtful_unexplained +
-                       pose.stretch / constants_.doubtful_stretch +
-                       pose.coverage.hole / constants_.doubtful_hole +
-                       pose.coverage.overlap / constants_.doubtful_overlap;
-  const bool is_ruined = pose.agreement.far_share > fine_.constants().lost_far ||
-                         pose.stretch > constants_.ruined_stretch;
-  pose.quality = is_ruined                                   ? RegistrationQuality::ruined
-                 : doubt > 1 || pose.has_misplaced_landmarks ? RegistrationQuality::doubtful
-                                                             : RegistrationQuality::good;
+  if (pose.has_misplaced_landmarks && pose.is_good()) pose.measure.quality = Quality::doubtful;
 }
 
 }  // namespace dynmesh

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -15,7 +16,6 @@
 #include "registration/candidates.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
-#include "registration/coverage.hpp"
 #include "support/workers.hpp"
 #include "tracking/point_scan.hpp"
 #include "tracking/surface_tracking.hpp"
@@ -37,19 +37,16 @@ struct Pose {
   std::vector<double> standard_errors = {};                  ///< (k,), empty if not wanted
   std::size_t rounds = 0;
   bool converged = false;
-  Agreement agreement = {};
-  Coverage coverage = {};
-  double unexplained = 0;  ///< the share of the points that noise does not explain
-  double stretch = 0;      ///< of its edges, on average
+  Measure measure = {};
   bool has_misplaced_landmarks = false;
-  RegistrationQuality quality = RegistrationQuality::ruined;
 
-  [[nodiscard]] bool is_good() const { return quality == RegistrationQuality::good; }
+  [[nodiscard]] bool is_good() const { return measure.quality == Quality::good; }
   /// What tells the right pose among several, which has the least: the share of the points that it
   /// does not explain. Exchanged limbs and bodies that are turned front to back may explain more of
   /// them, but by a template that is stretched twice as much.
   [[nodiscard]] std::pair<bool, double> misfit() const {
-    return {has_misplaced_landmarks, agreement.far_share + agreement.disagreeing + stretch};
+    const Agreement& agreement = measure.agreement;
+    return {has_misplaced_landmarks, agreement.far_share + agreement.disagreeing + measure.stretch};
   }
 };
 
@@ -88,7 +85,6 @@ class PoseSearch {
                                                 const Eigen::Isometry3d& motion,
                                                 double weight) const;
   Pose finished(const PointScan& scan, const Trial& trial);
-  [[nodiscard]] double unexplained_share(double far_share) const;
   void judge(const PointScan& scan, Pose& pose) const;
 
   static constexpr const RegistrationConstants& constants_ = registration_constants;

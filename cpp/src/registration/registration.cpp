@@ -118,15 +118,11 @@ Registration<Real> registration_of(const Pose& pose, double unit) {
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
   transform = pose.motion.matrix();
   transform.topRows<3>() *= unit;
-  result.far_share = pose.agreement.far_share;
-  result.unexplained = pose.unexplained;
-  result.stretch = pose.stretch;
-  result.hole = pose.coverage.hole;
-  result.overlap = pose.coverage.overlap;
-  result.distance = unit * pose.agreement.distance;
+  static_cast<Measure&>(result) = pose.measure;
+  result.agreement.distance *= unit;
+  result.scale = unit;
   result.rounds = pose.rounds;
   result.converged = pose.converged;
-  result.quality = pose.quality;
   return result;
 }
 

@@ -3,8 +3,11 @@
 
 #include <dynmesh/dynmesh.h>
 
+#include <array>
+#include <cstddef>
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
 #include <type_traits>
@@ -42,6 +45,23 @@ void for_each_field(Visited& agreement, const Visit& visit) {
   visit("distance", agreement.distance, &C::distance);
 }
 
+/// The names of qualities and causes, in their order.
+inline constexpr std::array quality_names = {"good", "doubtful", "ruined"};
+inline constexpr std::array cause_names = {"size", "part", "pose", "place"};
+
+template <class Visit>
+void for_each_field(const Measure& measure, const Visit& visit) {
+  using C = dynmesh_measure;
+  visit("unexplained", measure.unexplained, &C::unexplained);
+  visit("hole", measure.hole, &C::hole);
+  visit("overlap", measure.overlap, &C::overlap);
+  visit("stretch", measure.stretch, &C::stretch);
+  visit("growth", measure.growth, &C::growth);
+  visit("quality", quality_names[static_cast<std::size_t>(measure.quality)]);
+  visit("cause", cause_names[static_cast<std::size_t>(measure.cause())]);
+  visit("reason", measure.reason());
+}
+
 template <class Visit>
 void for_each_field(const TrackingReport& report, const Visit& visit) {
   for_each_field(static_cast<const FrameReport&>(report), visit);
@@ -67,15 +87,11 @@ template <class Real, class Visit>
 void for_each_field(const Registration<Real>& found, const Visit& visit) {
   using C = dynmesh_registration_report;
   visit("transform", found.transform, &C::transform);
-  visit("far", found.far_share, &C::far_share);
-  visit("unexplained", found.unexplained, &C::unexplained);
-  visit("hole", found.hole, &C::hole);
-  visit("overlap", found.overlap, &C::overlap);
-  visit("stretch", found.stretch, &C::stretch);
-  visit("distance", found.distance, &C::distance);
+  visit("scale", found.scale, &C::scale);
   visit("rounds", found.rounds, &C::rounds);
   visit("converged", found.converged, &C::converged);
-  visit("quality", static_cast<Index>(found.quality), &C::quality);
+  for_each_field(found.agreement, visit);
+  for_each_field(static_cast<const Measure&>(found), visit);
 }
 
 }  // namespace dynmesh

@@ -163,7 +163,7 @@ def register_file(
             may_show_room = found.quality != "good" and found.cause != "size" and not scale
             shows_room = may_show_room and bool(planes_around(first, mesh.faces, left))
             if scale:
-                sizes = f"the template became {found.growth:.3g} times as large"
+                sizes = f"the template became {found.scale * found.growth:.3g} times as large"
             elif shows_room or found.cause == "part":
                 sizes = ""  # The room is large and the part small, whatever the unit.
             elif sizes and found.quality != "good":

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "registration/constants.hpp"
 #include "tracking/point_scan.hpp"
 
 namespace dynmesh {
@@ -22,6 +21,7 @@ struct BentSurface {
   std::span<const Vector3<double>> normals;
   std::span<const std::uint8_t> is_sheet;
   double mean_edge = 1;
+  double size = 1;  ///< as size_of
 };
 
 struct Coverage {

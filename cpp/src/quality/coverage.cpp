@@ -1,12 +1,13 @@
-#include "registration/coverage.hpp"
+#include "quality/coverage.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "registration/rigid_starts.hpp"
+#include "quality/limits.hpp"
 #include "support/geometry.hpp"
+#include "tracking/constants.hpp"
 
 namespace dynmesh {
 namespace {
@@ -50,7 +51,7 @@ double largest_piece(const Cells& cells, std::span<const double> areas,
 
 /// The area of the vertices beside which others lie that are far away in the template.
 double overlapping_area(const BentSurface& surface, std::span<const double> areas) {
-  const double far = registration_constants.overlap_edges * surface.mean_edge;
+  const double far = quality_limits.overlap_edges * surface.mean_edge;
   const PointTree<3> vertices(arrays_of(surface.x));
   const double squared_near = surface.mean_edge * surface.mean_edge;
   double overlap = 0;
@@ -109,9 +110,8 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan) {
   if (!(seen_area > 0)) return coverage;
   const double spacing = std::sqrt(seen_area / static_cast<double>(scan.size()));
   // A few points are not everywhere on a surface, however sparse they are.
-  const double sparse = std::min(registration_constants.hole_spacings * spacing,
-                                 0.15 * size_of(surface.faces, surface.x));
-  const double near = std::max(registration_constants.hole_edges * surface.mean_edge, sparse);
+  const double sparse = std::min(quality_limits.hole_spacings * spacing, 0.15 * surface.size);
+  const double near = std::max(quality_limits.hole_edges * surface.mean_edge, sparse);
   std::vector<std::uint8_t> is_in_hole(now.size());
   for (std::size_t v = 0; v < now.size(); ++v) {
     if (seen[v] == 0) continue;

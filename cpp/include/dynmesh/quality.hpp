@@ -1,0 +1,65 @@
+/// How a mesh lies in a scan, and how good that is: one measure for frames and registrations.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/export.hpp>
+#include <limits>
+#include <string>
+
+namespace dynmesh {
+
+/// How well a surface explains what was measured of it.
+struct Agreement {
+  /// How many points were compared. Stray points, which are far from the surface and sparser than
+  /// others, are left out.
+  std::size_t points = 0;
+  /// The share of them that are farther than one mean edge of the template from the surface, 0 to
+  /// 1; NaN without points. Up to 0.01 is usual.
+  double far_share = std::numeric_limits<double>::quiet_NaN();
+  /// The share that is near the surface, but whose normal is that of another one.
+  double disagreeing = std::numeric_limits<double>::quiet_NaN();
+  /// The root mean square distance from the surface of those that are not far, in the unit of the
+  /// positions; NaN without any.
+  double distance = std::numeric_limits<double>::quiet_NaN();
+};
+
+enum class Quality {
+  /// What speaks against the mesh adds up to at most 1: the unexplained share, the stretch, the
+  /// hole and the overlap, divided by 0.03, 0.13, 0.035 and 0.003.
+  good,
+  doubtful,  ///< a part is probably wrong or missing
+  ruined,    ///< the scan is of something else, or the pose was not found
+};
+
+/// What is probably wrong with a mesh in a scan that is not good.
+enum class Cause {
+  size,   ///< the template is in another unit, or of a subject of another size
+  part,   ///< the scan shows a part of the template only
+  pose,   ///< the scan shows another mesh, or a pose that was not found
+  place,  ///< a part of the template is wrong or was not measured
+};
+
+/// How a mesh lies in a scan.
+struct DYNMESH_EXPORT Measure {
+  Agreement agreement = {};
+  /// The share of the points that are farther from the surface than their noise explains: four
+  /// times the median distance, but at least a quarter of a mean edge.
+  double unexplained = 0;
+  /// The share of the template's area that is the largest connected piece without a point, as of a
+  /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
+  double hole = 0;
+  /// The share of the template's area where another part lies as well and faces the same way.
+  double overlap = 0;
+  /// By which share of their length the edges have changed, on average; if it is large, the scan is
+  /// of another subject, or of another size.
+  double stretch = 0;
+  /// How many times as long as those of the template the edges are, by their median.
+  double growth = 1;
+  Quality quality = Quality::good;
+
+  [[nodiscard]] Cause cause() const;
+  /// Why the quality is not good, in a sentence that begins with the cause; empty if it is.
+  [[nodiscard]] std::string reason() const;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,40 @@
+/// The limits by which a mesh in a scan is judged, each of them once.
+#pragma once
+
+namespace dynmesh {
+
+inline constexpr struct QualityLimits {
+  /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
+  /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
+  /// this. Wrong poses often have some of each and not much of any.
+  double unexplained = 0.03;
+  double stretch = 0.13;
+  double hole = 0.035;
+  double overlap = 0.003;
+  /// It is ruined, and a surface that is tracked is lost, if a larger share of the points is far
+  /// from it, or if edges have changed by more.
+  double ruined_far = 0.05;
+  double ruined_stretch = 0.3;
+
+  /// Noise does not explain a point that is farther from the surface than so many times the median
+  /// and so many mean edges.
+  double unexplained_medians = 4;
+  double unexplained_edges = 0.25;
+  /// A vertex is in a hole if no point is within so many mean edges or, where points are sparse, so
+  /// many mean distances between them.
+  double hole_edges = 1.5;
+  double hole_spacings = 1.9;
+  /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
+  /// so many mean edges apart.
+  double overlap_edges = 10;
+
+  /// A mesh that became so many times as large, or as small, is probably in another unit.
+  double other_size = 1.5;
+  /// If more of a template has no points, or lies on another part, and few points are far, a scan
+  /// shows it partially.
+  double partial = 0.3;
+  /// If edges change by more, the mesh is of another subject.
+  double other_subject = 0.14;
+} quality_limits;
+
+}  // namespace dynmesh
