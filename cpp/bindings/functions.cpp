@@ -1,17 +1,22 @@
 /// Topology, metrics, baselines, alignment, registration, whole frames and files.
+#include <algorithm>
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/metrics.hpp>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/whole_frame.hpp>
 #include <optional>
+#include <string>
 #include <tuple>
 #include <variant>
+#include <vector>
 
 #include "arrays.hpp"
 #include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
+#include "support/checks.hpp"
 
 namespace dynmesh {
 namespace {
@@ -171,6 +176,16 @@ void bind_functions(py::module_& module) {
   });
   module.def("nmsve", &py_nmsve, Release());
   module.def("vertex_error", &py_vertex_error, Release());
+  module.def("quality_of_frames", [](const std::vector<std::string>& names) {
+    std::vector<Quality> frames;
+    for (const auto& name : names) {
+      const auto found = std::ranges::find(quality_names, name);
+      if (found == quality_names.end()) refuse("quality", "is none: ", name);
+      frames.push_back(static_cast<Quality>(found - quality_names.begin()));
+    }
+    return quality_names[static_cast<std::size_t>(quality_of_frames(frames))];
+  });
+  module.def("falling_sight", [](const std::vector<double>& seen) { return falling_sight(seen); });
   module.def("find_alignment",
              [](const Exact<Index>& faces, const Positions& first_frame, const Positions& scan) {
                return fields_of(without_gil(

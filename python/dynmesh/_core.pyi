@@ -2,7 +2,7 @@
 # float64 in one call alike; users see the modules beside this.
 # Arrays named last are written to.
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ def least_squares_mesh(faces: _Indices, n_vertices: int) -> Any: ...
 def laplacian_interpolation(
     faces: _Indices, n_vertices: int, objective: str, weights: str, reference: _Doubles | None
 ) -> Any: ...
+def quality_of_frames(frames: list[str]) -> Literal["good", "doubtful", "ruined"]: ...
+def falling_sight(seen: list[float]) -> int: ...
 def find_alignment(faces: _Indices, first_frame: _Doubles, scan: _Doubles) -> dict[str, Any]: ...
 
 # The scan is points, normals and viewpoints, or a list of depth images with their cameras.

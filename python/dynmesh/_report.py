@@ -1,5 +1,6 @@
 """What all reports have in common."""
 
+import csv
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping
@@ -68,6 +69,14 @@ class Written(OutputReport):
     def lines(self) -> list[str]:
         """Says what was written."""
         return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
+
+
+def write_csv(path: Path, kind: type, rows: Iterable[Any]) -> None:
+    """Writes a table with a row for each object of a dataclass."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(field.name for field in dataclasses.fields(kind))
+        writer.writerows(dataclasses.astuple(one) for one in rows)
 
 
 def as_json(value: Any) -> Any:

@@ -44,9 +44,9 @@ class Registration:
         rounds: how often the whole surface was drawn into the scan.
         converged: whether the vertices had stopped moving then.
         quality: "good"; "doubtful", if a part is probably wrong or missing: `unexplained` / 0.03,
-            `stretch` / 0.13, `hole` / 0.035 and `overlap` / 0.003 add up to more than 1, or a
-            landmark is not where it belongs; "ruined", if the scan shows something else or its pose
-            was not found.
+            `disagreeing` / 0.3, `stretch` / 0.13, `hole` / 0.035 and `overlap` / 0.003 add up to
+            more than 1, or a landmark is not where it belongs; "ruined", if the scan shows
+            something else or its pose was not found.
         scale: how many times as large as the unit of the template that of the points is; 1 without
             `scale`.
         growth: how many times as long as those of the template the edges are, by their median and
@@ -54,7 +54,9 @@ class Registration:
         disagreeing: the share of the points that are near the mesh, but whose normal is that of
             another surface.
         points: how many points were compared with the mesh, without stray ones.
-        cause: what is probably wrong if the quality is not good: "size", "part", "pose" or "place".
+        seen: the share of the vertices that have a measured point.
+        cause: what is probably wrong if the quality is not good: "unseen", "size", "part", "pose"
+            or "place".
         reason: why the quality is not good, in a sentence that begins with the cause; empty if it
             is.
     """
@@ -75,8 +77,9 @@ class Registration:
     growth: float
     disagreeing: float
     points: int
+    seen: float
     quality: Literal["good", "doubtful", "ruined"]
-    cause: Literal["size", "part", "pose", "place"]
+    cause: Literal["unseen", "size", "part", "pose", "place"]
     reason: str
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from collections.abc import Sequence as SequenceOf
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,11 +51,19 @@ class TrackingReport(FrameReport):
         points: how many measured points were compared with the surface. Stray points, which are far
             from the surface and sparser than others, are left out.
         far: the share of them that are farther than one mean edge of the template from the surface,
-            0 to 1; NaN without points. It tells best how well a frame was tracked; up to 0.01 is
-            usual.
-        disagreeing: the share that is near the surface, but whose normal is that of another one.
+            0 to 1; NaN without points. Up to 0.01 is usual.
+        disagreeing: the share that is near the surface, but whose normal is that of another one;
+            NaN without points.
         distance: the root mean square distance from the surface of those that are not far, in the
             unit of the positions; NaN without any.
+        stretch: by which share of their length the edges have changed since the first frame, on
+            average.
+        growth: how many times as long as in the first frame the edges are, by their median.
+        seen: the share of the vertices that have a measured point.
+        quality: "good"; "doubtful" if `far` / 0.03, `disagreeing` / 0.3 and `stretch` / 0.13 add up
+            to more than 1, or less than 1 % of the vertices have a point; "ruined" if `far` is more
+            than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
+        reason: why the quality is not good, in a sentence; empty if it is.
         recovered: whether the template was lost and found again.
     """
 
@@ -64,6 +72,15 @@ class TrackingReport(FrameReport):
     far: float
     disagreeing: float
     distance: float
+    stretch: float
+    growth: float
+    seen: float
+    quality: Literal["good", "doubtful", "ruined"]
+    reason: str
+    cause: Literal["unseen", "size", "part", "pose", "place"] = field(repr=False)
+    unexplained: float = field(repr=False)
+    hole: float = field(repr=False)
+    overlap: float = field(repr=False)
     recovered: bool
 
 
@@ -155,8 +172,8 @@ class Tracker(Stream):
             the first scan.
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
             frames are the same with and without.
-        recover: seek the template again in a frame in which it is lost, that is, in which more than
-            5 % of the points are far from it: from the last good frame and, in at most one frame of
+        recover: seek the template again in a frame in which it is lost, that is, whose quality is
+            "ruined": from the last frame that is not, and, in at most one frame of
             ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
             says whether it was found. A frame in which it stays lost is as without `recover`.
         threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.

@@ -136,7 +136,7 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     assert (report.frames, report.empty, report.quality) == (N_FRAMES, 2, "good")
     assert any(f"{N_FRAMES - 2} frames tracked" in line for line in report.lines())
     assert len(report.remarks) == 1
-    assert "frames 12, 13, 14:" in report.remarks[0]
+    assert report.remarks[0].endswith("frames 12, 13, 14")
     tracked = dynmesh.read(tmp_path / "out.npz")
     assert np.isfinite(tracked.vertices).all()
     assert (tracked.start, tracked.times) == (10, None)

@@ -326,6 +326,7 @@ typedef struct dynmesh_measure {
   double overlap;
   double stretch;
   double growth;
+  double seen;
   int32_t quality;   ///< DYNMESH_GOOD, _DOUBTFUL or _RUINED
   char reason[512];  ///< why it is not good, in a sentence; empty if it is
 } dynmesh_measure;
@@ -337,7 +338,7 @@ typedef struct dynmesh_tracking_report {
   int64_t disconnected;  ///< vertices of components without a measured point
   int64_t iterations;    ///< how often points were matched
   int32_t recovered;     ///< 1 if the template was lost and found again, else 0
-  dynmesh_agreement agreement;
+  dynmesh_measure measure;
   double seconds;  ///< wall time of the call; 0 after a reset or restore
 } dynmesh_tracking_report;
 

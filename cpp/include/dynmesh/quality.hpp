@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <dynmesh/export.hpp>
 #include <limits>
+#include <span>
 #include <string>
 
 namespace dynmesh {
@@ -24,29 +25,34 @@ struct Agreement {
 };
 
 enum class Quality {
-  /// What speaks against the mesh adds up to at most 1: the unexplained share, the stretch, the
-  /// hole and the overlap, divided by 0.03, 0.13, 0.035 and 0.003.
+  /// What speaks against the mesh adds up to at most 1: the unexplained and the disagreeing share,
+  /// the stretch, the hole and the overlap, divided by 0.03, 0.3, 0.13, 0.035 and 0.003.
   good,
-  doubtful,  ///< a part is probably wrong or missing
-  ruined,    ///< the scan is of something else, or the pose was not found
+  doubtful,  ///< a part is probably wrong or missing, or less than 1 % of the vertices have a point
+  /// The scan is of something else, or the pose was not found: more than 5 % of the points are far,
+  /// 20 % disagree, or the stretch is more than 0.3.
+  ruined,
 };
 
 /// What is probably wrong with a mesh in a scan that is not good.
 enum class Cause {
-  size,   ///< the template is in another unit, or of a subject of another size
-  part,   ///< the scan shows a part of the template only
-  pose,   ///< the scan shows another mesh, or a pose that was not found
-  place,  ///< a part of the template is wrong or was not measured
+  unseen,  ///< hardly any vertex has a point
+  size,    ///< the template is in another unit, or of a subject of another size
+  part,    ///< the scan shows a part of the template only
+  pose,    ///< the scan shows another mesh, or a pose that was not found
+  place,   ///< a part of the template is wrong or was not measured
 };
 
 /// How a mesh lies in a scan.
 struct DYNMESH_EXPORT Measure {
   Agreement agreement = {};
   /// The share of the points that are farther from the surface than their noise explains: four
-  /// times the median distance, but at least a quarter of a mean edge.
+  /// times the median distance, but at least a quarter of a mean edge. In the frame of a tracker,
+  /// which follows the scans with some delay, only far points count.
   double unexplained = 0;
   /// The share of the template's area that is the largest connected piece without a point, as of a
   /// limb that was not measured, among what the sensors should see; without viewpoints, among all.
+  /// A tracker does not tell it, nor the overlap, which are 0.
   double hole = 0;
   /// The share of the template's area where another part lies as well and faces the same way.
   double overlap = 0;
@@ -55,11 +61,23 @@ struct DYNMESH_EXPORT Measure {
   double stretch = 0;
   /// How many times as long as those of the template the edges are, by their median.
   double growth = 1;
+  double seen = 1;  ///< the share of the vertices that have a measured point
   Quality quality = Quality::good;
 
   [[nodiscard]] Cause cause() const;
   /// Why the quality is not good, in a sentence that begins with the cause; empty if it is.
   [[nodiscard]] std::string reason() const;
 };
+
+/// How good a sequence is whose measured frames are this good. Single frames do not make it worse:
+/// it is as good as the best of any three frames that follow one another, and as nine tenths of its
+/// frames, of ten or fewer as all but one of them. Two frames are as good as the worse one; none
+/// are good.
+DYNMESH_EXPORT Quality quality_of_frames(std::span<const Quality> frames);
+
+/// From which frame on, for three frames at least, less than 0.6 times as much is seen as in some
+/// three frames in a row before; `seen` is Measure::seen of each frame. The number of frames if in
+/// none.
+DYNMESH_EXPORT std::size_t falling_sight(std::span<const double> seen);
 
 }  // namespace dynmesh

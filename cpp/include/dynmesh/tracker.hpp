@@ -25,8 +25,8 @@ struct TrackerSettings {
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
   bool uncertainty = false;
-  /// Whether the template is sought again in a frame in which it is lost, since more than 5 % of
-  /// the points are far from it: from the last good frame and, in at most one frame of ten, by a
+  /// Whether the template is sought again in a frame in which it is lost, since its quality is
+  /// `ruined`: from the last frame that is not and, in at most one frame of ten, by a
   /// registration, which takes as long as `register_template`. A frame in which it stays lost is as
   /// without this.
   bool recover = false;
@@ -72,7 +72,7 @@ struct DepthImage {
 /// `standard_error` is the root mean square over both, and `stages.prior_weight` and
 /// `stages.prior_share` say how far a training sequence is used.
 struct TrackingReport : FrameReport {
-  Agreement agreement;
+  Measure measure;  ///< how the mesh lies in the scan; without points, its shares are NaN
   /// Whether the template was lost and found again; see TrackerSettings.
   bool recovered = false;
 };

@@ -310,9 +310,9 @@ void store(const FrameReport& report, dynmesh_frame_report* where) {
 
 void store(const TrackingReport& report, dynmesh_tracking_report* where) {
   const auto frame = to_c<dynmesh_frame_report>(static_cast<const FrameReport&>(report));
-  const auto agreement = to_c<dynmesh_agreement>(report.agreement);
-  *where = {frame.known,      frame.filled, frame.disconnected, frame.iterations,
-            report.recovered, agreement,    frame.seconds};
+  *where = {frame.known,      frame.filled,     frame.disconnected,
+            frame.iterations, report.recovered, measure_of(report.measure),
+            frame.seconds};
 }
 
 /// Writes the frame that `call` returns the report of, and that report unless it is not wanted.

@@ -1,20 +1,28 @@
 /// The limits by which a mesh in a scan is judged, each of them once.
 #pragma once
 
+#include <cstddef>
+
 namespace dynmesh {
 
 inline constexpr struct QualityLimits {
-  /// A result is doubtful if what speaks against it adds up to more than 1: the share of the points
-  /// that is unexplained, the mean stretch of edges, the hole and the overlap, each divided by
-  /// this. Wrong poses often have some of each and not much of any.
+  /// A result is doubtful if what speaks against it adds up to more than 1: the shares of the
+  /// points that are unexplained and that disagree, the mean stretch of edges, the hole and the
+  /// overlap, each divided by this. Wrong poses often have some of each and not much of any. Points
+  /// of cloth that is tracked well disagree up to 0.12.
   double unexplained = 0.03;
+  double disagreeing = 0.3;
   double stretch = 0.13;
   double hole = 0.035;
   double overlap = 0.003;
   /// It is ruined, and a surface that is tracked is lost, if a larger share of the points is far
-  /// from it, or if edges have changed by more.
+  /// from it or disagrees, or if edges have changed by more.
   double ruined_far = 0.05;
+  double ruined_disagreeing = 0.2;
   double ruined_stretch = 0.3;
+
+  /// Where a smaller share of the vertices has a point, the mesh is a guess.
+  double hardly_seen = 0.01;
 
   /// Noise does not explain a point that is farther from the surface than so many times the median
   /// and so many mean edges.
@@ -27,6 +35,13 @@ inline constexpr struct QualityLimits {
   /// Vertices within a mean edge of each other whose normals agree overlap if the template has them
   /// so many mean edges apart.
   double overlap_edges = 10;
+
+  /// A sequence is as good as its worst run of so many frames, and one in so many frames may be
+  /// worse.
+  std::size_t run = 3;
+  std::size_t single = 10;
+  /// Sight falls if the share of the vertices that have a point becomes so many times smaller.
+  double falling_sight = 0.6;
 
   /// A mesh that became so many times as large, or as small, is probably in another unit.
   double other_size = 1.5;

@@ -13,19 +13,6 @@
 namespace dynmesh {
 namespace {
 
-/// The share of the points that are farther from the surface than their noise.
-double unexplained_share(const Matches& matches, double mean_edge, double far_share) {
-  std::vector<double> distances;
-  matches.for_each_near(
-      [&](const Place& place) { distances.push_back(std::sqrt(place.squared) / mean_edge); });
-  if (distances.empty()) return 1;
-  const double limit = std::max(quality_limits.unexplained_edges,
-                                quality_limits.unexplained_medians * quantile(distances, 0.5));
-  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
-  const double share = static_cast<double>(n) / static_cast<double>(distances.size());
-  return far_share + (1 - far_share) * share;
-}
-
 /// How many times as long the edges have become, by their median.
 double growth_of(const Cells& cells, std::span<const Vector3<double>> before,
                  std::span<const Vector3<double>> after) {
@@ -41,29 +28,53 @@ double growth_of(const Cells& cells, std::span<const Vector3<double>> before,
 
 }  // namespace
 
-Measure measured(const Matches& matches, const Agreement& agreement, double mean_edge,
+double unexplained_share(const Matches& matches, double mean_edge, double far_share) {
+  std::vector<double> distances;
+  matches.for_each_near(
+      [&](const Place& place) { distances.push_back(std::sqrt(place.squared) / mean_edge); });
+  if (distances.empty()) return 1;
+  const double limit = std::max(quality_limits.unexplained_edges,
+                                quality_limits.unexplained_medians * quantile(distances, 0.5));
+  const auto n = std::ranges::count_if(distances, [&](double d) { return d > limit; });
+  const double share = static_cast<double>(n) / static_cast<double>(distances.size());
+  return far_share + (1 - far_share) * share;
+}
+
+Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, std::span<const Vector3<double>> first_frame,
                  std::span<const Vector3<double>> x) {
   Measure found;
   found.agreement = agreement;
-  found.unexplained = unexplained_share(matches, mean_edge, agreement.far_share);
+  found.unexplained = agreement.far_share;
   found.stretch = mean_stretch(cells, first_frame, x);
   found.growth = growth_of(cells, first_frame, x);
+  found.seen =
+      static_cast<double>(std::ranges::count(observed, 1)) / static_cast<double>(observed.size());
   return found;
 }
 
 Quality judged(const Measure& measure) {
   constexpr const QualityLimits& limits = quality_limits;
-  if (measure.agreement.far_share > limits.ruined_far || measure.stretch > limits.ruined_stretch) {
+  const Agreement& points = measure.agreement;
+  // Shares are NaN without points.
+  const bool has_points = points.points > 0;
+  if ((has_points && points.far_share > limits.ruined_far) ||
+      (has_points && points.disagreeing > limits.ruined_disagreeing) ||
+      measure.stretch > limits.ruined_stretch) {
     return Quality::ruined;
   }
-  const double doubt = measure.unexplained / limits.unexplained + measure.stretch / limits.stretch +
-                       measure.hole / limits.hole + measure.overlap / limits.overlap;
-  return doubt > 1 ? Quality::doubtful : Quality::good;
+  double doubt = measure.stretch / limits.stretch + measure.hole / limits.hole +
+                 measure.overlap / limits.overlap;
+  if (has_points) {
+    doubt += measure.unexplained / limits.unexplained + points.disagreeing / limits.disagreeing;
+  }
+  const bool is_guess = measure.cause() == Cause::unseen;
+  return doubt > 1 || is_guess ? Quality::doubtful : Quality::good;
 }
 
 Cause Measure::cause() const {
   constexpr const QualityLimits& limits = quality_limits;
+  if (seen < limits.hardly_seen) return Cause::unseen;
   if (!(growth > 1 / limits.other_size && growth < limits.other_size)) return Cause::size;
   if (std::max(hole, overlap) > limits.partial && agreement.far_share < limits.ruined_far) {
     return Cause::part;
@@ -77,6 +88,9 @@ std::string Measure::reason() const {
   const auto percent = [](double share) { return to_text(100 * share, 3) + " %"; };
   std::string told;
   switch (cause()) {
+    case Cause::unseen:
+      return joined("hardly anything was measured: ", percent(seen),
+                    " of the vertices have a point");
     case Cause::size:
       told = joined("the template must be ", to_text(growth, 2),
                     " times as large to fit, as if it were in another unit or of a subject of ",
@@ -92,10 +106,15 @@ std::string Measure::reason() const {
       told = "a part of the template is probably wrong or was not measured";
       break;
   }
-  return joined(told, ": ", percent(unexplained),
-                " of the points are farther from the mesh than their noise explains, ",
-                percent(hole), " of the template is one piece without a point, and edges have ",
-                "changed by ", percent(stretch));
+  const auto tell = [&](const char* before, double share, const char* after) {
+    if (share > 0) told += joined(before, percent(share), after);
+  };
+  tell(": ", std::max(unexplained, agreement.far_share),
+       " of the points are farther from the mesh than their noise explains");
+  tell(", ", agreement.disagreeing, " face another way than the mesh there");
+  tell(", ", hole, " of the template is one piece without a point");
+  tell(", ", overlap, " of it lies on another part");
+  return joined(told, ", and edges have changed by ", percent(stretch));
 }
 
 }  // namespace dynmesh

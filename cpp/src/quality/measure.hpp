@@ -1,6 +1,7 @@
 /// Measures and judges how a surface lies in a scan.
 #pragma once
 
+#include <cstdint>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -10,13 +11,16 @@
 
 namespace dynmesh {
 
-/// What the points and the edges tell of a surface X, which `matches` compared with its points
-/// last. Hole and overlap are left at 0, and the quality is not judged.
-Measure measured(const Matches& matches, const Agreement& agreement, double mean_edge,
+/// What the points and the edges tell of a surface X (k,), of which some vertices are observed.
+/// Only far points count as unexplained, hole and overlap are 0, and the quality is not judged.
+Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
                  const Cells& cells, std::span<const Vector3<double>> first_frame,
                  std::span<const Vector3<double>> x);
 
-/// Without points, nothing speaks against a surface.
+/// The share of the points that are farther from the surface than their noise. `matches` compared
+/// them last, and this share of them is far.
+double unexplained_share(const Matches& matches, double mean_edge, double far_share);
+
 Quality judged(const Measure& measure);
 
 }  // namespace dynmesh

@@ -259,8 +259,10 @@ void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
   const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
                                      fine_.matches().normals(), is_sheet_, fine_.mean_edge(), size},
                                     scan);
-  pose.measure = measured(fine_.matches(), pose.measure.agreement, fine_.mean_edge(),
-                          topology_.cells, template_.frame, pose.x);
+  pose.measure =
+      measured(pose.measure.agreement, pose.observed, topology_.cells, template_.frame, pose.x);
+  pose.measure.unexplained =
+      unexplained_share(fine_.matches(), fine_.mean_edge(), pose.measure.agreement.far_share);
   pose.measure.hole = coverage.hole;
   pose.measure.overlap = coverage.overlap;
   pose.measure.quality = judged(pose.measure);

@@ -47,16 +47,24 @@ void for_each_field(Visited& agreement, const Visit& visit) {
 
 /// The names of qualities and causes, in their order.
 inline constexpr std::array quality_names = {"good", "doubtful", "ruined"};
-inline constexpr std::array cause_names = {"size", "part", "pose", "place"};
+inline constexpr std::array cause_names = {"unseen", "size", "part", "pose", "place"};
 
-template <class Visit>
-void for_each_field(const Measure& measure, const Visit& visit) {
+/// The numbers of a measure beside those of its agreement.
+template <class Visited, class Visit>
+requires std::is_same_v<std::remove_const_t<Visited>, Measure>
+void for_each_number(Visited& measure, const Visit& visit) {
   using C = dynmesh_measure;
   visit("unexplained", measure.unexplained, &C::unexplained);
   visit("hole", measure.hole, &C::hole);
   visit("overlap", measure.overlap, &C::overlap);
   visit("stretch", measure.stretch, &C::stretch);
   visit("growth", measure.growth, &C::growth);
+  visit("seen", measure.seen, &C::seen);
+}
+
+template <class Visit>
+void for_each_field(const Measure& measure, const Visit& visit) {
+  for_each_number(measure, visit);
   visit("quality", quality_names[static_cast<std::size_t>(measure.quality)]);
   visit("cause", cause_names[static_cast<std::size_t>(measure.cause())]);
   visit("reason", measure.reason());
@@ -65,7 +73,8 @@ void for_each_field(const Measure& measure, const Visit& visit) {
 template <class Visit>
 void for_each_field(const TrackingReport& report, const Visit& visit) {
   for_each_field(static_cast<const FrameReport&>(report), visit);
-  for_each_field(report.agreement, visit);
+  for_each_field(report.measure.agreement, visit);
+  for_each_field(report.measure, visit);
   visit("recovered", report.recovered);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
@@ -11,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "quality/measure.hpp"
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/rigid_starts.hpp"
@@ -30,19 +32,26 @@ class Recovery {
 
   /// Begins a sequence. `mesh` must outlive this object.
   Recovery(StreamMesh& mesh, Frame first_frame, bool is_wanted)
-      : mesh_(mesh), is_wanted_(is_wanted), good_(std::move(first_frame)) {}
+      : mesh_(mesh), is_wanted_(is_wanted), first_(std::move(first_frame)), good_(first_) {}
 
-  /// Whether the template was lost in a frame. The share of one without points is NaN. A scan that
-  /// has been far from the surface from the start may show other things beside it.
-  [[nodiscard]] bool is_due(const Agreement& agreement) const {
-    return is_wanted_ && pause_ != until_good && is_lost(agreement);
+  /// How the surface lies in the scan in which it was found.
+  [[nodiscard]] Measure measure(const SurfaceTracking::Found& found) const {
+    const Cells& cells = mesh_.topology.cells;
+    Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
+    made.quality = judged(made);
+    return made;
+  }
+  /// Whether the template was lost in a frame. A scan that has been far from the surface from the
+  /// start may show other things beside it.
+  [[nodiscard]] bool is_due(const Measure& measure) const {
+    return is_wanted_ && pause_ != until_good && is_lost(measure);
   }
 
-  /// Seeks the template again. `found` is what the surface has just found, and becomes what it
-  /// finds now. If that is lost, or this throws, the surface remembers the same as before. Returns
-  /// whether the template was found again.
+  /// Seeks the template again. `found` is what the surface has just found, with its measure, and
+  /// becomes what it finds now. If that is lost, or this throws, the surface remembers the same as
+  /// before. Returns whether the template was found again.
   bool find_again(SurfaceTracking& surface, const PointScan& measurement,
-                  SurfaceTracking::Found& found) const {
+                  SurfaceTracking::Found& found, Measure& measure) const {
     Writer writer;
     surface.write_memory(writer);
     const auto memory = writer.take_sealed();
@@ -50,7 +59,8 @@ class Recovery {
     const auto is_found_from = [&](const Frame& start) {
       surface.place(start);
       found = surface.track(measurement);
-      return !is_lost(found.agreements.all);
+      measure = this->measure(found);
+      return !is_lost(measure);
     };
     const auto return_to_last = [&] {
       Reader reader(memory);
@@ -68,13 +78,14 @@ class Recovery {
     }
     return_to_last();
     found = surface.track(measurement);
+    measure = this->measure(found);
     return false;
   }
 
   /// Remembers a frame, and whether it was sought again: a single one may be of something else.
-  void remember(const Frame& completed, const Agreement& agreement, bool was_due) noexcept {
+  void remember(const Frame& completed, const Measure& measure, bool was_due) noexcept {
     if (!is_wanted_) return;
-    const bool is_good = agreement.far_share <= TrackingConstants().lost_far;
+    const bool is_good = measure.agreement.points > 0 && !is_lost(measure);
     if (is_good && !was_due) std::ranges::copy(completed, good_.begin());
     if (pause_ == until_good) {
       if (is_good) pause_ = 0;
@@ -102,9 +113,7 @@ class Recovery {
   }
 
  private:
-  static bool is_lost(const Agreement& agreement) {
-    return agreement.far_share > TrackingConstants().lost_far;
-  }
+  static bool is_lost(const Measure& measure) { return measure.quality == Quality::ruined; }
   /// The last good shape where it was measured; none if there are too few points, or those of
   /// something of another size.
   [[nodiscard]] std::optional<Frame> registered(const PointScan& measurement) const {
@@ -120,6 +129,7 @@ class Recovery {
 
   StreamMesh& mesh_;
   bool is_wanted_;
+  Frame first_;
   Frame good_;  // the last frame that was not lost
   // The number of frames that are not registered. A scan that has been far from the surface from
   // the start may show other things beside it, so the first pause lasts until a frame is good.

@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
 template <class Real>
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', 'A'}, "tracker", sizeof(Real)};
+constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', 'B'}, "tracker", sizeof(Real)};
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
@@ -74,8 +74,9 @@ struct Tracker<Real>::Parts {
                        Clock::time_point start) {
     SurfaceTracking::Found found = surface.track(measurement);
     if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
-    const bool is_lost = recovery.is_due(found.agreements.all);
-    const bool recovered = is_lost && recovery.find_again(surface, measurement, found);
+    Measure measure = recovery.measure(found);
+    const bool is_lost = recovery.is_due(measure);
+    const bool recovered = is_lost && recovery.find_again(surface, measurement, found, measure);
     std::ranges::copy(found.observed, stream.current_known.begin());
     stream.generations.classify(mesh->topology.cells, stream.current_known);
     const auto generation = stream.generations.of_vertices();
@@ -85,17 +86,16 @@ struct Tracker<Real>::Parts {
       stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
     }
     stream.write(tracked);
-    surface.measure_errors(stream.generations,
-                           found.agreements.all.far_share > surface.constants().lost_far);
+    surface.measure_errors(stream.generations, measure.quality == Quality::ruined);
     std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
     surface.remember(completed, stream.generations.anchors() > 0);
     stream.advance();
     stream.keep(surface.shape().error_bars().of_vertices());
-    recovery.remember(completed, found.agreements.all, is_lost);
+    recovery.remember(completed, measure, is_lost);
     TrackingReport made;
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
-    made.agreement = found.agreements.all;
+    made.measure = measure;
     made.recovered = recovered;
     made.stages.prior_weight = surface.shape().rest().prior_weight();
     made.stages.prior_share = surface.shape().rest().prior_share();
@@ -124,7 +124,9 @@ struct Tracker<Real>::Parts {
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
-    for_each_field(report.agreement, [&](auto, const auto& number, auto) { writer.write(number); });
+    const auto put = [&](auto, const auto& number, auto) { writer.write(number); };
+    for_each_field(report.measure.agreement, put);
+    for_each_number(report.measure, put);
     writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
     surface.write_memory(writer);
     recovery.write_memory(writer);
@@ -136,8 +138,10 @@ struct Tracker<Real>::Parts {
     read_fields(reader, stream);
     stream.recall();
     // Without points, there are numbers that are NaN.
-    for_each_field(report.agreement,
-                   [&](auto, auto& number, auto) { reader.read(std::span(&number, 1)); });
+    const auto take = [&](auto, auto& number, auto) { reader.read(std::span(&number, 1)); };
+    for_each_field(report.measure.agreement, take);
+    for_each_number(report.measure, take);
+    report.measure.quality = judged(report.measure);
     report.recovered = reader.read<std::uint8_t>() != 0;
     surface.read_memory(reader, widened(stream.previous));
     recovery.read_memory(reader);

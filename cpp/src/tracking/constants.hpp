@@ -82,9 +82,7 @@ struct TrackingConstants {
   /// A first scan is refused if most of its points are far, and a smaller share of the vertices is
   /// observed.
   double least_observed_at_first = 0.1;
-  /// A frame of which a larger share of the points is far from the surface is lost, and the number
-  /// of frames of which at most one is registered anew for that.
-  double lost_far = 0.05;
+  /// Of so many frames in which the surface is lost, at most one is registered anew.
   int frames_between_recoveries = 10;
 
   /// A sheet is cloth if its own planes notice one of its rigid motions by less than this share of

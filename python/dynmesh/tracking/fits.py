@@ -1,20 +1,18 @@
 """How well scans were tracked, and whether that makes the result doubtful."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from itertools import groupby
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from .._report import Quality, some_of
+from .. import _core
+from .._report import Quality, counted, some_of
 from ..files.numbered import Number
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
-_DOUBTFUL = 0.02
-"""The share of far points of a sequence from which on a part of the mesh is probably wrong."""
-_RUINED = 0.05
-_BAD_FRAME = 0.05
 _BAD_CAMERA = 0.05
 _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
@@ -23,9 +21,6 @@ FARTHER_THAN_OTHERS = 3.0
 _MEASURED = 0.01
 """So is one whose distance is so many times the median of the others, beyond a share of a mean edge
 below which distances are those of rounding."""
-_HARDLY = 0.01
-"""Of a frame in which a smaller share of the vertices has a correspondence, hardly anything was
-measured."""
 
 
 @dataclass
@@ -62,12 +57,36 @@ class Counts:
         return float(np.sqrt(self.squares / near)) if near > 0 else None
 
 
+@dataclass(frozen=True)
+class FrameQuality:
+    """How good a frame is that was tracked; the attributes are those of its TrackingReport.
+
+    Attributes:
+        frame: its number, that of its file.
+    """
+
+    frame: Number
+    quality: Literal["good", "doubtful", "ruined"]
+    far: float
+    disagreeing: float
+    stretch: float
+    seen: float
+    recovered: bool
+    seconds: float
+    reason: str
+
+    @classmethod
+    def of(cls, tracked: "Tracked") -> "FrameQuality":
+        """Takes what a report says."""
+        names = [one.name for one in fields(cls)][1:]
+        return cls(tracked.number, *(getattr(tracked.report, name) for name in names))
+
+
 class Tracked(NamedTuple):
-    """A frame whose scan had points, and the share of its vertices that had a correspondence."""
+    """A frame whose scan had points."""
 
     number: Number
     report: TrackingReport
-    observed: float
 
 
 @dataclass
@@ -82,7 +101,7 @@ class Fits:
         cameras: those of each one that has points.
         tracked: the frames with points.
         empty: number of frames without points.
-        unmeasured: the frames of which nothing or hardly anything was measured.
+        unmeasured: the numbers of the frames of which nothing or hardly anything was measured.
     """
 
     mean_edge: float = 1.0
@@ -101,9 +120,9 @@ class Fits:
             self.empty += 1
             self.unmeasured.append(number)
             return
-        one = Tracked(number, tracker.report, float(np.mean(tracker.observed)))
+        one = Tracked(number, tracker.report)
         self.tracked.append(one)
-        if one.observed < _HARDLY:
+        if one.report.cause == "unseen":
             self.unmeasured.append(number)
         self.total.add(one.report)
         sensors = tracker.agreement_of_sensors
@@ -113,13 +132,19 @@ class Fits:
 
     @property
     def quality(self) -> Quality:
-        """What the share of far points, the cameras and the start tell."""
-        if self.total.share > _RUINED:
-            return "ruined"
-        is_doubtful = (
-            self.total.share > _DOUBTFUL or self.suspects or self.registered or self._mostly_empty
-        )
-        return "doubtful" if is_doubtful else "good"
+        """What the frames, the cameras and the start tell."""
+        frames = self._frames
+        is_doubtful = self.suspects or self.registered or self._mostly_empty
+        return "doubtful" if frames == "good" and is_doubtful else frames
+
+    @property
+    def _frames(self) -> Quality:
+        """How good the frames are together of which more than hardly anything was measured."""
+        return _core.quality_of_frames([one.report.quality for one in self._measured])
+
+    @property
+    def _measured(self) -> list[Tracked]:
+        return [one for one in self.tracked if one.report.cause != "unseen"]
 
     @property
     def _mostly_empty(self) -> bool:
@@ -127,9 +152,11 @@ class Fits:
 
     @property
     def worst(self) -> list[Tracked]:
-        """The frames of which many points are far, the worst one first."""
-        bad = [one for one in self.tracked if one.report.far > _BAD_FRAME]
-        return sorted(bad, key=lambda one: -one.report.far)[:_MOST_FRAMES]
+        """The frames that are not good, the worst one first."""
+        bad = [one for one in self._measured if one.report.quality != "good"]
+        order = ("ruined", "doubtful")
+        ranked = sorted(bad, key=lambda one: (order.index(one.report.quality), -one.report.far))
+        return ranked[:_MOST_FRAMES]
 
     @property
     def suspects(self) -> tuple[str, ...]:
@@ -151,15 +178,14 @@ class Fits:
                 f"{self.registered}; the page of dynmesh register shows whether it is the right "
                 "mesh"
             )
-        if self.suspects or self.total.share > _DOUBTFUL:
+        if self._mostly_empty:
+            told.append("hardly anything was measured of most frames")
+        if self._frames != "good":
+            told += self._told_of_frames()
+        if self.suspects:
             told.append(
                 f"{self.total.share:.1%} of the points are farther than a mean edge from the mesh"
             )
-        if self._mostly_empty:
-            told.append("hardly anything was measured of most frames")
-        if self.worst:
-            named = ", ".join(f"{one.number} ({one.report.far:.1%})" for one in self.worst)
-            told.append(f"the worst frames are {named}")
         if self.suspects:
             cameras = (
                 f"{name!r} ({one.share:.1%} far, the others {one.distance or 0.0:.2g} away)"
@@ -171,20 +197,48 @@ class Fits:
                 "the others, so the poses or intrinsics of these, or of one that sees the same "
                 "parts, may be wrong"
             )
-        starts_badly = self.tracked and self.tracked[0].report.far > _BAD_FRAME
+        starts_badly = self.tracked and self.tracked[0].report.quality != "good"
         if self.advice and (self.suspects or starts_badly):
             told.append(self.advice)
         how = {"good": "", "doubtful": "doubtful: ", "ruined": "probably ruined: "}[self.quality]
         return how + "; ".join(told)
 
+    def _told_of_frames(self) -> Iterator[str]:
+        """Says how many frames are not good, and what is wrong with the worst one."""
+        bad = [one.number for one in self._measured if one.report.quality != "good"]
+        worst = self.worst[0]
+        yield (
+            f"{len(bad)} of {counted(len(self._measured), 'frame')} "
+            f"{'is' if len(bad) == 1 else 'are'} not good: {ranges_of(bad)}"
+        )
+        yield f"of frame {worst.number}, which is {worst.report.quality}, {worst.report.reason}"
+
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else the user should know."""
-        if not self.unmeasured:
-            return ()
-        names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
-        told = f"hardly anything was measured of frames {names}: less than {_HARDLY:.0%} of the "
-        return (told + "vertices were seen",)
+        told = []
+        if self.unmeasured:
+            names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
+            told.append(f"hardly anything was measured of frames {names}")
+        seen = [one.report.seen for one in self._measured]
+        if (falls := _core.falling_sight(seen)) < len(seen):
+            told.append(
+                f"of the vertices, {max(seen[:falls]):.0%} were seen until frame "
+                f"{self._measured[falls - 1].number}, and {seen[falls]:.0%} in frame "
+                f"{self._measured[falls].number}; what no camera sees is estimated, as standard "
+                "errors tell"
+            )
+        return tuple(told)
+
+
+def ranges_of(numbers: list[int]) -> str:
+    """Names numbers in order, runs of them by their ends, such as "3, 7 to 12"."""
+    runs = [
+        [number for _, number in run]
+        for _, run in groupby(enumerate(numbers), lambda one: one[1] - one[0])
+    ]
+    named = [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
+    return some_of(named, _MOST_FRAMES)
 
 
 def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:

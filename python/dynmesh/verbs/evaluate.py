@@ -1,8 +1,7 @@
 """The error of a whole completed sequence."""
 
 import contextlib
-import csv as table
-from dataclasses import astuple, dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
-from .._report import Report, counted
+from .._report import Report, counted, write_csv
 from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
 from ..files import OneSequence, PathLike, Reader, Source, opened_beside
@@ -64,10 +63,7 @@ class Evaluation(Report):
 
     def write_csv(self, path: PathLike) -> None:
         """Writes a table with a row for each frame."""
-        with Path(path).open("w", newline="", encoding="utf-8") as file:
-            writer = table.writer(file)
-            writer.writerow(field.name for field in fields(FrameErrors))
-            writer.writerows(astuple(errors) for errors in self.each)
+        write_csv(Path(path), FrameErrors, self.each)
 
 
 def evaluate(

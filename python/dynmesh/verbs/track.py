@@ -11,18 +11,19 @@ from .._checks import check_flags, check_integer, check_path
 from .._command import How, Output, What
 from .._errors import locating
 from .._progress import steps, tracked
-from .._report import OutputReport, counted
+from .._report import OutputReport, counted, write_csv
 from ..completion.training import Training, TrainingFiles, paths_of
 from ..degrade.shared import mean_edge_of
 from ..files import PathLike
 from ..files.format import Gaps
+from ..files.new_output import check_output, new_output
 from ..files.numbered import Number
 from ..files.times import timing_of
 from ..registration import Registration
 from ..scans import open_scans
 from ..scans.reader import DepthReader
 from ..tracker import Alignment, Tracker
-from ..tracking.fits import Fits
+from ..tracking.fits import Fits, FrameQuality
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import placed_in, push_scan
 from ..tracking.room import Crop, Room, crop_of
@@ -40,17 +41,19 @@ class TrackFileReport(OutputReport):
     """What :func:`track_file` has done: it wrote `frames` frames to the file `output`.
 
     Attributes:
-        quality: "good"; "doubtful" if the share of far points is above 0.02, a camera is suspected,
-            hardly anything was measured of most frames, or the registration is doubtful; "ruined",
-            which is probable, above 0.05.
+        quality: that of the frames together of which more than hardly anything was measured: the
+            best of any three that follow one another, and of nine tenths of all. A good one is
+            "doubtful" if a camera is suspected, hardly anything was measured of most frames, or the
+            registration is doubtful.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
             frames in which there was a scan; None if there are none.
-        far: share of the points of those frames that are farther than one mean edge from the mesh.
-            It tells best how well they were tracked; None if there are none.
-        worst: the frames with a share above 0.05, at most five, the worst one first, each with its
+        far: share of the points of those frames that are farther than one mean edge from the mesh;
+            None if there are none.
+        worst: the frames that are not good, at most five, the worst one first, each with its
             number, that of its file, and its share.
+        each: the frames with points.
         cameras: that share for each camera that saw points.
         suspects: the cameras whose share is above 0.05 and more than twice the median of the
             others, or whose points that are not far are more than three times as far from the mesh
@@ -71,6 +74,7 @@ class TrackFileReport(OutputReport):
     observed: float | None = None
     far: float | None = None
     worst: tuple[tuple[Number, float], ...] = ()
+    each: tuple[FrameQuality, ...] = ()
     cameras: Mapping[str, float] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
     empty: int = 0
@@ -136,6 +140,7 @@ def track_file(
     threads: How[int] = 1,
     uncertainty: Output[bool] = False,
     provenance: Output[bool] = False,
+    csv: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
 ) -> TrackFileReport:
@@ -174,7 +179,8 @@ def track_file(
             true surface; implies `provenance`.
         provenance: whether to write how many edges each vertex is from one that was seen
             (generation), and for how many frames it was not seen (age).
-        overwrite: whether to replace an existing output.
+        csv: a file to write with a row for each frame with points: how good it is.
+        overwrite: whether to replace existing outputs.
         progress: whether to show a bar on standard error.
 
     Raises:
@@ -195,6 +201,9 @@ def track_file(
     training_files = paths_of(training)
     target = files.target_of(output)
     target.check(overwrite=overwrite)
+    if csv is not None:
+        check_path("csv", csv)
+        check_output(Path(csv), overwrite, ".csv")
     provenance = provenance or uncertainty
     target.check_holds(["generation"] if provenance else [])
     with files.open(template) as mesh:
@@ -250,6 +259,10 @@ def track_file(
                 names = header.attributes
                 writer.append(points, **{name: getattr(tracker, name) for name in names})
     reports = [one.report for one in fits.tracked]
+    each = tuple(FrameQuality.of(one) for one in fits.tracked)
+    if csv is not None:
+        with new_output(Path(csv), overwrite, ".csv") as made:
+            write_csv(made, FrameQuality, each)
     return TrackFileReport(
         quality=fits.quality,
         reason=fits.reason,
@@ -257,9 +270,10 @@ def track_file(
         output=Path(output),
         frames=header.n_frames,
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
-        observed=float(np.mean([one.observed for one in fits.tracked])) if reports else None,
+        observed=float(np.mean([one.seen for one in reports])) if reports else None,
         far=fits.total.share if fits.total.points else None,
         worst=tuple((one.number, one.report.far) for one in fits.worst),
+        each=each,
         cameras={name: one.share for name, one in fits.cameras.items()},
         suspects=fits.suspects,
         empty=fits.empty,
