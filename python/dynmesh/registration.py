@@ -55,6 +55,7 @@ class Registration:
             another surface.
         points: how many points were compared with the mesh, without stray ones.
         seen: the share of the vertices that have a measured point.
+        misfit: `far` + `disagreeing` + `stretch`, as of :class:`dynmesh.TrackingReport`.
         cause: what is probably wrong if the quality is not good: "unseen", "size", "part", "pose"
             or "place".
         reason: why the quality is not good, in a sentence that begins with the cause; empty if it
@@ -78,6 +79,7 @@ class Registration:
     disagreeing: float
     points: int
     seen: float
+    misfit: float
     quality: Literal["good", "doubtful", "ruined"]
     cause: Literal["unseen", "size", "part", "pose", "place"]
     reason: str

@@ -64,6 +64,8 @@ class TrackingReport(FrameReport):
             to more than 1, or less than 1 % of the vertices have a point; "ruined" if `far` is more
             than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
         reason: why the quality is not good, in a sentence; empty if it is.
+        misfit: `far` + `disagreeing` + `stretch`, which is least for the right one of several
+            meshes in the same scan.
         recovered: whether the template was lost and found again.
     """
 
@@ -77,6 +79,7 @@ class TrackingReport(FrameReport):
     seen: float
     quality: Literal["good", "doubtful", "ruined"]
     reason: str
+    misfit: float = field(repr=False)
     cause: Literal["unseen", "size", "part", "pose", "place"] = field(repr=False)
     unexplained: float = field(repr=False)
     hole: float = field(repr=False)

@@ -147,11 +147,17 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
     assert "doubtful: hardly anything was measured of most frames" in told
 
 
-def test_landmarks_that_are_not_needed_are_named(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "marks.json").write_text('[{"vertex": 0, "position": [0, 0, 0]}]')
-    words = ("track", folder / "points", tmp_path / "out.npz", "--template", folder / "body.obj")
-    told = run(*words, "--landmarks", tmp_path / "marks.json").stderr
-    assert "so --landmarks are not used" in told
+def test_landmarks_count_where_the_template_lies_in_the_scan(folder: Path, tmp_path: Path) -> None:
+    marks = [{"vertex": v, "position": TRUTH.vertices[0, v].tolist()} for v in (0, 100, 200)]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    report = track_file(
+        folder / "points",
+        tmp_path / "out.npz",
+        template=folder / "body.obj",
+        landmarks=tmp_path / "marks.json",
+    )
+    assert report.registration is not None
+    assert report.quality == "good"
 
 
 @pytest.mark.parametrize("scans", ["points", "depth"])

@@ -64,6 +64,13 @@ struct DYNMESH_EXPORT Measure {
   double seen = 1;  ///< the share of the vertices that have a measured point
   Quality quality = Quality::good;
 
+  /// What tells the right one of several results for the same scan, which has the least: the share
+  /// of the points that it does not explain, and the stretch. Exchanged limbs and bodies that are
+  /// turned front to back may explain more of them, but by a template that is stretched twice as
+  /// much.
+  [[nodiscard]] double misfit() const {
+    return agreement.far_share + agreement.disagreeing + stretch;
+  }
   [[nodiscard]] Cause cause() const;
   /// Why the quality is not good, in a sentence that begins with the cause; empty if it is.
   [[nodiscard]] std::string reason() const;

@@ -41,12 +41,9 @@ struct Pose {
   bool has_misplaced_landmarks = false;
 
   [[nodiscard]] bool is_good() const { return measure.quality == Quality::good; }
-  /// What tells the right pose among several, which has the least: the share of the points that it
-  /// does not explain. Exchanged limbs and bodies that are turned front to back may explain more of
-  /// them, but by a template that is stretched twice as much.
+  /// The least of several tells the right pose.
   [[nodiscard]] std::pair<bool, double> misfit() const {
-    const Agreement& agreement = measure.agreement;
-    return {has_misplaced_landmarks, agreement.far_share + agreement.disagreeing + measure.stretch};
+    return {has_misplaced_landmarks, measure.misfit()};
   }
 };
 

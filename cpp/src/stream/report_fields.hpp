@@ -65,6 +65,7 @@ void for_each_number(Visited& measure, const Visit& visit) {
 template <class Visit>
 void for_each_field(const Measure& measure, const Visit& visit) {
   for_each_number(measure, visit);
+  visit("misfit", measure.misfit());
   visit("quality", quality_names[static_cast<std::size_t>(measure.quality)]);
   visit("cause", cause_names[static_cast<std::size_t>(measure.cause())]);
   visit("reason", measure.reason());

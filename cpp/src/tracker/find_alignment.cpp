@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <dynmesh/alignment.hpp>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -25,6 +26,10 @@ using Motion = Eigen::Isometry3d;
 /// can bridge in one frame, and at most this share of its size, for coarse meshes.
 constexpr double within_edges = 5;
 constexpr double within_of_size = 0.1;
+/// It is turned in place, as a head is that looks backwards, if a rotation by more than this, which
+/// a tracker does not bridge surely, makes typical distances so many times smaller.
+constexpr double turned_by = std::numbers::pi / 6;
+constexpr double turned_distance = 0.5;
 /// After the best rigid motion, a template has another pose than the scan, or is another mesh, if
 /// typical distances are more than this many mean edges, and more than this share of its size,
 /// which the noise of scans of fine meshes does not reach.
@@ -71,13 +76,17 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
                        found.ratio > 1 / registration_constants.other_unit);
   const double before = distance_between(surface, Motion::Identity(), sample);
   found.before = found.after = before / mean_edge;
-  found.lies_in_scan = found.matches = before <= within && !found.other_unit;
-  if (found.lies_in_scan || found.other_unit) return found;
+  if (found.other_unit) return found;
 
   const Motion motion = rigid_starts(faces, frame, sample).front();
+  const double after = distance_between(surface, motion, sample);
+  const bool is_turned =
+      Eigen::AngleAxisd(motion.linear()).angle() > turned_by && after < turned_distance * before;
+  found.lies_in_scan = found.matches = before <= within && !is_turned;
+  if (found.lies_in_scan) return found;
+
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found.rotation.data()) = motion.linear();
   Eigen::Map<Eigen::Vector3d>(found.shift.data()) = motion.translation();
-  const double after = distance_between(surface, motion, sample);
   found.after = after / mean_edge;
   found.matches = after <= std::min(within, far);
   return found;

@@ -1,4 +1,8 @@
-"""Where a template is in a first scan: there already, after a rigid motion, or in another pose."""
+"""Where a template is in a first scan: there already, after a rigid motion, or in another pose.
+
+A template that lies in the scan may be turned there. So it is tracked from there, and registered
+unless that fits.
+"""
 
 from dataclasses import dataclass
 from functools import partial
@@ -14,7 +18,7 @@ from ..registration import Landmarks, Registration, register, register_depth
 from ..scans import PointScan, Scan, ScanReader
 from ..scans.scan import inside_out
 from ..sequence import Positions
-from ..tracker import Alignment, Tracker, find_alignment
+from ..tracker import Alignment, Tracker, TrackingReport, find_alignment
 from .landmarks import exchanged
 from .room import Room
 from .units import Units, ratio_of, size_of
@@ -94,9 +98,6 @@ def placed_in(
     with locating(file=mesh.path):
         found = find_alignment(faces, template, scan.cloud)
     placed = partial(Placed, distance=found.before, advice=advice)
-    if found.lies_in_scan:
-        unused = "the template lies in the first scan, so `landmarks` are not used"
-        return placed(template, remark=unused if landmarks is not None else "")
     used = template[np.unique(faces)]
     sizes = units.told(ratio_of(scan, used), size_of(used))
     away = (
@@ -106,6 +107,16 @@ def placed_in(
     told = "; ".join(filter(None, [advice, sizes, away]))
     if found.other_unit:
         raise InputError(told, file=mesh.path)
+    start, tracked = template, None
+    if found.matches:
+        if not found.lies_in_scan:
+            moved = template.astype(np.float64) @ found.rotation.T + found.shift
+            start = moved.astype(template.dtype)
+        with locating(file=scans.path):
+            tracked = _tracked_from(start, faces, scan, threads)
+    fits = tracked is not None and (tracked.quality == "good" or tracked.cause == "unseen")
+    if landmarks is None and found.lies_in_scan and fits:
+        return placed(template)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     with locating(file=mesh.path):
@@ -115,15 +126,27 @@ def placed_in(
         missing = "`landmarks` say where head, hands and feet, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
-    if doubt and landmarks is None and found.matches:
+    if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:
         # Tracking will tell whether it explains the points, but not what has none.
-        moved = (template.astype(np.float64) @ found.rotation.T + found.shift).astype(
-            template.dtype
-        )
         doubt = doubt if registered.cause in ("size", "part") else ""
-        return placed(moved, alignment=found, doubt=doubt, remark=sizes)
-    if registered.quality == "ruined":
+        alignment = None if found.lies_in_scan else found
+        return placed(start, alignment=alignment, doubt=doubt, remark=sizes)
+    if registered.quality == "ruined" and not found.lies_in_scan:
         raise InputError(
             f"{told}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
         )
     return placed(registered.vertices, registration=registered, doubt=doubt, remark=sizes)
+
+
+def _tracked_from(
+    start: Positions, faces: NDArray[np.integer[Any]], scan: Scan, threads: int
+) -> TrackingReport | None:
+    """How a scan is tracked from a start; None if it is refused as too far away."""
+    tracker = Tracker(faces, start, threads=threads)
+    try:
+        push_scan(tracker, scan)
+    except InputError:
+        raise
+    except ValueError:
+        return None
+    return tracker.report
