@@ -21,7 +21,6 @@ from dynmesh import _core
 from dynmesh._errors import InputError, KindError, SettingError, locating
 from dynmesh._progress import tracked
 from dynmesh._report import Report
-from dynmesh.tracking.fits import Counts, Fits
 
 
 def test_importing_loads_numpy_alone() -> None:
@@ -260,14 +259,6 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
     printed = capsys.readouterr()
     assert printed.out == ""
     assert ("spelling" in printed.err) == progress
-
-
-def test_the_share_of_far_points_is_the_quality() -> None:
-    assert Counts().share == 0
-    assert Counts(100, 25).share == 0.25
-    assert Fits(total=Counts(1000, 19)).quality == "good"
-    assert Fits(total=Counts(1000, 40)).quality == "doubtful"
-    assert Fits(total=Counts(1000, 60)).quality == "ruined"
 
 
 def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
