@@ -198,6 +198,9 @@ class Detail:
         change = float(np.clip(h / q, 0, 1)) if q > 0 else 0.0
         return -share(r0 + change * r2, r1), change
 
+    def _has_modes(self) -> bool:
+        return False
+
     def _posed(
         self, x: list[Array], r: list[Array], detail: list[Array], *_: NDArray[Any]
     ) -> tuple[list[Array], list[Array], list[Array]]:
@@ -210,7 +213,7 @@ class Detail:
         anchors = np.where(known[:, None], points, 0.0)
 
         self.q = self._of_vertices(self.increments.find(self.previous, points, known)) @ self.q
-        if self.increments.farthest > 1:
+        if self._has_modes() or self.increments.farthest > 1:
             self._fit(self._closest(self._turn(self.memory), anchors, known, seen))
         rows = seen[:, None]
         fixed = np.where(rows, 0.0, self.previous)

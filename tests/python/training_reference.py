@@ -67,6 +67,9 @@ class Posed(detail_reference.Detail):
         self.prior_weight = self.prior_share = 0.0
         self.explained = 0.4
 
+    def _has_modes(self) -> bool:
+        return len(self.modes) > 0
+
     def _field(self, a: Array) -> Array:
         return np.asarray(np.einsum("j,jic->ic", a, self.modes))
 

@@ -93,11 +93,12 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   const double of_increments = report_.rotation_seconds;
   const Stopwatch stopwatch(report_.solve_seconds);  // rotations are taken off at the end
 
-  // Step 1: Q of what is far from all anchors follows from the positions with the last shape.
+  // Step 1: Q of what is far from all anchors follows from the positions with the last shape. Modes
+  // leave so small an error that it pays everywhere.
   std::ranges::copy(anchors_.observed, x_.begin());
   system_.apply(x_, 1, kx_);
-  const bool is_any_far = increments_.farthest() > increment_constants.near;
-  if (is_any_far) {
+  const bool is_refined = fit_.exists() || increments_.farthest() > increment_constants.near;
+  if (is_refined) {
     for (std::size_t v = 0; v < x_.size(); ++v) shape_[v] = shapes_[v].last;
     move_to_shape();
     fit_rotations(x_);
@@ -140,7 +141,7 @@ Index Detail::estimate(Frame previous, std::span<Vector3<double>> points,
   }
   report_.blend = blend.b;
   report_.solve_seconds -= report_.rotation_seconds - of_increments;
-  return is_any_far ? 2 : 1;
+  return is_refined ? 2 : 1;
 }
 
 void Detail::turn_with_anchors(Frame previous, const Generations& generations) {
