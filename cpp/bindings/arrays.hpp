@@ -13,6 +13,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -79,8 +80,11 @@ template <class Report>
 py::dict fields_of(const Report& report) {
   py::dict fields;
   for_each_field(report, [&](const char* name, const auto& value, auto...) {
-    constexpr bool is_text = std::is_convertible_v<decltype(value), std::string_view>;
-    if constexpr (requires { value.data(); } && !is_text) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, Quality>) {
+      fields[name] = quality_names.at(static_cast<std::size_t>(value));
+    } else if constexpr (requires { std::string_view(value.data()); }) {
+      fields[name] = value.data();
+    } else if constexpr (requires { value.data(); }) {
       fields[name] = array_of(value);
     } else {
       fields[name] = value;

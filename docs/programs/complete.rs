@@ -8,11 +8,10 @@ struct Output { data: *mut c_void, count: i64, row_stride: i64, column_stride: i
 #[repr(C)]
 struct Mask { data: *const u8, count: i64, stride: i64 }
 #[repr(C)]
-#[derive(Default)]
 struct FrameReport {
     known: i64, filled: i64, disconnected: i64, rejected: i64, iterations: i64, seconds: f64,
     blend: f64, prior_weight: f64, prior_share: f64, first_order_share: f64,
-    standard_error: f64,
+    standard_error: f64, quality: i32, reason: [c_char; 512],
 }
 
 #[link(name = "dynmesh")]
@@ -37,7 +36,7 @@ fn main() {
     let points = Points { data, count: 4, row_stride: 3, column_stride: 1, kind: 32 };
     let out = Output { data, count: 4, row_stride: 3, column_stride: 1, kind: 32 };
     let mut completer = ptr::null_mut();
-    let mut report = FrameReport::default();
+    let mut report: FrameReport = unsafe { std::mem::zeroed() };
     unsafe {
         check(dynmesh_create(faces.as_ptr(), 2, &points, ptr::null(), &mut completer));
         *data.cast::<f32>().add(11) = 5.0;

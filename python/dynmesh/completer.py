@@ -39,6 +39,11 @@ class FrameReport:
         factor_seconds: the time of the factorisation, a stage of "detail"; 0 for "motion".
         rotation_seconds: the time in which rotations were fitted.
         solve_seconds: the time of everything else.
+        quality: "good"; "ruined" if many edges are far longer or shorter than in frame 0, as of
+            points that belong to other vertices; "doubtful" if frame 0 seems to be in another unit
+            of length, of another subject or in another order of vertices, which the first frames
+            show. A part that is estimated wrongly with edges of the right lengths is not noticed.
+        reason: why the quality is not good; empty if it is.
     """
 
     known: int
@@ -55,6 +60,8 @@ class FrameReport:
     factor_seconds: float = field(repr=False)
     rotation_seconds: float = field(repr=False)
     solve_seconds: float = field(repr=False)
+    quality: Literal["good", "doubtful", "ruined"]
+    reason: str
 
 
 class Completer(Stream):

@@ -37,6 +37,8 @@ TEST_CASE_TEMPLATE("a frame of method motion allocates no memory, in C neither",
     std::vector<Real> out(3 * k);
     const Points<Real> completed(out.data(), k);
     const std::vector<Index> indices = {4, 2, 7};
+    std::vector<Real> ruined = mesh.vertices;  // the reason is told without memory, too
+    for (Real& coordinate : ruined) coordinate *= 1000;
     for (const double share : {1.0, 0.0, 0.01, 0.3, 0.9}) {
       auto known = random_mask(k, share, 5);
       std::fill(known.begin() + 400, known.begin() + 425,
@@ -47,6 +49,7 @@ TEST_CASE_TEMPLATE("a frame of method motion allocates no memory, in C neither",
       completer.push(mesh.points(), completed);
       completer.push_sparse(indices, {mesh.vertices.data(), 3}, completed);
       completer.skip(completed);
+      completer.push({ruined.data(), k}, completed);
       CHECK(allocations() == before);
       CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
     }

@@ -11,6 +11,7 @@
 #include <memory>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <vector>
@@ -45,10 +46,12 @@ inline void check_accepted(dynmesh_status status) {
 inline bool are_same(const dynmesh_frame_report& a, const FrameReport& b) {
   const auto number = [](std::size_t count) { return static_cast<std::int64_t>(count); };
   return std::tuple(a.known, a.filled, a.disconnected, a.rejected, a.iterations, a.blend,
-                    a.prior_weight, a.prior_share, a.first_order_share, a.standard_error) ==
+                    a.prior_weight, a.prior_share, a.first_order_share, a.standard_error, a.quality,
+                    std::string_view(a.reason)) ==
          std::tuple(number(b.known), number(b.filled), number(b.disconnected), number(b.rejected),
                     static_cast<std::int64_t>(b.iterations), b.stages.blend, b.stages.prior_weight,
-                    b.stages.prior_share, b.stages.first_order_share, b.standard_error);
+                    b.stages.prior_share, b.stages.first_order_share, b.standard_error,
+                    static_cast<std::int32_t>(b.quality), std::string_view(b.reason.data()));
 }
 
 template <class Real>

@@ -26,7 +26,7 @@ static_assert(sizeof(dynmesh_points) == 40 && offsetof(dynmesh_points, type) == 
 static_assert(sizeof(dynmesh_output) == 40 && offsetof(dynmesh_output, type) == 32);
 static_assert(sizeof(dynmesh_mask) == 24);
 static_assert(sizeof(dynmesh_settings) == 48 && offsetof(dynmesh_settings, noise) == 24);
-static_assert(sizeof(dynmesh_frame_report) == 88);
+static_assert(sizeof(dynmesh_frame_report) == 608 && offsetof(dynmesh_frame_report, reason) == 92);
 static_assert(sizeof(dynmesh_topology_report) == 32);
 static_assert(sizeof(dynmesh_template) == 32);
 static_assert(sizeof(dynmesh_measure) == 600 && offsetof(dynmesh_measure, reason) == 84);

@@ -59,6 +59,7 @@ SIZES = st.integers(2, 14)
 NUMBERS = (
     *("known", "filled", "disconnected", "rejected", "iterations"),
     *("blend", "prior_weight", "prior_share", "first_order_share"),
+    *("quality", "reason"),
 )
 
 

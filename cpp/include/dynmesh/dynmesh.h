@@ -177,6 +177,8 @@ typedef struct dynmesh_frame_report {
   double first_order_share;
   /// With `uncertainty`, the root mean square standard error of the estimated vertices; else 0.
   double standard_error;
+  int32_t quality;   ///< DYNMESH_GOOD, _DOUBTFUL or _RUINED; see FrameReport in frame_report.hpp
+  char reason[512];  ///< why it is not good; empty if it is
 } dynmesh_frame_report;
 
 /// Creates a completer from `n_faces` packed triangles of three vertex indices each, and from frame

@@ -1,7 +1,9 @@
 /// The statistics of a completed frame.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <dynmesh/quality.hpp>
 
 namespace dynmesh {
 
@@ -28,6 +30,13 @@ struct FrameReport {
   double standard_error = 0;
   double seconds = 0;  ///< wall time of the call
   StageReport stages;  ///< the parts of that time, and the blend
+  /// Of a tracked frame, that of its measure. Of a completed one, `ruined` if many edges are far
+  /// longer or shorter than in frame 0, as of points that belong to other vertices; `doubtful` if
+  /// frame 0 seems to be in another unit of length, of another subject or in another order of
+  /// vertices, which the first frames show. A part that is estimated wrongly with edges of the
+  /// right lengths is not noticed.
+  Quality quality = Quality::good;
+  std::array<char, 512> reason{};  ///< why it is not good, ending with 0; empty if it is
 };
 
 }  // namespace dynmesh

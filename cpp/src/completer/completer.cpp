@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "completer/completion_quality.hpp"
 #include "completer/outliers.hpp"
 #include "detail/detail.hpp"
 #include "mesh/estimator.hpp"
@@ -106,7 +107,8 @@ struct Completer<Real>::Parts {
         outliers(settings.reject_outliers
                      ? std::make_unique<Outliers<Real>>(mesh->topology.cells, stream.first_frame)
                      : nullptr),
-        estimator(estimator_of(*mesh, settings, stream.first_frame)) {
+        estimator(estimator_of(*mesh, settings, stream.first_frame)),
+        quality(mesh->topology.cells, stream.first_frame) {
     stream.keep(estimator->standard_error());
     stream.count(report);
     Writer writer;
@@ -126,10 +128,11 @@ struct Completer<Real>::Parts {
     made.iterations = static_cast<std::size_t>(estimator->estimate(
         stream.previous, stream.current, stream.current_known, stream.generations));
     stream.write(completed, estimator->rotations_of_components());
+    stream.count(made);
+    quality.judge(stream.previous, stream.current, stream.generations.of_vertices(), made);
     estimator->remember(stream.current);
     stream.advance();
     stream.keep(estimator->standard_error());
-    stream.count(made);
     made.standard_error = mean_standard_error();
     made.stages = estimator->stages();
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -154,6 +157,7 @@ struct Completer<Real>::Parts {
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
+    write_fields(writer, quality);
     estimator->write_memory(writer);
   }
 
@@ -162,9 +166,11 @@ struct Completer<Real>::Parts {
     for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
     read_fields(reader, stream);
     stream.recall();
+    stream.count(report);
+    read_fields(reader, quality);
+    quality.recall(stream.previous, stream.generations.of_vertices(), report);
     estimator->read_memory(reader, stream.previous);
     stream.keep(estimator->standard_error());
-    stream.count(report);
     report.standard_error = mean_standard_error();
   }
 
@@ -173,6 +179,7 @@ struct Completer<Real>::Parts {
   Stream<Real> stream;
   std::unique_ptr<Outliers<Real>> outliers;  // null if outliers are not rejected
   std::unique_ptr<Estimator<Real>> estimator;
+  CompletionQuality<Real> quality;
   FrameReport report;
   std::size_t state_size = 0;
 };

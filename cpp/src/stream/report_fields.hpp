@@ -14,6 +14,10 @@
 
 namespace dynmesh {
 
+/// The names of qualities and causes, in their order.
+inline constexpr std::array quality_names = {"good", "doubtful", "ruined"};
+inline constexpr std::array cause_names = {"unseen", "size", "part", "pose", "place"};
+
 // Each calls `visit(name, value, member_in_c)` for each field, some without the last.
 
 template <class Visit>
@@ -33,6 +37,8 @@ void for_each_field(const FrameReport& report, const Visit& visit) {
   visit("factor_seconds", report.stages.factor_seconds);
   visit("rotation_seconds", report.stages.rotation_seconds);
   visit("solve_seconds", report.stages.solve_seconds);
+  visit("quality", report.quality, &C::quality);
+  visit("reason", report.reason, &C::reason);
 }
 
 template <class Visited, class Visit>
@@ -44,10 +50,6 @@ void for_each_field(Visited& agreement, const Visit& visit) {
   visit("disagreeing", agreement.disagreeing, &C::disagreeing);
   visit("distance", agreement.distance, &C::distance);
 }
-
-/// The names of qualities and causes, in their order.
-inline constexpr std::array quality_names = {"good", "doubtful", "ruined"};
-inline constexpr std::array cause_names = {"unseen", "size", "part", "pose", "place"};
 
 /// The numbers of a measure beside those of its agreement.
 template <class Visited, class Visit>

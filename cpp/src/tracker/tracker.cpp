@@ -28,6 +28,13 @@ using Clock = std::chrono::steady_clock;
 template <class Real>
 constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', 'B'}, "tracker", sizeof(Real)};
 
+/// Says of the whole frame what its measure says.
+void tell_quality(TrackingReport& report) {
+  report.quality = report.measure.quality;
+  report.reason = {};
+  report.measure.reason().copy(report.reason.data(), report.reason.size() - 1);
+}
+
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
 void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found,
@@ -96,6 +103,7 @@ struct Tracker<Real>::Parts {
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
     made.measure = measure;
+    tell_quality(made);
     made.recovered = recovered;
     made.stages.prior_weight = surface.shape().rest().prior_weight();
     made.stages.prior_share = surface.shape().rest().prior_share();
@@ -142,6 +150,7 @@ struct Tracker<Real>::Parts {
     for_each_field(report.measure.agreement, take);
     for_each_number(report.measure, take);
     report.measure.quality = judged(report.measure);
+    tell_quality(report);
     report.recovered = reader.read<std::uint8_t>() != 0;
     surface.read_memory(reader, widened(stream.previous));
     recovery.read_memory(reader);

@@ -19,10 +19,10 @@ from .._errors import SettingError, locating
 from .._progress import tracked
 from .._report import Quality
 from ..completer import Completer, FrameReport
+from ..diagnosis.finding import frames_listed
 from ..files import Frame, Header, Reader, Writer, naming
 from ..files.memory import Collected
 from ..settings import Settings
-from .lengths import Lengths
 from .start import Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
@@ -70,23 +70,36 @@ class Tally:
     """What a completion has done so far.
 
     Attributes:
-        lengths: of the edges of all frames.
         reports: of the frames that were completed.
+        wrong: those that are not good by the numbers of the frames, the worst one of each.
         empty: the numbers of those in which nothing was observed.
         dropped: number of vertices that were left missing.
     """
 
-    lengths: Lengths
     reports: list[FrameReport] = field(default_factory=list)
+    wrong: dict[int, FrameReport] = field(default_factory=dict)
     empty: set[int] = field(default_factory=set)
     dropped: int = 0
+
+    def add(self, number: int, report: FrameReport) -> None:
+        """Notes what was done for a frame; from both sides, that is reported twice."""
+        self.reports.append(report)
+        if report.known == 0:
+            self.empty.add(number)
+        if report.quality == "ruined" or (report.quality != "good" and number not in self.wrong):
+            self.wrong[number] = report
 
 
 def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, str]:
     """How good the completed frames are, and why they are not good; else, it is empty."""
-    number = start.number_in(header)
-    ruined = tally.lengths.told(header, "the template" if number is None else f"frame {number}")
-    told = [ruined] if ruined else []
+    told = []
+    for quality, how in (("ruined", "probably ruined"), ("doubtful", "doubtful")):
+        wrong = {number: one for number, one in tally.wrong.items() if one.quality == quality}
+        if wrong:
+            frames = frames_listed(sorted(wrong), header)
+            told.append(
+                f"{how}: in {frames}, {wrong[min(wrong)].reason}; dynmesh info looks for causes"
+            )
     if start.made is not None and start.made.doubtful:
         told.append(
             "the frame that was put together is probably wrong, as its edges are far from the "
@@ -94,7 +107,8 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
         )
     if 2 * len(tally.empty) > header.n_frames:
         told.append("nothing was observed in most frames")
-    return ("ruined" if ruined else "doubtful" if told else "good"), "; ".join(told)
+    is_ruined = any(one.quality == "ruined" for one in tally.wrong.values())
+    return ("ruined" if is_ruined else "doubtful" if told else "good"), "; ".join(told)
 
 
 def complete_frames(
@@ -124,7 +138,7 @@ def complete_frames(
         OSError, ValueError: a frame cannot be read, completed or written.
     """
     bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
-    tally = Tally(Lengths(reader.faces, start.points))
+    tally = Tally()
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = ways = _ways(start.number, reader.n_frames, bidirectional)
     waiting = _records(whole, reader.n_frames if bidirectional else start.number + 1, folder)
@@ -145,9 +159,7 @@ def complete_frames(
                 points = completer.push(frame.points, frame.claimed)
             if number == start.number:
                 continue
-            tally.reports.append(completer.report)
-            if completer.report.known == 0:
-                tally.empty.add(number)
+            tally.add(number, completer.report)
             since = completer.age >= completer.n_frames  # not observed since
             assert origin.age is not None
             age = completer.age + np.where(since, origin.age, 0)
@@ -159,7 +171,6 @@ def complete_frames(
 
     def write(made: Iterable[tuple[int, Frame]]) -> None:
         for number, frame in made:
-            tally.lengths.add(number, frame.points)
             _write(start.add_errors(frame, number), drop_above, output, tally)
 
     with contextlib.closing(_frames(reader, ways)) as read:

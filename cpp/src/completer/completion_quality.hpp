@@ -1,0 +1,88 @@
+/// Whether a completed frame is good, told by the lengths of its edges.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/frame_report.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+/// The limits by which completed frames are judged. In parentheses stands the largest value of
+/// people, animals, faces, cloth and water, of which a tenth or more is known, or what one camera
+/// sees, and which move fast or jump.
+struct CompletionLimits {
+  /// A frame is ruined if a larger share of its edges, or of those at anchors, is `times` as long
+  /// or as short as in frame 0 (0.03). If a tenth of the vertices lies at the origin, 0.17 are.
+  double ruined_share = 0.1;
+  double times = 4;
+  /// Of a mean edge of frame 0. It is added to all lengths, so that short edges may change by more.
+  double added = 0.1;
+
+  /// Frame 0 does not fit the frames if most edges at anchors have changed since it by more than
+  /// this share of their length, and by `steps` times as much as from each of the first frames to
+  /// the next, added up (0.18, but 1.6 times as much). A pose changes few edges, another subject
+  /// all.
+  double misfit = 0.12;
+  double steps = 2.3;
+  double clear_misfit = 0.5;  ///< in the first frame, before there are any steps (0.35, of noise)
+  Index judged_frames = 4;    ///< later, the subject may have changed
+  std::size_t fewest = 50;    ///< edges at anchors from which anything is concluded
+  /// Poses change the size by less, as the root mean square distance from the centre.
+  double other_size = 1.5;
+};
+
+/// Judges the frames of one sequence by some of the edges, so few that it takes at most a fiftieth
+/// of the time of a frame. Allocates memory only in the constructor.
+template <class Real>
+class CompletionQuality {
+ public:
+  using Frame = std::span<const Vector3<Real>>;
+
+  CompletionQuality(const Cells& cells, Frame first_frame);
+
+  /// Sets `quality` and `reason` in the report of the frame that follows `previous`. `generation`
+  /// is that of each vertex.
+  void judge(Frame previous, Frame completed, std::span<const Index> generation,
+             FrameReport& report);
+  /// The same of a frame that was judged before, after what `fields` visits has been read. Refuses
+  /// what no frames can have left.
+  void recall(Frame completed, std::span<const Index> generation, FrameReport& report);
+
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    visit(self.n_judged_);
+    visit(self.sum_of_steps_);
+    visit(self.is_misfit_);
+  }
+
+ private:
+  using Generation = std::span<const Index>;
+
+  struct Edge {
+    Index a;
+    Index b;
+    double shortest;  // squares of the lengths in mean edges between which it is in range
+    double longest;
+  };
+
+  [[nodiscard]] double square_of(const Edge& edge, Frame frame) const;
+  [[nodiscard]] double length_of(const Edge& edge, Frame frame) const;
+  [[nodiscard]] double share_out_of_range(Frame frame, Generation generation) const;
+  double change_at_anchors(Generation generation, Frame from, Frame to);
+  void tell(Frame completed, Generation generation, FrameReport& report);
+
+  Frame first_frame_;
+  double per_edge_;  // mean edges of frame 0 in a unit of length
+  std::vector<Edge> edges_;
+  std::vector<double> changes_;
+  double flat_share_ = 0;    // of the edges without a length in frame 0
+  Index n_judged_ = 0;       // frames, up to `judged_frames`
+  double sum_of_steps_ = 0;  // changes between them
+  std::uint8_t is_misfit_ = 0;
+};
+
+}  // namespace dynmesh

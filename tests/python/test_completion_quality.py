@@ -1,0 +1,148 @@
+"""What a completer says of its frames: right ones are good, wrong ones are not."""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import dynmesh
+from dynmesh.degrade import Camera, camera_known, patch_known, random_known
+
+Array = NDArray[np.floating[Any]]
+RNG = np.random.default_rng(0)
+
+
+@cache
+def walker() -> dynmesh.Sequence:
+    return dynmesh.synth.walker(60)
+
+
+@cache
+def ocean() -> dynmesh.Sequence:
+    return dynmesh.synth.ocean(60)
+
+
+def masks(kind: str, frames: Array, faces: Any) -> Iterator[Any]:
+    """Of the frames after the first one."""
+    n, k = frames.shape[:2]
+    if kind == "patches":
+        made = patch_known(faces, n, k, 0.4)
+    elif kind == "camera":
+        low, high = frames[0].min(axis=0), frames[0].max(axis=0)
+        middle, size = (low + high) / 2, np.linalg.norm(high - low)
+        place = (middle + size * np.array([0.3, 1.2, 0.4])).tolist()
+        made = camera_known(frames, faces, [Camera(place, middle.tolist(), up=(0.0, 0.0, 1.0))])
+    else:
+        made = random_known(n, k, float(kind))
+    next(made)
+    return made
+
+
+def qualities(
+    sequence: dynmesh.Sequence, first: Array, frames: Array, kind: str, method: Any
+) -> list[str]:
+    """Of the frames after the first one."""
+    completer = dynmesh.Completer(sequence.faces, first, method=method)
+    made: list[str] = []
+    for points, known in zip(frames[1:], masks(kind, frames, sequence.faces), strict=True):
+        completer.push(points, known)
+        assert bool(completer.report.reason) == (completer.report.quality != "good")
+        made.append(completer.report.quality)
+    return made
+
+
+def noisy(frames: Array, share: float) -> Array:
+    """With noise of a share of the distance of most vertices, but for the first frame."""
+    edge = np.ptp(frames[0], axis=0).max() / np.sqrt(frames.shape[1])
+    made = frames + share * edge * RNG.standard_normal(frames.shape)
+    return np.concatenate([frames[:1], made[1:]])
+
+
+RIGHT: dict[str, Callable[[Array], Array]] = {
+    "as it is": lambda frames: frames[:6],
+    "fast": lambda frames: frames[::9],
+    "cut at once": lambda frames: np.concatenate([frames[:1], frames[40:45]]),
+    "cut later": lambda frames: np.concatenate([frames[:4], frames[40:44]]),
+    "noisy": lambda frames: noisy(frames[:6], 0.3),
+    "far away": lambda frames: (frames[:6] + 1e4 * np.ptp(frames[0])).astype(np.float32),
+}
+
+
+@pytest.mark.parametrize("change", RIGHT)
+@pytest.mark.parametrize(
+    ("sequence", "kind"),
+    [(walker, "0.1"), (walker, "camera"), (ocean, "0.1"), (ocean, "0.9"), (ocean, "patches")],
+)
+def test_right_frames_are_good(
+    sequence: Callable[[], dynmesh.Sequence], kind: str, change: str
+) -> None:
+    subject = sequence()
+    frames = RIGHT[change](subject.vertices)
+    for method in ("motion", "detail"):
+        assert set(qualities(subject, frames[0], frames, kind, method)) == {"good"}, method
+
+
+def other_subject(first: Array) -> Array:
+    """With thicker and thinner parts."""
+    middle = first.mean(axis=0)
+    waves = np.sin(9 * (first - middle)[:, [1, 2, 0]] / np.ptp(first) + 1)
+    return np.asarray(middle + (first - middle) * (1 + 0.25 * waves))
+
+
+Wanted = Literal["doubtful", "ruined"]
+WRONG: dict[str, tuple[Callable[[Array], Array], Wanted]] = {
+    "in millimetres": (lambda first: 1000 * first, "ruined"),
+    "in inches": (lambda first: first / 0.0254 * 0.01, "doubtful"),
+    "in another order": (RNG.permutation, "ruined"),
+    "in the order of another file": (lambda first: np.roll(first, 50, axis=0), "ruined"),
+    "of another subject": (other_subject, "doubtful"),
+    "without extent": (lambda first: 0 * first, "ruined"),
+}
+
+
+@pytest.mark.parametrize("kind", ["0.1", "0.9", "camera"])
+@pytest.mark.parametrize("change", WRONG)
+def test_a_first_frame_that_does_not_fit_is_told(change: str, kind: str) -> None:
+    subject = walker()
+    make, wanted = WRONG[change]
+    first = make(subject.vertices[0])
+    for method in ("motion", "detail"):
+        found = qualities(subject, first, subject.vertices[:8], kind, method)
+        assert found[-1] == wanted, method
+        assert set(found[:4]) != {"good"}, method
+
+
+def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
+    subject = walker()
+    frames = subject.vertices[:6].copy()
+    frames[3] = RNG.permutation(frames[3])
+    frames[4, ::10] = 0
+    completer = dynmesh.Completer(subject.faces, frames[0])
+    found: list[str] = []
+    for points in frames[1:]:
+        completer.push(points)
+        found.append(completer.report.quality)
+    assert found == ["good", "good", "ruined", "ruined", "good"]
+
+
+def test_a_verdict_is_restored() -> None:
+    subject = walker()
+    kept = {}
+    for first in (subject.vertices[0], other_subject(subject.vertices[0])):
+        completer = dynmesh.Completer(subject.faces, first, method="motion")
+        for points in subject.vertices[1:4]:
+            completer.push(points)
+        other = dynmesh.Completer(subject.faces, first, method="motion")
+        other.restore(completer.state())
+        assert (other.report.quality, other.report.reason) == (
+            completer.report.quality,
+            completer.report.reason,
+        )
+        other.push(subject.vertices[4])
+        kept[other.report.quality] = other.report.reason
+        other.reset(subject.vertices[4])
+        assert other.report.quality == "good"
+    assert set(kept) == {"good", "doubtful"}
