@@ -489,6 +489,20 @@ def test_a_frame_that_is_torn_where_no_frame_knows_it_is_not_returned_as_sound()
     assert np.abs(whole.positions).max() < 2 * np.abs(RECORDING.frames).max()
 
 
+def test_a_guess_between_vertices_that_are_close_together_is_not_doubtful() -> None:
+    """No frame shows how long its edges are, but they are short, so little can be wrong."""
+    mesh = sheet(20)
+    heart = mesh.vertices - mesh.vertices.mean(axis=0)
+    away = np.linalg.norm(heart, axis=1)
+    close = heart * np.where(away < 5, 0.1, 1)[:, None]
+    frames = np.stack([turned(close, 0.05 * n) for n in range(8)])
+    known = np.ones(frames.shape[:2], np.bool_)
+    known[:, np.argsort(away)[:12]] = False
+    whole = dynmesh.whole_frame(mesh.faces, frames, known, frame=3)
+    assert not whole.doubtful
+    np.testing.assert_allclose(whole.positions, frames[3], atol=0.1)
+
+
 def test_edges_that_no_frame_knows_may_be_as_different_as_others() -> None:
     """The mesh has edges that are thirty times as long as others."""
     mesh = sheet(12)

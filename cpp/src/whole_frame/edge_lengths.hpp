@@ -150,8 +150,8 @@ void drop_outliers(const Cells& cells, Window<Real>& window) {
 }
 
 /// How far the edges of a frame that have an end which is not known are from their usual lengths,
-/// on average, as logarithms. Those that fewer than three frames know count if no other edges are
-/// as long or short.
+/// on average, as logarithms. Those that fewer than three frames know may be torn: they are
+/// compared with the longest of the others. Where they are short, little can be wrong.
 struct Deviation {
   double of_frame = 0;
   double usual = 0;  ///< of frames that know both ends
@@ -175,9 +175,8 @@ inline Deviation deviation_of(std::span<const VertexPair> edges,
       sum.usual += spread_to_deviation * lengths[i].spread;
       ++n;
     } else if (typical.tells()) {
-      const double beyond = std::abs(length - typical.median) - unusual * typical.spread;
-      sum.of_frame += std::max(beyond, 0.0);
-      n += beyond > 0 ? 1 : 0;
+      sum.of_frame += std::max(length - typical.median - unusual * typical.spread, 0.0);
+      ++n;
     }
   }
   return n > 0 ? Deviation{sum.of_frame / n, sum.usual / n} : Deviation{};
