@@ -171,8 +171,12 @@ def test_a_doubtful_start_is_said_to_be(tmp_path: Path, holed: dynmesh.Sequence)
     (tmp_path / "jobs.csv").write_text("input,output\ngarbage.npz,batch.npz\n")
     batch = ("batch", tmp_path / "jobs.csv", "--overwrite")
     assert "0 done, 1 doubtful" in run(*batch, code=3).stderr
-    told = run(*batch, "--quiet", code=3).stderr
-    assert f"1 doubtful of 1 job: {tmp_path / 'batch.npz'}: " in told
+    for again in (["--overwrite"], []):  # a verdict is kept
+        told = run(*batch[:2], *again, "--quiet", code=3).stderr
+        assert f"1 doubtful of 1 job: {tmp_path / 'batch.npz'}: " in told
+    dynmesh.write(tmp_path / "garbage.npz", holed)
+    assert "1 done" in run(*batch).stderr
+    assert "1 already there" in run(*batch[:2]).stderr
 
 
 @pytest.mark.parametrize(

@@ -59,8 +59,8 @@ class Result:
     Attributes:
         input: the incomplete sequence, or the scans.
         output: what was to be written.
-        status: "done", "doubtful" if the output was written but is probably wrong, "exists" if
-            there was one already, so that nothing was done, or "failed".
+        status: "done", "doubtful" if the output was written, now or earlier, but is probably wrong,
+            "exists" if there was another one already, so that nothing was done, or "failed".
         reason: why it is doubtful or failed, or which file exists, in one line.
         frames: number of frames that were written.
         seconds: the time that the job took.
@@ -123,7 +123,8 @@ def batch(
     completion, `scans` and `output` of tracking, or `scan` and `output` of a registration, and any
     others of the same command. An empty value stands for the default, several paths are separated
     by semicolons, and all are relative to the table. Jobs whose output exists are skipped, so that
-    running the command again does what is left.
+    running the command again does what is left. Why an output is doubtful is kept in a file beside
+    it, `OUTPUT.doubtful.txt`, and told again until that is removed or the output is made anew.
 
     Args:
         jobs: comma-separated values, with the names of the columns in the first line.
@@ -256,11 +257,35 @@ def run_job(job: Job) -> Result:
         told = in_one_line(error)
         is_page = str(job.options.get("page")) in told
         if isinstance(error, FileExistsError) and not is_page:
-            return result("exists", told)
+            doubt = _doubt_of(job.output)
+            return result("doubtful", doubt) if doubt else result("exists", told)
         return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
     frames = getattr(report, "frames", 1)  # a registration has one
     status: Status = "done" if report.quality == "good" else "doubtful"
+    note = _note_of(job.output)
+    try:
+        if status == "doubtful":
+            note.write_text(report.reason, encoding="utf-8")
+        else:
+            note.unlink(missing_ok=True)
+    except OSError as error:
+        return result("failed", in_one_line(error))
     return result(status, report.reason, frames=frames, remarks=report.remarks)
+
+
+def _note_of(output: Path) -> Path:
+    """The file that keeps why an output is doubtful, for the next time that its job is met."""
+    return output.with_name(f"{output.name}.doubtful.txt")
+
+
+def _doubt_of(output: Path) -> str:
+    """Why an existing output is doubtful; empty if it is not, or was made anew since."""
+    note = _note_of(output)
+    if not note.is_file():
+        return ""
+    if output.exists() and output.stat().st_mtime_ns > note.stat().st_mtime_ns:
+        return ""
+    return note.read_text(encoding="utf-8")
 
 
 @contextmanager
