@@ -2,6 +2,7 @@
 
 import csv
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -165,20 +166,23 @@ def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardEr
 SHOT = sea(6, start=10)
 
 
+@pytest.mark.parametrize("verb", [dynmesh.evaluate, dynmesh.view, dynmesh.picture])
 @pytest.mark.parametrize(
     ("factor", "units"),
     [
-        (1000, "mm and the reference in m"),
-        (0.1, "cm and the reference in mm"),
-        (1 / 25.4, "inch and the reference in mm"),
-        (1.02, None),
+        (1000, "in mm and that in m; .* --scale 0.001 "),
+        (0.1, "in cm and that in mm"),
+        (1 / 25.4, "in inch and that in mm"),
+        (1.09, None),  # a yard to a metre, but a result may be as wrong as that
     ],
 )
-def test_another_unit_is_named(factor: float, units: str | None) -> None:
+def test_another_unit_is_refused(verb: Any, factor: float, units: str | None) -> None:
     other = replace(SHOT, vertices=np.float32(factor) * SHOT.vertices)
-    told = dynmesh.evaluate(other, SHOT).remarks
-    assert len(told) == (units is not None)
-    assert all(f"as if it were in {units}" in remark for remark in told)
+    with nullcontext() if units is None else pytest.raises(ValueError, match=units):
+        verb(other, reference=SHOT)
+    other = replace(SHOT, metres_per_unit=0.001)
+    with pytest.raises(ValueError, match="its unit in metres"):
+        verb(other, reference=replace(SHOT, metres_per_unit=1.0))
 
 
 def test_exchanged_arguments_are_told(tmp_path: Path) -> None:

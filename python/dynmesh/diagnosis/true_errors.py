@@ -15,14 +15,10 @@ from .._progress import tracked
 from ..calibration import Calibrating, Calibration
 from ..files import Frame, Reader
 from ..files.frame import check_whole
-from ..files.reader import check_comparable
+from ..files.reader import check_comparable, check_same_size
 from ..files.times import frame_numbers, indices_of
-from ..files.units import explaining
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
-
-_SAME = 1.05
-"""Two sequences are in different units if their sizes differ by the ratio of these, about."""
 
 Only: TypeAlias = Literal["all", "missing"]
 
@@ -63,6 +59,7 @@ def measured(
     The arguments and errors are those of :func:`dynmesh.evaluate`.
     """
     check_comparable(completed, reference)
+    check_same_size(completed, reference)
     numbers = range(1, reference.n_frames) or range(1)
     if frames is not None:
         numbers = indices_of(frame_numbers(completed.header), frames)
@@ -96,14 +93,6 @@ def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
         yield (
             "the reference holds generations, and the completed sequence holds none: were they "
             "exchanged? The completed one comes first"
-        )
-    (first,) = completed.frames(0, 1)
-    ratio = metrics.bounding_box_diagonal(first.points) / _diagonal(reference)
-    if ratio > 0 and (pairs := explaining(1 / ratio, _SAME)):
-        ours, theirs = pairs[0]
-        yield (
-            f"the completed sequence is {ratio:.4g} times as large as the reference, as if it were "
-            f"in {ours} and the reference in {theirs}"
         )
 
 

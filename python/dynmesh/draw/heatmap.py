@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._errors import InputError
 from ..files import Reader
-from ..files.reader import check_comparable
+from ..files.reader import check_comparable, check_same_size
 from ..scans import ScanReader
 from ..sequence import Mask, Positions
 from .quantities import QUANTITIES, Colour, Moment, Sources
@@ -73,6 +73,8 @@ class Heatmap(Sources):
         for other in (self.input, self.reference):
             if other is not None:
                 check_comparable(self.reader, other)
+        if self.reference is not None:
+            check_same_size(self.reader, self.reference)
         lacks: dict[Colour, str | None] = {n: row.lacks(self) for n, row in QUANTITIES.items()}
         lacks["plain"] = None
         unknown = f"must be one of {', '.join(lacks)}, not {wanted!r}"

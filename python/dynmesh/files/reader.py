@@ -1,5 +1,6 @@
 """The interface of all readers: a sequence, frame by frame."""
 
+import contextlib
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Container, Generator, Iterator, Sequence
@@ -15,6 +16,12 @@ from ..attributes import as_mask
 from ..sequence import rate, summary
 from .frame import Frame
 from .header import Header
+from .units import explaining
+
+_SAME = 1.05
+"""Two sequences are in different units if their sizes differ by the ratio of these, about."""
+_MUCH = 2.0
+"""A result that is wrong may differ by less than this factor, and is measured all the same."""
 
 
 class Reader(ABC):
@@ -155,3 +162,23 @@ def _check_alike(other: Reader, reader: Reader, name: str, what: str) -> None:
     if isinstance(ours, str) or not math.isclose(theirs, ours, rel_tol=1e-5):  # rounded in files
         told = f"its {what} is {theirs}, but {ours} in {reader.path}; convert one of them"
         raise InputError(told, file=other.path)
+
+
+def check_same_size(completed: Reader, reference: Reader) -> None:
+    """Refuses a sequence that is as much larger or smaller than its reference as another unit."""
+    sizes = []
+    for reader in (completed, reference):
+        with contextlib.closing(reader.frames(0, 1)) as frames:
+            frame = next(frames)
+        seen = frame.points[frame.observed].astype(np.float64)
+        sizes.append(float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0)
+    if min(sizes) == 0:
+        return
+    ratio = sizes[0] / sizes[1]
+    if max(ratio, 1 / ratio) > _MUCH and (pairs := explaining(1 / ratio, _SAME)):
+        ours, theirs = pairs[0]
+        raise InputError(
+            f"is {ratio:.4g} times as large as {reference.path}, as if it were in {ours} and that "
+            f"in {theirs}; dynmesh convert --scale {1 / ratio:.4g} makes them comparable",
+            file=completed.path,
+        )
