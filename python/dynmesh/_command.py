@@ -156,7 +156,7 @@ def _annotation(name: str, names: tuple[str, ...] | None, hint: Any, default: An
         more["converter"] = _path
     if str in _members(hint):
         more["allow_leading_hyphen"] = True  # of numbers
-    if default is not True:
+    if default is False or bool not in _members(hint):
         more["negative"] = ""
     if default is False:
         more["show_default"] = False

@@ -65,7 +65,7 @@ def test_a_completed_file_is_completed_again_as_in_memory(tmp_path: Path, suffix
             pytest.importorskip(library)
     dynmesh.write(tmp_path / "partial.npz", PARTIAL)
     once, twice = tmp_path / f"once{suffix}", tmp_path / f"twice{suffix}"
-    dynmesh.complete_file(tmp_path / "partial.npz", once, provenance=True)
+    dynmesh.complete_file(tmp_path / "partial.npz", once)
     dynmesh.complete_file(once, twice)
     for name in ("vertices", "generation", "age"):
         one, other = (getattr(dynmesh.read(path), name) for path in (once, twice))

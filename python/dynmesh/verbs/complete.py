@@ -117,7 +117,7 @@ def complete_file(
     bidirectional: How[bool] = False,
     threads: How[int] = 1,
     uncertainty: Output[bool] = False,
-    provenance: Output[bool] = False,
+    provenance: Output[bool | None] = None,
     drop_above: Output[float | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
@@ -154,9 +154,9 @@ def complete_file(
         threads: the number of threads that may work on a frame.
         uncertainty: whether to write the standard error of each vertex; implies `provenance`.
         provenance: whether to write how many edges each vertex is from an observed one
-            (generation), and for how many frames it was not observed (age). A file that has them
-            can be completed again: what was estimated is then estimated again. The result of such a
-            file has them, too.
+            (generation), and for how many frames it was not observed (age); else, if the format can
+            hold them. A file that has them can be completed again: what was estimated is then
+            estimated again. The result of such a file has them, too.
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
             of the positions.
         overwrite: whether to replace an existing output.
@@ -172,7 +172,9 @@ def complete_file(
         if file is not None or name != "template":
             check_path(name, file)
     check_start(start, template)
-    check_flags(bidirectional=bidirectional, provenance=provenance, overwrite=overwrite)
+    check_flags(bidirectional=bidirectional, overwrite=overwrite)
+    if provenance is not None:
+        check_flags(provenance=provenance)
     training_files = paths_of(training)
     given: SequenceSettings = {
         "method": method,
@@ -188,8 +190,10 @@ def complete_file(
     target = target_over(path, named_like(path, output))
     named = [Path(path), *training_files, *([] if template is None else [Path(template)])]
     target.check(overwrite=overwrite, others=filter(Path.is_file, named))
-    provenance = provenance or uncertainty
-    target.check_holds(["generation"] if provenance else [])
+    asked = bool(provenance or uncertainty)
+    target.check_holds(["generation"] if asked else [])
+    if provenance is None:
+        provenance = target.writer.keeps_provenance
     with open_with_template(path, template, source or {}) as (reader, first):
         learnt = Training(training_files, reader, progress)
         others = [*(first.files if first else ()), *learnt.files]
@@ -197,8 +201,8 @@ def complete_file(
         header = replace(
             reader.header,
             has_known=drop_above is not None,
-            has_provenance=provenance or reader.has_provenance,
-            has_standard_error=provenance and settings["uncertainty"],
+            has_provenance=asked or provenance or reader.has_provenance,
+            has_standard_error=asked and settings["uncertainty"],
             standard_error_of="position",
             mesh_file=MeshFile(Path(path), ()) if target.is_overlay else reader.header.mesh_file,
         )
