@@ -124,7 +124,7 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     """
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     if "progress" in unset:
-        given.arguments["progress"] = sys.stderr.isatty() and not quiet
+        given.arguments["progress"] = not quiet
     made = command(*given.args, **given.kwargs)
     if made is None or isinstance(made, Report):
         return made

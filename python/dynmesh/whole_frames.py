@@ -79,7 +79,7 @@ def whole_frame(
         outliers: whether known positions that contradict the lengths of the edges around them, as
             other frames know them, count as missing.
         threads: the number of threads that may work.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         TypeError: an argument has the wrong kind.

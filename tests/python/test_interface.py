@@ -7,6 +7,7 @@ import math
 import pickle
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +18,8 @@ import pytest
 from meshes import Mesh, sheet, turned
 
 import dynmesh
-from dynmesh import _core
+from dynmesh import _core, _progress
 from dynmesh._errors import InputError, KindError, SettingError, locating
-from dynmesh._progress import tracked
 from dynmesh._report import Report
 
 
@@ -255,10 +255,27 @@ def test_a_bar_passes_all_on_and_is_shown_if_asked_for(
     progress: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
-    assert list(tracked(iter("abc"), 3, "spelling", progress)) == ["a", "b", "c"]
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert list(_progress.tracked(iter("abc"), 3, "spelling", progress)) == ["a", "b", "c"]
     printed = capsys.readouterr()
     assert printed.out == ""
     assert ("spelling" in printed.err) == progress
+
+
+def test_where_there_is_no_terminal_lines_are_printed_also_during_a_long_step(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(_progress, "INTERVAL", 0.05)
+    made = _progress.tracked(iter("ab"), 2, "spelling", True)
+    assert next(made) == "a"
+    told = ""
+    while told.count("spelling, 0 of 2") < 2:
+        told += capsys.readouterr().err
+        time.sleep(0.01)
+    assert list(made) == ["b"]
+    capsys.readouterr()
+    time.sleep(0.1)
+    assert capsys.readouterr().err == ""
 
 
 def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:

@@ -23,7 +23,7 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
 
     Args:
         source: a file in any format, a reader from :func:`dynmesh.open`, or a sequence in memory.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
         **how: how to read a file, the keywords of :func:`dynmesh.open`; they are ignored if
             `source` is a reader or in memory.
 

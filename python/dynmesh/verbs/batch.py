@@ -132,7 +132,7 @@ def batch(
         scheduler: use the Dask cluster with this address instead; it must see the files under the
             same paths.
         overwrite: whether to replace existing outputs instead of skipping them.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         ImportError: Dask distributed is not installed.

@@ -160,7 +160,7 @@ def complete_file(
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
             of the positions.
         overwrite: whether to replace an existing output.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: the output exists.

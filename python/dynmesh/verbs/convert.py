@@ -65,7 +65,7 @@ def convert_file(
         fps: frames per second; the frames stay as they are.
         output_format: the format of the result, if its suffix does not say it.
         overwrite: whether to replace an existing output.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: the output exists.

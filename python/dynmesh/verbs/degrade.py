@@ -77,7 +77,7 @@ def degrade_file(
         up: the axis that cameras circle around; else, as the file states it, or as it seems.
         seed: equal seeds remove the same vertices: use another one to degrade a file twice.
         overwrite: whether to replace an existing output.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: the output exists.

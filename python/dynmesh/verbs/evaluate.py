@@ -100,7 +100,7 @@ def evaluate(
         prim: the path of the mesh in those of the files that hold several (USD, Alembic).
         csv: a file to write with a row for each frame.
         overwrite: whether to replace it if it exists.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         OSError, ImportError, TypeError: a file cannot be read or written.

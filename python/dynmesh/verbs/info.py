@@ -77,7 +77,7 @@ def info(
         format: the format of the file, if its suffix does not say it.
         source: how to read the file.
         strict: whether an error or a warning makes the command fail.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: a file cannot be read. Problems of the mesh and

@@ -109,7 +109,7 @@ def register_file(
         page: an HTML file to write with the scan and the result, coloured by the distance from the
             nearest point.
         overwrite: whether to replace existing outputs.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: an output exists.

@@ -73,7 +73,7 @@ def view(
         max_frames: longer sequences show every second, third, ... frame.
         max_vertices: larger meshes are simplified to about this many vertices.
         overwrite: whether to replace an existing file.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: `out` exists.
@@ -156,7 +156,7 @@ def picture(
         azimuth: the viewing angle around the up axis, in degrees.
         size: pixels of a frame, each way.
         overwrite: whether to replace an existing file.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: `out` exists.

@@ -181,7 +181,7 @@ def track_file(
             (generation), and for how many frames it was not seen (age).
         csv: a file to write with a row for each frame with points: how good it is.
         overwrite: whether to replace existing outputs.
-        progress: whether to show a bar on standard error.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         FileExistsError: the output exists.
