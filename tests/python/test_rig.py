@@ -20,7 +20,15 @@ from test_scans import potato
 import dynmesh
 from dynmesh import degrade, track_file
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.scans import PointScan, Rig, open_scans, read_cameras, write_cameras
+from dynmesh.scans import (
+    DepthScan,
+    PointScan,
+    Rig,
+    open_scans,
+    read_cameras,
+    scan_folder,
+    write_cameras,
+)
 from dynmesh.tracking.room import Room, crop_of, planes_of_room
 
 
@@ -162,6 +170,28 @@ def test_nothing_is_wrong_with_a_right_rig(seed: int, folder: Path, tmp_path: Pa
     ours, theirs = (read_cameras(file) for file in (scans / "cameras.json", tmp_path / "same.json"))
     for one, other in zip(ours.cameras, theirs.cameras, strict=True):
         np.testing.assert_array_equal(one.camera_to_world, other.camera_to_world)
+
+
+def test_right_cameras_are_not_blamed_for_what_sensors_measure_at_edges(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Points behind the rim of the subject, stray ones, noise and holes."""
+    run("degrade", folder / "body.obj", tmp_path / "clean", "--depth=64x48", "--up=z")
+    rig = read_cameras(tmp_path / "clean" / "cameras.json")
+    (scan,) = open_scans(tmp_path / "clean").frames(0, 1)
+    assert isinstance(scan, DepthScan)
+    rng = np.random.default_rng(0)
+    images = []
+    for depth in scan.depth:
+        beside = [np.roll(depth, step, axis) for step in (-1, 1) for axis in (0, 1)]
+        rim = (depth > 0) & (np.min(beside, axis=0) == 0)
+        behind = rim * (0.5 + rng.random(depth.shape)) + 0.01 * rng.standard_normal(depth.shape)
+        stray = 3 * rng.random(depth.shape) * (rng.random(depth.shape) < 0.01)
+        measured = (depth > 0) & (rng.random(depth.shape) > 0.01)
+        images.append(np.where(measured, depth + behind + stray, 0).astype(np.float32))
+    with scan_folder(tmp_path / "depth", rig) as append:
+        append(scan._replace(depth=images))
+    run("rig", tmp_path / "depth", "--template", folder / "body.obj")
 
 
 @pytest.mark.parametrize("off", [2, 8, "longer"])

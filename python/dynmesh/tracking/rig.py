@@ -59,6 +59,12 @@ _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
 
+_JUMP = 6.0
+"""Widths of a pixel on the surface, and medians of the differences of neighbours, beyond both of
+which two neighbouring pixels see different things. A surface seen at 80 degrees stays below."""
+_NEIGHBOURS = 2
+"""A pixel with fewer neighbours is a stray one."""
+
 _OPENGL = np.diag([1.0, -1, -1, 1])
 """From the axes of a camera in OpenGL to those in OpenCV."""
 
@@ -181,7 +187,7 @@ class Fit:
 
 def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     """Compares a scan, in the unit of the template, also after the rigid motion of tracking."""
-    clouds = [_subject(cloud, surface) for cloud in scan.clouds]
+    clouds = [_subject(cloud, surface) for cloud in without_jumps(scan).clouds]
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
     if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
@@ -196,6 +202,27 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
     far = tuple(float(np.mean(one > most)) if len(one) else 0.0 for one in each)
     return Fit(min(shares), shares[0], far, _medians(each, surface))
+
+
+def without_jumps(scan: DepthScan) -> DepthScan:
+    """Returns a scan without pixels at jumps of the depth, and without stray ones.
+
+    At jumps, sensors measure points between what is before and what is behind.
+    """
+    images = []
+    for depth, intrinsics in zip(scan.depth, scan.intrinsics, strict=True):
+        padded = np.pad(depth, 1)
+        beside = np.stack(
+            [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
+        )
+        both = (depth > 0) & (beside > 0)
+        apart = np.where(both, np.abs(beside - depth), 0)
+        usual = float(np.median(apart[both])) if both.any() else 0.0
+        widths = depth / min(abs(intrinsics[0, 0]), abs(intrinsics[1, 1]))
+        jumps = (apart > _JUMP * np.maximum(widths, usual)).any(axis=0)
+        sound = ~jumps & (both.sum(axis=0) >= _NEIGHBOURS)
+        images.append(np.where(sound, depth, 0).astype(depth.dtype))
+    return scan._replace(depth=images)
 
 
 def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
