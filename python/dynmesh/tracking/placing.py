@@ -123,7 +123,7 @@ def placed_in(
         registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     doubt = registered.reason
     if doubt:
-        missing = "`landmarks` say where head, hands and feet, for example, belong"
+        missing = "`landmarks` say where ends and corners, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:

@@ -236,7 +236,9 @@ def _reason(
     elif found.cause in ("part", "place") and found.hole > _HOLE and _lacks_cameras(scan):
         told += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
-        told += "; landmarks say where head, hands and feet, for example, belong"
+        told += (
+            "; landmarks say where points that are easy to find, such as ends and corners, belong"
+        )
     return told
 
 
