@@ -231,7 +231,7 @@ def _reason(
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
         wrong = wrong or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
-    if found.cause in ("pose", "place") and not align:
+    if found.cause in ("unseen", "pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
     elif found.cause in ("part", "place") and found.hole > _HOLE and _lacks_cameras(scan):
         told += "; `cameras` says which part could not be seen"
