@@ -152,8 +152,8 @@ class Increments:
         ]
         before, now = (x - m[self.cluster] for x, m in zip((previous, points), mean, strict=True))
         own = known & (anchors[self.cluster] > 1)
-        square = np.bincount(self.cluster[own], (before[own] ** 2).sum(axis=1), n)
-        square = np.maximum(square / np.maximum(anchors, 1), 1e-4 * self.h**2) + self.noise
+        squares = np.bincount(self.cluster[own], (before[own] ** 2).sum(axis=1), n)
+        square = np.maximum(squares / np.maximum(anchors, 1), 1e-4 * self.h**2) + self.noise
         arms = [  # the cluster, the weight, and the arm in both frames
             (self.cluster[v], 1 / square[self.cluster[v]], before[v], now[v])
             for v in np.flatnonzero(own)

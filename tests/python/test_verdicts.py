@@ -20,7 +20,8 @@ Scan = tuple[Array, Array | None]
 
 def around_itself(degrees: float, points: Array) -> Array:
     """Turns points about the vertical axis through the middle."""
-    return Rotation.from_euler("z", degrees, degrees=True).apply(points - MIDDLE) + MIDDLE
+    turn = Rotation.from_euler("z", degrees, degrees=True)
+    return np.asarray(turn.apply(points - MIDDLE) + MIDDLE)
 
 
 def with_turned_normals(share: float, measured: Scan) -> Scan:

@@ -231,7 +231,7 @@ class Fits:
         return tuple(told)
 
 
-def ranges_of(numbers: list[int]) -> str:
+def ranges_of(numbers: list[Number]) -> str:
     """Names numbers in order, runs of them by their ends, such as "3, 7 to 12"."""
     runs = [
         [number for _, number in run]
