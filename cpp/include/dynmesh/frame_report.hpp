@@ -16,6 +16,8 @@ struct StageReport {
   double factor_seconds = 0;     ///< factorisation of the system of the unknown vertices
   double rotation_seconds = 0;   ///< fitting of rotations
   double solve_seconds = 0;      ///< everything else
+
+  bool operator==(const StageReport&) const = default;
 };
 
 /// Statistics of one frame. known + filled + disconnected is the number of vertices.
@@ -37,6 +39,8 @@ struct FrameReport {
   /// right lengths is not noticed.
   Quality quality = Quality::good;
   std::array<char, 512> reason{};  ///< why it is not good, ending with 0; empty if it is
+
+  bool operator==(const FrameReport&) const = default;
 };
 
 }  // namespace dynmesh

@@ -83,7 +83,10 @@ struct Tracker<Real>::Parts {
     if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
     Measure measure = recovery.measure(found);
     const bool is_lost = recovery.is_due(measure);
-    const bool recovered = is_lost && recovery.find_again(surface, measurement, found, measure);
+    TrackingReport made;
+    made.recovered = is_lost && recovery.find_again(surface, measurement, found, measure);
+    made.measure = measure;
+    tell_quality(made);
     std::ranges::copy(found.observed, stream.current_known.begin());
     stream.generations.classify(mesh->topology.cells, stream.current_known);
     const auto generation = stream.generations.of_vertices();
@@ -99,12 +102,8 @@ struct Tracker<Real>::Parts {
     stream.advance();
     stream.keep(surface.shape().error_bars().of_vertices());
     recovery.remember(completed, measure, is_lost);
-    TrackingReport made;
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
-    made.measure = measure;
-    tell_quality(made);
-    made.recovered = recovered;
     made.stages.prior_weight = surface.shape().rest().prior_weight();
     made.stages.prior_share = surface.shape().rest().prior_share();
     made.standard_error = mean_standard_error();
