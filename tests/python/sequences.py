@@ -30,6 +30,12 @@ def assert_same(one: dynmesh.Sequence, other: dynmesh.Sequence) -> None:
     assert one.vertices.dtype == other.vertices.dtype
 
 
+def assert_named(error: Exception, path: Path) -> None:
+    """Checks that a file is refused by name and in one line."""
+    assert str(path.parent) in str(error)
+    assert "\n" not in str(error)
+
+
 def assert_refused(
     path: Path, told: str = "", read: Callable[..., Any] = dynmesh.read, **options: Any
 ) -> None:

@@ -18,7 +18,7 @@ from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from meshes import sheet
-from sequences import assert_refused, sea
+from sequences import assert_named, assert_refused, sea
 
 import dynmesh
 from dynmesh import files
@@ -234,8 +234,7 @@ def result_of(path: Path) -> dynmesh.Sequence | str:
         assert sequence.faces.max(initial=0) < sequence.vertices.shape[1]
         return sequence
     except (ValueError, OSError) as error:
-        assert str(path.parent) in str(error)  # noqa: PT017
-        assert "\n" not in str(error)  # noqa: PT017
+        assert_named(error, path)
         return str(error)
     finally:
         peak = tracemalloc.get_traced_memory()[1]

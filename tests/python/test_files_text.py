@@ -359,8 +359,9 @@ def number_in(folder: Path, suffix: str, word: str, change: Any = lambda text: t
     if suffix == "txt":
         whole = dynmesh.synth.ocean(1, grid=4)
         dynmesh.write(folder / "whole.npz", whole)
-        (missing,) = (~dynmesh.read(folder / "whole.npz", known=path).known).nonzero()[1:]  # type: ignore[operator]
-        return float(missing[-1])
+        known = dynmesh.read(folder / "whole.npz", known=path).known
+        assert known is not None
+        return float(np.flatnonzero(~known[0])[-1])
     return float(dynmesh.read(path).vertices[0, 1, 2])
 
 
