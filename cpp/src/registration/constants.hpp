@@ -22,7 +22,8 @@ inline constexpr struct RigidStartConstants {
   double normal = 0.2;
   /// The share of the pairs that is used.
   double kept = 0.8;
-  /// So many starts are returned at most, which differ by at least this angle, in degrees.
+  /// So many starts are returned at most, of twice as many that are best at first, which differ by
+  /// at least this angle, in degrees.
   std::size_t starts = 6;
   double least_angle = 15;
 } rigid_start_constants;

@@ -162,8 +162,8 @@ PointScan part_of(const PointScan& scan, std::span<const std::size_t> numbers) {
   return part;
 }
 
-/// The best starts whose rotations differ.
-std::vector<RigidStart> best_of(std::vector<RigidStart> starts) {
+/// The best starts whose rotations differ, at most so many.
+std::vector<RigidStart> best_of(std::vector<RigidStart> starts, std::size_t most) {
   std::ranges::stable_sort(starts, {}, &RigidStart::distance);
   std::vector<RigidStart> best;
   for (const RigidStart& start : starts) {
@@ -173,7 +173,7 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts) {
              rigid_start_constants.least_angle;
     });
     if (is_new) best.push_back(start);
-    if (best.size() == rigid_start_constants.starts) break;
+    if (best.size() == most) break;
   }
   return best;
 }
@@ -257,11 +257,13 @@ std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Fie
     const Eigen::Isometry3d motion = coarse.centred(spread_rotation(i, c.rotations));
     starts.push_back(coarse.improved({motion}, false));
   }
-  starts = best_of(std::move(starts));
+  starts = best_of(std::move(starts), 2 * c.starts);
   for (RigidStart& start : starts) start = fine.improved(start, true);
   starts.insert(starts.begin(), in_place);
   std::vector<Eigen::Isometry3d> best;
-  for (const RigidStart& start : best_of(std::move(starts))) best.push_back(start.motion);
+  for (const RigidStart& start : best_of(std::move(starts), c.starts)) {
+    best.push_back(start.motion);
+  }
   return best;
 }
 
