@@ -56,13 +56,11 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
                                               std::span<const Landmark> landmarks,
                                               int fewest_iterations, double times_weight) {
   shape_.begin_frame();
-  auto before = before_;
-  std::ranges::copy(last_, x_.begin());
-  carry_on(x_, before, constants_.prediction);
   matches_.begin(measurement);
+  begin_where_points_are();
   factored_weight_ = 0;
   const int iterations = approach(fewest_iterations);
-  before = x_;
+  std::vector<Vector3<double>> before = x_;
   for (int left = iterations; left-- > 0;) {
     if (!iterate(left, times_weight * constants_.last_weight, landmarks)) break;
     // The last iteration begins where the one before it ended.
@@ -72,6 +70,23 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
   Found found = observe();
   found.iterations = iterations;
   return found;
+}
+
+/// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
+/// the points: a step that brought the surface to where it was all the time leads past it.
+void SurfaceTracking::begin_where_points_are() {
+  const Search search = {.is_sparse = !any_cloth_, .scale = constants_.radius / 2};
+  const auto distance_from = [&](Field x) {
+    matches_.find(x, search);
+    return matches_.distance_of(constants_.far_share);
+  };
+  const double distance_of_last = distance_from(last_);
+  std::ranges::copy(last_, x_.begin());
+  auto before = before_;
+  carry_on(x_, before, constants_.prediction);
+  if (distance_from(x_) > distance_of_last + constants_.resolution) {
+    std::ranges::copy(last_, x_.begin());
+  }
 }
 
 /// Moves X as a whole to the points until it lies still, and returns how many iterations are left:

@@ -81,6 +81,7 @@ class SurfaceTracking {
   void read_memory(Reader& reader, Field last);
 
  private:
+  void begin_where_points_are();
   int approach(int fewest_iterations);
   bool iterate(int left, double last_weight, std::span<const Landmark> landmarks);
   Found observe();
