@@ -221,9 +221,11 @@ class Tracker(Stream):
             points: the scan, (n, 3) float32 or float64, finite, in any order and of any number, in
                 the axes and the unit of the template.
             normals: the outward normals of the points, (n, 3), of any length. A normal of 0 is not
-                known, and its point is not used. If None, normals are estimated from the 12 nearest
-                points, which takes longer than everything else, and turned to the viewpoints;
-                without viewpoints they match either side of the surface.
+                known, and its point agrees with any side of the surface. If None, normals are
+                estimated from the nearest points, at least 12 and those within a mean edge, which
+                takes longer than everything else, and turned to the viewpoints; without viewpoints
+                they match either side of the surface. Points on a line, as of a line scanner, have
+                none.
             viewpoints: the positions of the sensors, (c, 3), to which estimated normals turn, and
                 of which `agreement_of_sensors` tells, in the axes and the unit of the template.
             out: an array (k, 3) of the tracker's dtype to which the tracked frame is written. If

@@ -108,7 +108,7 @@ PointScan& estimated(PointScan& scan) {
       scan.points.push_back({static_cast<double>(i), static_cast<double>(j), 0});
     }
   }
-  scan.estimate_normals(workers);
+  scan.estimate_normals(1, workers);
   return scan;
 }
 
@@ -155,7 +155,7 @@ TEST_CASE("points that are repeated count once in normals") {
     repeated.points.insert(repeated.points.end(), once.points.begin(), once.points.end());
   }
   Workers workers(1);
-  for (PointScan* scan : {&once, &repeated}) scan->estimate_normals(workers);
+  for (PointScan* scan : {&once, &repeated}) scan->estimate_normals(1, workers);
   for (std::size_t i = 0; i < repeated.size(); ++i) {
     const auto expected = once.normals[i % once.size()];
     CHECK(dot(repeated.normals[i], expected) == doctest::Approx(1));

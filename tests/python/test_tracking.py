@@ -9,7 +9,8 @@ import pytest
 from meshes import Array, Mesh, bumpy_torus, join, sheet, turned
 from scans_of_meshes import bent, edge, error, person, scan_of
 from scipy.spatial import cKDTree
-from tracking_reference import Tracked, TrackedTrained, vertex_normals
+from scipy.spatial.transform import Rotation
+from tracking_reference import Tracked, TrackedTrained, estimated_normals, vertex_normals
 
 import dynmesh
 from dynmesh import Tracker, _core
@@ -77,13 +78,12 @@ def test_axes_unit_winding_and_order_mean_nothing(
 
 
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
-    """Without normals and viewpoints, of the planes through the 12 nearest points."""
+    """Without normals and viewpoints, of the planes through the nearest points."""
     mesh = bumpy_torus(14)
     tracker = Tracker(mesh.faces, mesh.vertices)
     expected = Tracked(mesh.faces, mesh.vertices)
     points, _ = scan_of(mesh, bent(mesh.vertices, 0.1) + 0.1, 900, rng)
-    _, near = cKDTree(points).query(points, 12)
-    normals = np.linalg.svd(points[near] - points[near].mean(axis=1, keepdims=True))[2][:, 2]
+    normals = estimated_normals(points, edge(mesh))
     signs = rng.choice([-1.0, 1.0], (len(points), 1))
     found, _ = expected.track(points, signs * normals, sided=False)
     assert np.abs(tracker.push(points) - found).max() < 0.04 * edge(mesh)
@@ -101,6 +101,42 @@ def test_normals_are_estimated(rng: np.random.Generator) -> None:
         limit = error(mesh, truth, given.push(points, normals)) + 0.2
         assert error(mesh, truth, seen.push(points, viewpoints=sensors)) < limit
         assert error(mesh, truth, disconnected.push(points)) < limit
+
+
+@pytest.mark.parametrize(("spacing", "noise"), [(4, 0.05), (4, 0.2), (8, 0.05)])
+def test_points_of_a_line_scanner_are_tracked(
+    spacing: float, noise: float, rng: np.random.Generator
+) -> None:
+    """They are dense along lines that lie mean edges apart."""
+    frames = dynmesh.synth.walker().vertices[:4].astype(np.float64)
+    mesh = Mesh(person()[0].faces, frames[0])
+    tracker = Tracker(mesh.faces, frames[0])
+    for frame in frames[1:]:
+        points, _ = scan_of(mesh, frame, 500_000, rng)
+        lines = points[:, 2] / (spacing * edge(mesh))
+        points = points[np.abs(lines - np.rint(lines)) < 0.01]
+        points += noise * edge(mesh) * rng.normal(size=points.shape)
+        tracked = tracker.push(points)
+        assert tracker.report.quality == "good", tracker.report.reason
+    assert error(mesh, frame, tracked) < 0.03 * spacing + noise
+
+
+@pytest.mark.parametrize(("axis", "degrees"), [("x", 70), ("y", 50)])
+def test_the_way_from_the_template_to_the_first_scan_predicts_nothing(
+    axis: str, degrees: float, rng: np.random.Generator
+) -> None:
+    """A prediction would carry the mesh on beyond scans that do not move."""
+    mesh, _ = person()
+    turn = Rotation.from_euler(axis, degrees, degrees=True)
+    middle = mesh.vertices.mean(axis=0)
+    tracker = Tracker(mesh.faces, turn.apply(mesh.vertices - middle) + middle)
+    errors = [
+        error(
+            mesh, mesh.vertices, tracker.push(*scan_of(mesh, mesh.vertices, 6000, rng, noise=0.01))
+        )
+        for _ in range(3)
+    ]
+    assert max(errors[1:]) < 1.2 * errors[0]
 
 
 def test_what_a_sensor_cannot_see_is_not_observed(rng: np.random.Generator) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import training_reference
 from numpy.typing import NDArray
 from reference import Array
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 Integers = NDArray[np.int64]
@@ -81,6 +82,24 @@ class Rows(NamedTuple):
         return sums
 
 
+def estimated_normals(points: Array, mean_edge: float) -> Array:
+    """The normals of planes through the nearest points; 0 for points on a line."""
+    normals = np.zeros_like(points)
+    distance, near = cKDTree(points).query(points, min(96, len(points)))
+    for i, (distances, numbers) in enumerate(zip(distance, near, strict=True)):
+        n = max(12, np.count_nonzero(distances <= mean_edge))
+        around = points[numbers[:n]]
+        variances, axes = np.linalg.eigh(np.cov(around.T))
+        if variances[1] > 0.2 * variances[2]:
+            normals[i] = axes[:, 0]
+    return normals
+
+
+def _quantile(rows: Rows) -> float:
+    """The distance within which most of the vertices with a point have one."""
+    return float(np.quantile(list(rows.nearest_distances().values()), 0.98))
+
+
 class Tracked(detail_reference.Detail):
     """Tracks a closed mesh of one component, frame by frame."""
 
@@ -104,8 +123,10 @@ class Tracked(detail_reference.Detail):
         If not `sided`, the signs of the normals mean nothing.
         """
         self.points, self.normals, self.sided = points, normals, sided
-        x = self.previous + 0.6 * (self.previous - self.before)
         part = self._spread()
+        x = self.previous + 0.6 * (self.previous - self.before)
+        if self._distance(x, part) > self._distance(self.previous, part) + 0.3:
+            x = self.previous
         for _ in range(6):
             rows = self._match(x, part, scale=4)
             moved = self._moved_rigidly(x, rows)
@@ -113,8 +134,7 @@ class Tracked(detail_reference.Detail):
             x = moved
             if way < 0.3:
                 break
-        nearest_distances = list(rows.nearest_distances().values())
-        n = int(np.clip(np.ceil(1 + 3 * np.quantile(nearest_distances, 0.98)), 1, 8))
+        n = int(np.clip(np.ceil(1 + 3 * _quantile(rows)), 1, 8))
         before = x
         for i in range(n):
             left = n - i - 1
@@ -134,13 +154,17 @@ class Tracked(detail_reference.Detail):
             "rc,rcx->rx", shares, self.outside * vertex_normals(self.faces, x)[corners]
         )
         cosine = (surface * normals).sum(axis=1) / np.linalg.norm(surface, axis=1)
-        is_near &= (cosine if sided else np.abs(cosine)) > 0.7
+        agrees = (cosine if sided else np.abs(cosine)) > 0.7
+        is_near &= agrees | ~normals.any(axis=1)
         observed = np.zeros(self.k, dtype=bool)
         observed[corners[is_near][shares[is_near] > 0]] = True
         self.before, self.previous = self.previous, x
         self._fit(x)
         self.memory = np.einsum("nji,nj->ni", self.q, self.operator @ x)
         return x, observed
+
+    def _distance(self, x: Array, part: Integers | slice) -> float:
+        return _quantile(self._match(x, part, scale=4))
 
     def _spread(self) -> Integers | slice:
         """Returns which points are matched at first: one of each few along a curve."""
@@ -170,6 +194,7 @@ class Tracked(detail_reference.Detail):
         surface /= np.linalg.norm(surface, axis=2, keepdims=True)
         cosine = np.einsum("pfx,px->pf", surface, normals)
         agrees = (cosine if self.sided else np.abs(cosine)) > 0.7
+        agrees[~normals.any(axis=1)] = True
         every = np.arange(len(points))
         nearest = distance.argmin(axis=1)
         self.nearest = self.faces[nearest], shares[every, nearest]
@@ -181,9 +206,8 @@ class Tracked(detail_reference.Detail):
         beside = is_else & (np.abs(along) < 0.8 * distance[every, face])
         kept = agrees[every, face] & (distance[every, face] < 8) & ~beside
         every, face = every[kept], face[kept]
-        mean = normals[kept] + np.sign(cosine[every, face])[:, None] * surface[every, face]
-        if not self.sided:
-            mean = normals[kept] * np.sign(cosine[every, face])[:, None] + surface[every, face]
+        sign = np.where(cosine[every, face] < 0, -1, 1)[:, None]
+        mean = sign * normals[kept] + surface[every, face]
         mean /= np.linalg.norm(mean, axis=1, keepdims=True)
         distances = distance[every, face]
         corners, shares = self.faces[face], shares[every, face]

@@ -41,7 +41,7 @@ template <class Real>
 struct Scan {
   Points<const Real> points;  ///< (n, 3) finite
   /// (n, 3) the outward normals of the points, of any length; a normal of 0 means that it is not
-  /// known, and such a point is not used. Null: they are estimated from the nearest points, which
+  /// known, and such a point agrees with any side of the surface. Null: they are estimated from the nearest points, which
   /// takes longer than everything else, and turned to the viewpoints.
   Points<const Real> normals = {};
   /// (c, 3) the positions of the sensors, to which estimated normals turn, and of which

@@ -162,7 +162,7 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Training<Real>* training) {
   return registered(
       faces, positions, landmarks, settings, training,
-      [&](Workers& workers, double /*mean_edge*/) { return point_scan_of(scan, workers); });
+      [&](Workers& workers, double mean_edge) { return point_scan_of(scan, mean_edge, workers); });
 }
 
 template <class Real>

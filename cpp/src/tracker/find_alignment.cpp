@@ -106,8 +106,9 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   const std::size_t step = 1 + points.size() / most_points;
   for (std::size_t i = 0; i < points.size(); i += step) measured.points.push_back(points[i]);
   Workers alone(1);
-  measured.estimate_normals(alone);
-  return align(triangles, frame, mean_edge_length<double>(topology.cells, frame), measured);
+  const double mean_edge = mean_edge_length<double>(topology.cells, frame);
+  measured.estimate_normals(mean_edge, alone);
+  return align(triangles, frame, mean_edge, measured);
 }
 
 template Alignment find_alignment(Faces, Points<const float>, Points<const float>);

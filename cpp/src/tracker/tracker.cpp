@@ -205,7 +205,8 @@ void Tracker<Real>::reset(Points<const Real> frame) {
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
   const auto start = Clock::now();
-  const PointScan measured = point_scan_of(scan, parts_->mesh->workers);
+  const PointScan measured =
+      point_scan_of(scan, parts_->surface.mean_edge(), parts_->mesh->workers);
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},

@@ -122,18 +122,21 @@ void Matches::find_normals(Field x) {
   }
 }
 
-/// The normal of the surface at a place, on the side of that of the point; 0 if they disagree.
+/// The normal of the surface at a place, on the side of that of the point; 0 if they disagree. A
+/// point without a normal agrees everywhere.
 Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) const {
   auto normal = place.on(normals_);
   const double length = std::sqrt(squared_norm(normal));
   if (!(length > 0) || !place.any()) return {};
-  double cosine = dot(normal, points_[point].normal) / length;
+  const auto& measured = points_[point].normal;
+  double cosine = dot(normal, measured) / length;
   const bool is_either = is_sheet_[place.corners[0]] != 0 || points_[point].is_undecided;
   if (is_either && cosine < 0) {
     normal = -1.0 * normal;
     cosine = -cosine;
   }
-  return cosine > constants_.agreement ? (1 / length) * normal : Vector3<double>{};
+  const bool agrees = cosine > constants_.agreement || squared_norm(measured) == 0;
+  return agrees ? (1 / length) * normal : Vector3<double>{};
 }
 
 /// The nearest place within the radius, whatever its normal. The point walks over X from the place

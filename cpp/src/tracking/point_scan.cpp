@@ -12,11 +12,16 @@
 namespace dynmesh {
 namespace {
 
-/// How many points tell a local plane, the one in question included. Fewer follow the noise, more
-/// round off edges.
+/// How many points tell a local plane at least, the one in question included, and how many at most
+/// where they are denser than the mesh. Fewer follow the noise, more round off edges.
 constexpr std::size_t plane_points = 12;
+constexpr std::size_t most_plane_points = 96;
 
-/// The unit normal of the plane that fits the points best; 0 if they lie on a line.
+/// Points whose variance across a line is a smaller share of that along it lie on this line.
+constexpr double collinear = 0.2;
+
+/// The unit normal of the plane that fits the points best; 0 if they lie on a line, as the points
+/// of one line of a line scanner do: across it, only noise or its bends would tell the plane.
 Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
                              std::span<const std::uint32_t> chosen) {
   Vector3<double> mean;
@@ -31,15 +36,14 @@ Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
   const double size = covariance.trace();
   if (!(size > 0) || !std::isfinite(size)) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / size);
-  constexpr double collinear = 1e-10;
-  if (!(solver.eigenvalues()[1] > collinear)) return {};
+  if (!(solver.eigenvalues()[1] > collinear * solver.eigenvalues()[2])) return {};
   const Eigen::Vector3d normal = solver.eigenvectors().col(0);
   return {normal.x(), normal.y(), normal.z()};
 }
 
 }  // namespace
 
-void PointScan::estimate_normals(Workers& workers) {
+void PointScan::estimate_normals(double radius, Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
   // Copies of few points tell no plane.
@@ -50,9 +54,17 @@ void PointScan::estimate_normals(Workers& workers) {
   distinct.erase(std::unique(distinct.begin(), distinct.end(), is_copy), distinct.end());
   const PointTree<3> tree(arrays_of(distinct));
   workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
-    std::array<std::uint32_t, plane_points> numbers{};
-    std::array<double, plane_points> distances{};
-    const std::size_t n = tree.nearest(array_of(points[i]), numbers, distances);
+    std::array<std::uint32_t, most_plane_points> numbers{};
+    std::array<double, most_plane_points> squared{};
+    const auto find = [&](std::size_t n) {
+      return tree.nearest(array_of(points[i]), std::span(numbers).first(n),
+                          std::span(squared).first(n));
+    };
+    std::size_t n = find(plane_points);
+    if (n == plane_points && squared[n - 1] < radius * radius) {
+      n = find(most_plane_points);
+      while (n > plane_points && squared[n - 1] > radius * radius) --n;
+    }
     set_normal(i, plane_normal(distinct, std::span(numbers).first(n)));
   });
 }
@@ -110,7 +122,8 @@ bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double
   bool any = false;
   tree().search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
     const double cosine = dot(normals[i], normal);
-    any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement;
+    any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement ||
+          squared_norm(normals[i]) == 0;
     return any ? 0 : radius * radius;
   });
   return any;

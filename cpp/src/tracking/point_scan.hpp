@@ -19,14 +19,14 @@ namespace dynmesh {
 class PointScan {
  public:
   std::vector<Vector3<double>> points;   ///< (n,) finite
-  std::vector<Vector3<double>> normals;  ///< (n,) of unit length; 0 agrees with nothing
+  std::vector<Vector3<double>> normals;  ///< (n,) of unit length; 0 if it is not known
   std::vector<Vector3<double>> sensors;  ///< (c,) where they stand, may be empty
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
-  /// turned to the sensors. Without sensors, or if the plane lies between two of them, the
-  /// direction stays undecided: the normal then agrees with its opposite as well. Points at the
-  /// same position count once.
-  void estimate_normals(Workers& workers);
+  /// or those within the radius if they are more, turned to the sensors. Without sensors, or if the
+  /// plane lies between two of them, the direction stays undecided: the normal then agrees with its
+  /// opposite as well. Points at the same position count once. Points on a line have no normal.
+  void estimate_normals(double radius, Workers& workers);
 
   [[nodiscard]] std::size_t size() const { return points.size(); }
   [[nodiscard]] bool is_undecided(std::size_t i) const {
@@ -43,7 +43,7 @@ class PointScan {
     return std::sqrt(tree().nearest(array_of(position)).squared);
   }
   /// Whether a point within a radius has a normal whose cosine with this one is at least
-  /// `agreement`.
+  /// `agreement`, or none.
   [[nodiscard]] bool any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
                                 double radius, double agreement) const;
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.

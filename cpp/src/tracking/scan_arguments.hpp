@@ -44,9 +44,9 @@ inline Vector3<double> direction_of(const Vector3<double>& normal) {
 }
 
 /// Checks and converts a scan, whose normals and viewpoints may be missing. Normals that are not
-/// given are estimated.
+/// given are estimated, at the scale of a mesh with this mean edge.
 template <class Real>
-PointScan point_scan_of(const Scan<Real>& scan, Workers& workers) {
+PointScan point_scan_of(const Scan<Real>& scan, double mean_edge, Workers& workers) {
   PointScan measured;
   measured.points = checked_rows("points", scan.points);
   const bool has_normals = scan.normals.data != nullptr;
@@ -56,7 +56,7 @@ PointScan point_scan_of(const Scan<Real>& scan, Workers& workers) {
   if (has_normals) measured.normals = checked_rows("normals", scan.normals);
   for (auto& normal : measured.normals) normal = direction_of(normal);
   measured.sensors = checked_rows("viewpoints", scan.viewpoints);
-  if (!has_normals) measured.estimate_normals(workers);
+  if (!has_normals) measured.estimate_normals(mean_edge, workers);
   return measured;
 }
 
