@@ -305,6 +305,7 @@ PAGES = (
     "docs/guides/research.md",
     "docs/guides/scene_caches.md",
     "docs/guides/shell.md",
+    "docs/guides/templates.md",
     "docs/guides/track.md",
     "docs/method.md",
     "docs/results.md",
