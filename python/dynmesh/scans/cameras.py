@@ -11,7 +11,6 @@ coefficients of the lens.
 
 import json
 import re
-import reprlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,11 +21,9 @@ from numpy.typing import NDArray
 from .._checks import check_finite, check_integer, check_positive
 from .._errors import naming
 from ..files.units import UNITS, metres_of
+from .matrices import check_intrinsics, check_pose, matrix_of
 
 _Floats = NDArray[np.float64]
-
-_ROUNDED = 1e-3
-"""By how much a rotation may deviate from an exact one, as it was written with a few digits."""
 
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
 _OPTIONAL = ("intrinsics", "depth_scale", "width", "height", "distortion")
@@ -143,8 +140,8 @@ def _camera_of(told: Any) -> ScanCamera:
     name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
-    _check_pose(pose)
+    pose = matrix_of("camera_to_world", told["camera_to_world"], 4)
+    check_pose(pose)
     size = None
     if "width" in told or "height" in told:
         for field in ("width", "height"):
@@ -155,8 +152,8 @@ def _camera_of(told: Any) -> ScanCamera:
             if field in told:
                 raise ValueError(f"intrinsics: is missing, but there is a {field}")
         return ScanCamera(name, pose, size=size)
-    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
-    _check_intrinsics(intrinsics)
+    intrinsics = matrix_of("intrinsics", told["intrinsics"], 3)
+    check_intrinsics(intrinsics)
     if "depth_scale" not in told:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
     check_positive("depth_scale", told["depth_scale"])
@@ -192,54 +189,3 @@ def _check_fields(told: Any, needed: tuple[str, ...], optional: tuple[str, ...])
     for name in needed:
         if name not in told:
             raise ValueError(f"{name}: is missing")
-
-
-def _matrix(name: str, value: Any, size: int) -> _Floats:
-    rows = value if isinstance(value, list) else []
-    if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        raise ValueError(
-            f"{name}: must be {size} rows of {size} numbers, not {reprlib.repr(value)}"
-        )
-    for number, row in enumerate(rows):
-        for one in row:
-            check_finite(f"{name}: row {number}", one)
-    found = np.array(rows, np.float64)
-    last = np.eye(size)[-1]
-    if (found[-1] != last).any() and (found[:, -1] == last).all():
-        raise ValueError(
-            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
-            "is, so it is listed column by column: list it row by row"
-        )
-    return found
-
-
-def _check_pose(pose: _Floats) -> None:
-    if pose[3].tolist() != [0, 0, 0, 1]:
-        raise ValueError(f"camera_to_world: its last row must be 0 0 0 1, not {_row(pose[3])}")
-    turn = pose[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(turn.T @ turn - np.eye(3)).max()
-        determinant = np.linalg.det(turn)
-    if not error <= _ROUNDED:
-        raise ValueError(
-            f"camera_to_world: its columns must be unit vectors at right angles, but they deviate "
-            f"by {error:.3g}"
-        )
-    if determinant < 0:
-        raise ValueError(
-            f"camera_to_world: mirrors (determinant {determinant:.3g}); the axes are x right, "
-            "y down, z ahead"
-        )
-
-
-def _check_intrinsics(matrix: _Floats) -> None:
-    is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
-    if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
-        rows = "; ".join(map(_row, matrix))
-        raise ValueError(
-            f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
-        )
-
-
-def _row(values: _Floats) -> str:
-    return " ".join(f"{value:g}" for value in values)
