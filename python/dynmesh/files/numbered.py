@@ -265,6 +265,12 @@ def files_by_number(files: Sequence[Path], stems: Sequence[str]) -> dict[Number,
     return by_number(zip(place.numbers, files, strict=True))
 
 
+def number_in(file: Path) -> Number:
+    """Returns the number in the name of one file; 0 if it has none. Errors: as for several."""
+    place = _place_in([file], [file.stem])
+    return 0 if place is None else place.numbers[0]
+
+
 def usual_distance(numbers: Sequence[Number]) -> Number | None:
     """Returns that between ascending numbers; None of one."""
     steps = [after - before for before, after in pairwise(numbers)]

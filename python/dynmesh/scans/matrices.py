@@ -38,24 +38,30 @@ def matrix_of(name: str, value: Any, size: int) -> _Floats:
     return found
 
 
-def check_pose(pose: _Floats) -> None:
-    """Raises an error unless (4, 4) is a rotation and a position."""
+def pose_of(name: str, value: Any) -> _Floats:
+    """Returns (4, 4) a rotation and a position from their rows.
+
+    Raises:
+        TypeError, ValueError: it is none; the message has the name.
+    """
+    pose = matrix_of(name, value, 4)
     if pose[3].tolist() != [0, 0, 0, 1]:
-        raise ValueError(f"camera_to_world: its last row must be 0 0 0 1, not {_row(pose[3])}")
+        raise ValueError(f"{name}: its last row must be 0 0 0 1, not {_row(pose[3])}")
     turn = pose[:3, :3]
     with np.errstate(over="ignore", invalid="ignore"):
         error = np.abs(turn.T @ turn - np.eye(3)).max()
         determinant = np.linalg.det(turn)
     if not error <= _ROUNDED:
         raise ValueError(
-            f"camera_to_world: its columns must be unit vectors at right angles, but they deviate "
+            f"{name}: its columns must be unit vectors at right angles, but they deviate "
             f"by {error:.3g}"
         )
     if determinant < 0:
         raise ValueError(
-            f"camera_to_world: mirrors (determinant {determinant:.3g}); the axes are x right, "
+            f"{name}: mirrors (determinant {determinant:.3g}); the axes are x right, "
             "y down, z ahead"
         )
+    return pose
 
 
 def check_intrinsics(matrix: _Floats) -> None:
