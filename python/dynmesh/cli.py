@@ -129,7 +129,8 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     if made is None or isinstance(made, Report):
         return made
     pixels = "{} x {} pixels".format(*made.size)
-    return Drawn(output=given.arguments["out"], remarks=(pixels,))
+    remarks = (pixels, *made.info.get("remarks", ()))
+    return Drawn(output=given.arguments["out"], remarks=remarks)
 
 
 def _told(error: Exception, tokens: Sequence[str]) -> tuple[str, int]:

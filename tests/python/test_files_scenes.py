@@ -704,8 +704,15 @@ def test_what_moves_a_mesh_and_is_not_read_is_said(tmp_path: Path, mover: str) -
     above, of_mesh = MOVERS[mover]
     world = f'def Xform "World" {{\n{above}\n{mesh(POSED, of_mesh)}}}'
     path = layer(tmp_path / "a.usda", world)
-    made = dynmesh.convert_file(path, tmp_path / "b.npz")
-    for told in ("\n".join(made.remarks), run("info", path).stdout):
+    for words in (
+        ("convert", path, tmp_path / "b.npz"),
+        ("info", path),
+        ("evaluate", path, path),
+        ("view", path, "-o", tmp_path / "b.html"),
+        ("picture", path, "-o", tmp_path / "b.png"),
+    ):
+        done = run(*words)
+        told = done.stdout + done.stderr
         assert ("moved by" in told) == (f"the mesh is moved by {mover}," in told) == bool(mover)
 
 

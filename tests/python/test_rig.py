@@ -24,6 +24,7 @@ from dynmesh.scans import (
     DepthScan,
     PointScan,
     Rig,
+    ScanCamera,
     open_scans,
     read_cameras,
     scan_folder,
@@ -67,6 +68,19 @@ def resized(rig: Rig) -> Rig:
     return replace(rig, cameras=tuple(cameras))
 
 
+def with_centre_exchanged(rig: Rig) -> Rig:
+    matrices = [np.array(camera.intrinsics) for camera in rig.cameras]
+    for matrix in matrices:
+        matrix[0, 2], matrix[1, 2] = matrix[1, 2], matrix[0, 2]
+    pairs = zip(rig.cameras, matrices, strict=True)
+    return replace(rig, cameras=tuple(replace(c, intrinsics=matrix) for c, matrix in pairs))
+
+
+def with_counts(rig: Rig) -> Rig:
+    cameras = (replace(c, depth_scale=1 / (c.depth_scale or 1)) for c in rig.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
 def with_camera(rig: Rig, number: int, **changed: Any) -> Rig:
     """The rig, with one camera changed."""
     cameras = list(rig.cameras)
@@ -90,6 +104,8 @@ MISREAD: dict[str, tuple[Any, str]] = {
     "small depths": (partial(scaled, 0.001, 1), "depth_scale is 1000 times too small"),
     "ten": (partial(scaled, 10, 1), "depth_scale is 10 times too large"),
     "size": (resized, "the intrinsics are those of images twice as large"),
+    "centre": (with_centre_exchanged, "cx and cy of the intrinsics are exchanged"),
+    "counts": (with_counts, "depth_scale is the number of counts in a unit"),
     "positions": (partial(scaled, 1, 1000), "the positions of the cameras are in millimetres"),
     "both units": (partial(scaled, 1000, 1000), "positions and depths of the cameras are in mill"),
 }
@@ -118,6 +134,58 @@ def test_a_misreading_is_named_and_the_file_that_is_written_is_right(
         np.testing.assert_allclose(np.asarray(meant.intrinsics), np.asarray(camera.intrinsics))
         assert (meant.size, meant.distortion) == (camera.size, camera.distortion)
     run(*words, "--cameras", made)  # and ends with 0
+
+
+def lengthened(depth: Any, intrinsics: Any) -> Any:
+    """Distances along the rays of pixels."""
+    row, column = np.indices(depth.shape)
+    (fx, _, cx), (_, fy, cy), _ = intrinsics
+    return depth * np.sqrt(1 + ((column - cx) / fx) ** 2 + ((row - cy) / fy) ** 2)
+
+
+IMAGES: dict[str, tuple[dict[str, Any], Any, str]] = {
+    "rays": ({"along_ray": True}, lengthened, "depths are distances from the camera along the"),
+    "left": ({"flipped": "x"}, lambda depth, _: depth[:, ::-1], "left and right are exchanged"),
+    "top": ({"flipped": "y"}, lambda depth, _: depth[::-1], "top and bottom are exchanged"),
+    "turned": ({"flipped": "xy"}, lambda depth, _: depth[::-1, ::-1], "turned by 180 degrees"),
+}
+
+
+@pytest.mark.parametrize("misread", IMAGES)
+def test_what_images_hold_is_named_and_stated_in_the_file(
+    misread: str, folder: Path, tmp_path: Path
+) -> None:
+    """Of near cameras that do not look at the middle of the subject, with noise."""
+    stated, change, told = IMAGES[misread]
+    body = dynmesh.read(folder / "body.obj")
+    points = body.vertices[0]
+    targets = points[[0, 100, 200, 300]] / 3
+    around = [
+        replace(camera, target=tuple(target), field_of_view=95.0)
+        for camera, target in zip(degrade.orbit(points, 4, distance=0.9)(0), targets, strict=True)
+    ]
+    (scan,) = degrade.depth_images(
+        body.vertices, body.faces, around, width=160, height=120, noise=0.02
+    )
+    cameras = [
+        ScanCamera(str(number), pose, matrix, 1e-3, (160, 120))
+        for number, (pose, matrix) in enumerate(zip(scan.poses, scan.intrinsics, strict=True))
+    ]
+    images = [
+        np.asarray(change(depth, matrix), np.float32)
+        for depth, matrix in zip(scan.depth, scan.intrinsics, strict=True)
+    ]
+    with scan_folder(tmp_path / "depth", Rig(tuple(cameras))) as append:
+        append(scan._replace(depth=images))
+    words = ("rig", tmp_path / "depth", "--template", folder / "body.obj")
+    right = tmp_path / "right.json"
+    assert told in run(*words, "-o", right, code=3).stderr
+    for ours, theirs in zip(read_cameras(right).cameras, cameras, strict=True):
+        np.testing.assert_equal(vars(ours), vars(replace(theirs, **stated)))
+    run(*words, "--cameras", right)
+    (read,) = open_scans(tmp_path / "depth", cameras=right)
+    assert isinstance(read, DepthScan)
+    np.testing.assert_allclose(read.depth, scan.depth, atol=1e-3)
 
 
 def test_what_is_wrong_is_told_as_json(folder: Path, tmp_path: Path) -> None:

@@ -353,7 +353,7 @@ def test_folders_of_points_come_back(tmp_path: Path, dtype: Any) -> None:
         assert isinstance(found, PointScan)
         assert found.points.dtype == dtype
         np.testing.assert_array_equal(found.points, scan.points)
-        np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints, rtol=1e-6)
+        np.testing.assert_allclose(np.asarray(found.viewpoints), rig.viewpoints(0), rtol=1e-6)
 
 
 @pytest.mark.parametrize(

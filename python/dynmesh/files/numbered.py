@@ -2,7 +2,9 @@
 
 A number is digits with their sign and their decimals. In a folder or a glob, it stands where the
 names differ. A hyphen after a letter or a digit is no sign, unless another name has none there; nor
-is one before 0. A pattern decides where the number stands and how it is written.
+is one before 0. After a letter, it could be either if no number is 0 or begins with zeros.
+
+A pattern decides where the number stands and how it is written.
 """
 
 import errno
@@ -130,6 +132,15 @@ class _Place(NamedTuple):
         return f"%{padded}.{decimals.pop()}f" if len(decimals) == 1 else "%g"
 
     @property
+    def with_sign(self) -> "_Place | None":
+        """The same with the hyphen before it as a sign, if it could be one; else None."""
+        is_hyphen = re.search(r"[^\W\d_]-$", self.before) and "/" not in self.after
+        is_plain = all(re.match(r"[1-9]|0\.", text) for text in self.texts)
+        if not is_hyphen or not is_plain or 0 in self.numbers:
+            return None
+        return _Place(self.before[:-1], self.after, tuple(f"-{text}" for text in self.texts))
+
+    @property
     def pattern(self) -> str:
         """The pattern of the names."""
         return self.before + self.conversion + self.after
@@ -173,6 +184,14 @@ def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
     Raises:
         ValueError: it could be one of several; the message has the pattern that chooses each.
     """
+    place = _digits_in(files, stems)
+    if place is not None and len(stems) > 1 and (signed := place.with_sign) is not None:
+        raise _of_several([place, signed], stems, files[0].suffix)
+    return place
+
+
+def _digits_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
+    """The same, where a hyphen after a letter is no sign."""
     found = [_places(stems, number) for number in (_DECIMAL, _DIGITS)]
     single = [places[0] for places in found if places is not None and len(places) == 1]
     suffix = files[0].suffix
@@ -244,6 +263,12 @@ def files_by_number(files: Sequence[Path], stems: Sequence[str]) -> dict[Number,
             f"{files[0].name}: has no number of a frame, or none at the same place as other files"
         )
     return by_number(zip(place.numbers, files, strict=True))
+
+
+def number_in(file: Path) -> Number:
+    """Returns the number in the name of one file; 0 if it has none. Errors: as for several."""
+    place = _place_in([file], [file.stem])
+    return 0 if place is None else place.numbers[0]
 
 
 def usual_distance(numbers: Sequence[Number]) -> Number | None:

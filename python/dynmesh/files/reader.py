@@ -140,8 +140,8 @@ def check_same_mesh(other: Reader, reader: Reader) -> None:
         raise InputError(f"has {theirs} vertices, but {reader.path} has {ours}", file=other.path)
     if not np.array_equal(other.faces, reader.faces):
         raise InputError(f"has other faces than {reader.path}", file=other.path)
-    for name, what in (("metres_per_unit", "unit in metres"), ("up_axis", "up axis")):
-        _check_alike(other, reader, name, what)
+    _check_alike(other, reader, "metres_per_unit", "unit in metres", "--to-unit")
+    _check_alike(other, reader, "up_axis", "up axis", "--to-up")
 
 
 def check_comparable(completed: Reader, reference: Reader) -> None:
@@ -152,16 +152,25 @@ def check_comparable(completed: Reader, reference: Reader) -> None:
         raise InputError(
             f"has {ours} frames, but {reference.path} has {truth}", file=completed.path
         )
-    _check_alike(completed, reference, "fps", "rate in frames per second")
+    _check_alike(completed, reference, "fps", "rate in frames per second", "--fps")
 
 
-def _check_alike(other: Reader, reader: Reader, name: str, what: str) -> None:
+def _check_alike(other: Reader, reader: Reader, name: str, what: str, option: str) -> None:
     theirs, ours = getattr(other.header, name), getattr(reader.header, name)
     if None in (theirs, ours) or theirs == ours:
         return
     if isinstance(ours, str) or not math.isclose(theirs, ours, rel_tol=1e-5):  # rounded in files
-        told = f"its {what} is {theirs}, but {ours} in {reader.path}; convert one of them"
-        raise InputError(told, file=other.path)
+        raise InputError(
+            f"its {what} is {theirs}, but {ours} in {reader.path}; dynmesh convert {option} {ours} "
+            "makes them alike",
+            file=other.path,
+        )
+
+
+def remarks_of(*readers: Reader | None) -> tuple[str, ...]:
+    """What of the motion of sequences is not read, with the names of their files."""
+    there = [reader for reader in readers if reader is not None]
+    return tuple(f"{one.path.name}: {remark}" for one in there for remark in one.header.remarks)
 
 
 def check_same_size(completed: Reader, reference: Reader) -> None:

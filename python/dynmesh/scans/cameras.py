@@ -1,35 +1,39 @@
 """`cameras.json`: where the cameras of a scan stand, and how they project, as OpenCV does.
 
-The file is an object with `unit`, the length of a unit in the poses and of `depth_scale` ("m",
-"cm", "mm", a number of metres, or null if it is that of the template), and `cameras`, a list of
-objects with `name`, `camera_to_world` (4 x 4, rows first: from camera coordinates, x right, y down,
-z ahead, to the world) and, for depth images, `intrinsics` (3 x 3: from camera coordinates to
-pixels, the centre of the first pixel at (0, 0)), `depth_scale` (the depth of one count) and,
-optionally, `width` and `height` in pixels. With these, there may be a `distortion`: the
-coefficients of the lens.
+docs/reference/scans.md says what its fields mean.
 """
 
 import json
 import re
-import reprlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_finite, check_integer, check_positive
-from .._errors import naming
+from .._checks import (
+    check_finite,
+    check_flags,
+    check_integer,
+    check_not_negative,
+    check_positive,
+)
+from .._errors import InputError, naming
+from ..files.numbered import Number
 from ..files.units import UNITS, metres_of
+from .matrices import check_intrinsics, matrix_of, pose_of
+from .trajectory import poses_in
+from .transforms import as_cameras
 
 _Floats = NDArray[np.float64]
 
-_ROUNDED = 1e-3
-"""By how much a rotation may deviate from an exact one, as it was written with a few digits."""
-
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
-_OPTIONAL = ("intrinsics", "depth_scale", "width", "height", "distortion")
+_OF_IMAGES = ("depth_scale", "distortion", "flipped", "along_ray")
+_OPTIONAL = ("camera_to_world", "poses", "within", "intrinsics", "width", "height", *_OF_IMAGES)
+
+_WITHIN = 0.02
+"""Seconds between the time of an image and that of its pose, as TUM's own programs allow."""
 
 _COEFFICIENTS = (4, 5, 8, 12, 14)
 """How many of them OpenCV knows: k1 k2 p1 p2, then k3, then k4 k5 k6, and so on."""
@@ -41,11 +45,18 @@ class ScanCamera:
 
     Attributes:
         name: letters, digits, points and hyphens; the end of the names of its images.
-        camera_to_world: (4, 4) its pose.
-        intrinsics: (3, 3), or None if the camera only tells from where points were seen.
+        camera_to_world: (4, 4) its pose; (n, 4, 4) if it moves.
+        intrinsics: (3, 3), or None if the camera only tells from where points were seen; (n, 3, 3)
+            if it moves.
         depth_scale: the depth of one count of its images; None without intrinsics.
         size: width and height of its images, or None if they are not stated.
         distortion: the coefficients of its lens, in the order of OpenCV; empty if it has none.
+        frames: the ascending numbers of the frames of n poses; empty if it stands still.
+        within: by how much the number of a frame may differ from that of its pose.
+        flipped: the axes along which the pixels of its images are in reverse order: "x", if left
+            and right are exchanged, "y", "xy" or "".
+        along_ray: whether its images hold distances from the camera itself, along the rays of the
+            pixels, instead of along its axis.
     """
 
     name: str
@@ -54,6 +65,29 @@ class ScanCamera:
     depth_scale: float | None = None
     size: tuple[int, int] | None = None
     distortion: tuple[float, ...] = ()
+    frames: tuple[Number, ...] = ()
+    within: float = 0.0
+    flipped: str = ""
+    along_ray: bool = False
+
+    def at(self, number: Number) -> "ScanCamera":
+        """Returns the camera as it stands in the frame with this number.
+
+        Raises:
+            ValueError: it moves, and no pose is near enough to this frame.
+        """
+        if not self.frames:
+            return self
+        away = np.abs(np.array(self.frames) - number)
+        nearest = int(away.argmin())
+        if away[nearest] > self.within:
+            raise InputError(
+                f"has no pose of camera {self.name!r} for frame {number:.16g}; the nearest is that "
+                f"of {self.frames[nearest]:.16g}"
+            )
+        intrinsics = None if self.intrinsics is None else self.intrinsics[nearest]
+        pose = self.camera_to_world[nearest]
+        return replace(self, camera_to_world=pose, intrinsics=intrinsics, frames=())
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +105,18 @@ class Rig:
     file: Path | None = None
 
     @property
-    def viewpoints(self) -> _Floats:
-        """(c, 3) the positions of the cameras."""
-        return np.array([camera.camera_to_world[:3, 3] for camera in self.cameras])
+    def moves(self) -> bool:
+        """Whether a camera does."""
+        return any(camera.frames for camera in self.cameras)
+
+    def viewpoints(self, number: Number) -> _Floats:
+        """Returns (c, 3) the positions of the cameras in a frame; errors are those of `at`."""
+        poses = [camera.at(number).camera_to_world for camera in self.cameras]
+        return np.array(poses)[:, :3, 3]
 
 
 def read_cameras(path: Path) -> Rig:
-    """Reads `cameras.json`.
+    """Reads `cameras.json`, the `transforms.json` of nerfstudio, or a trajectory as those of TUM.
 
     Raises:
         OSError: the file cannot be read.
@@ -85,7 +124,14 @@ def read_cameras(path: Path) -> Rig:
             the value.
     """
     with naming(path):
-        return _rig_of(json_in(path), path)
+        is_json = path.suffix == ".json" or path.read_bytes().lstrip().startswith((b"{", b"["))
+        if not is_json:
+            moving = {"name": "camera", "poses": poses_in(path), "within": _WITHIN}
+            return _rig_of({"cameras": [moving]}, path)
+        described = json_in(path)
+        if isinstance(described, dict) and "frames" in described:
+            described = as_cameras(described, path.parent)
+        return _rig_of(described, path)
 
 
 def json_in(path: Path) -> Any:
@@ -105,20 +151,28 @@ def write_cameras(path: Path, rig: Rig) -> None:
     """Writes `cameras.json`."""
     listed = []
     for camera in rig.cameras:
+        poses = [{"frame": frame, **_matrices(camera.at(frame))} for frame in camera.frames]
         told = {
             "name": camera.name,
-            "camera_to_world": camera.camera_to_world,
-            "intrinsics": camera.intrinsics,
+            **({"poses": poses} if poses else _matrices(camera)),
+            "within": camera.within or None,
             "depth_scale": camera.depth_scale,
             "width": camera.size and camera.size[0],
             "height": camera.size and camera.size[1],
             "distortion": camera.distortion or None,
+            "flipped": camera.flipped or None,
+            "along_ray": camera.along_ray or None,
         }
         listed.append({name: value for name, value in told.items() if value is not None})
     names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
     unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
     text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
     path.write_text(text + "\n", encoding="utf-8")
+
+
+def _matrices(camera: ScanCamera) -> dict[str, _Floats]:
+    pose = {"camera_to_world": camera.camera_to_world}
+    return pose if camera.intrinsics is None else {**pose, "intrinsics": camera.intrinsics}
 
 
 def _rig_of(found: Any, file: Path) -> Rig:
@@ -128,7 +182,7 @@ def _rig_of(found: Any, file: Path) -> Rig:
     cameras: dict[str, ScanCamera] = {}
     for number, told in enumerate(found["cameras"]):
         try:
-            camera = _camera_of(told)
+            camera = _camera_of(told, file.parent)
             if camera.name in cameras:
                 raise ValueError(f"name: there is a second {camera.name!r}")
         except (TypeError, ValueError) as error:
@@ -138,25 +192,25 @@ def _rig_of(found: Any, file: Path) -> Rig:
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 
-def _camera_of(told: Any) -> ScanCamera:
-    _check_fields(told, ("name", "camera_to_world"), _OPTIONAL)
+def _camera_of(told: Any, folder: Path) -> ScanCamera:
+    _check_fields(told, ("name",), _OPTIONAL)
     name = told["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
-    pose = _matrix("camera_to_world", told["camera_to_world"], 4)
-    _check_pose(pose)
     size = None
     if "width" in told or "height" in told:
         for field in ("width", "height"):
             check_integer(field, told.get(field), 1)
         size = told["width"], told["height"]
-    if "intrinsics" not in told:
-        for field in ("depth_scale", "distortion"):
+    if ("poses" in told) == ("camera_to_world" in told):
+        raise ValueError("camera_to_world: is needed or, if the camera moves, poses")
+    camera = _moving(name, told, folder) if "poses" in told else _fixed(name, told)
+    camera = replace(camera, size=size)
+    if camera.intrinsics is None:
+        for field in _OF_IMAGES:
             if field in told:
                 raise ValueError(f"intrinsics: is missing, but there is a {field}")
-        return ScanCamera(name, pose, size=size)
-    intrinsics = _matrix("intrinsics", told["intrinsics"], 3)
-    _check_intrinsics(intrinsics)
+        return camera
     if "depth_scale" not in told:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
     check_positive("depth_scale", told["depth_scale"])
@@ -164,9 +218,58 @@ def _camera_of(told: Any) -> ScanCamera:
     distortion = _distortion(told["distortion"]) if "distortion" in told else ()
     if distortion and size is None:
         raise ValueError("width: is missing; a distortion needs width and height")
-    if distortion and intrinsics[0, 1] != 0:
+    if distortion and camera.intrinsics[..., 0, 1].any():
         raise ValueError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
-    return ScanCamera(name, pose, intrinsics, scale, size, distortion)
+    if distortion and (camera.intrinsics != camera.intrinsics.reshape(-1, 3, 3)[0]).any():
+        raise ValueError("intrinsics: with a distortion, all poses must have the same")
+    flipped, along_ray = told.get("flipped", ""), told.get("along_ray", False)
+    if flipped not in ("", "x", "y", "xy"):
+        raise ValueError(f"flipped: must be 'x', 'y' or 'xy', not {flipped!r:.60}")
+    check_flags(along_ray=along_ray)
+    return replace(
+        camera, depth_scale=scale, distortion=distortion, flipped=flipped, along_ray=along_ray
+    )
+
+
+def _fixed(name: str, told: Any) -> ScanCamera:
+    """Reads a pose and, if there are any, intrinsics."""
+    pose = pose_of("camera_to_world", told["camera_to_world"])
+    if "intrinsics" not in told:
+        return ScanCamera(name, pose)
+    intrinsics = matrix_of("intrinsics", told["intrinsics"], 3)
+    check_intrinsics(intrinsics)
+    return ScanCamera(name, pose, intrinsics)
+
+
+def _moving(name: str, told: Any, folder: Path) -> ScanCamera:
+    """Reads the poses of a camera, which are listed or in a file, and their intrinsics."""
+    entries, is_file = told["poses"], isinstance(told["poses"], str)
+    if is_file:
+        with naming(folder / entries):
+            entries = poses_in(folder / entries)
+    if not isinstance(entries, list) or not entries:
+        raise ValueError(f"poses: must be a list of them, or a file, not {entries!r:.60}")
+    by_frame = dict[Number, ScanCamera]()
+    of_all = {field: told[field] for field in ("intrinsics",) if field in told}
+    for entry in entries:
+        _check_fields(entry, ("frame", "camera_to_world"), ("intrinsics",))
+        frame = entry["frame"]
+        check_finite("poses: frame", frame)
+        if frame in by_frame:
+            raise ValueError(f"poses: there are two of frame {frame}")
+        try:
+            by_frame[frame] = _fixed(name, {**of_all, **entry})
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"poses: frame {frame}: {error}") from error
+    frames = sorted(by_frame)
+    poses = np.stack([by_frame[frame].camera_to_world for frame in frames])
+    matrices = [m for frame in frames if (m := by_frame[frame].intrinsics) is not None]
+    if len(matrices) not in (0, len(frames)):
+        raise ValueError("intrinsics: must be those of all poses, not of some")
+    within = told.get("within", _WITHIN if is_file else 0.0)
+    check_not_negative("within", within)
+    intrinsics = np.stack(matrices) if matrices else None
+    return ScanCamera(name, poses, intrinsics, frames=tuple(frames), within=within)
 
 
 def _distortion(listed: Any) -> tuple[float, ...]:
@@ -192,54 +295,3 @@ def _check_fields(told: Any, needed: tuple[str, ...], optional: tuple[str, ...])
     for name in needed:
         if name not in told:
             raise ValueError(f"{name}: is missing")
-
-
-def _matrix(name: str, value: Any, size: int) -> _Floats:
-    rows = value if isinstance(value, list) else []
-    if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
-        raise ValueError(
-            f"{name}: must be {size} rows of {size} numbers, not {reprlib.repr(value)}"
-        )
-    for number, row in enumerate(rows):
-        for one in row:
-            check_finite(f"{name}: row {number}", one)
-    found = np.array(rows, np.float64)
-    last = np.eye(size)[-1]
-    if (found[-1] != last).any() and (found[:, -1] == last).all():
-        raise ValueError(
-            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
-            "is, so it is listed column by column: list it row by row"
-        )
-    return found
-
-
-def _check_pose(pose: _Floats) -> None:
-    if pose[3].tolist() != [0, 0, 0, 1]:
-        raise ValueError(f"camera_to_world: its last row must be 0 0 0 1, not {_row(pose[3])}")
-    turn = pose[:3, :3]
-    with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(turn.T @ turn - np.eye(3)).max()
-        determinant = np.linalg.det(turn)
-    if not error <= _ROUNDED:
-        raise ValueError(
-            f"camera_to_world: its columns must be unit vectors at right angles, but they deviate "
-            f"by {error:.3g}"
-        )
-    if determinant < 0:
-        raise ValueError(
-            f"camera_to_world: mirrors (determinant {determinant:.3g}); the axes are x right, "
-            "y down, z ahead"
-        )
-
-
-def _check_intrinsics(matrix: _Floats) -> None:
-    is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
-    if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
-        rows = "; ".join(map(_row, matrix))
-        raise ValueError(
-            f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
-        )
-
-
-def _row(values: _Floats) -> str:
-    return " ".join(f"{value:g}" for value in values)

@@ -50,7 +50,8 @@ def read_depth(file: Path, camera: ScanCamera) -> NDArray[np.float32]:
             counts = np.where(counts < MOST_COUNTS, counts, 0)
         if counts.shape != image.size[::-1]:
             raise InputError(f"states {image.size}, but has {counts.shape[::-1]} pixels")
-    return (counts * (camera.depth_scale or 1.0)).astype(np.float32)
+    rows, columns = (slice(None, None, -1 if axis in camera.flipped else 1) for axis in "yx")
+    return (counts[rows, columns] * (camera.depth_scale or 1.0)).astype(np.float32)
 
 
 def size_of(files: Iterable[Path], camera: ScanCamera) -> tuple[int, int] | None:
@@ -113,6 +114,15 @@ def _check(image: Any, camera: ScanCamera) -> None:
         )
 
 
+def along_axis(
+    distances: NDArray[np.float32], intrinsics: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Returns (h, w) distances along the axis of a camera, given those along the rays of pixels."""
+    rows, columns = np.indices(distances.shape)
+    rays = np.stack([columns, rows, np.ones_like(rows)], axis=-1) @ np.linalg.inv(intrinsics).T
+    return np.asarray(distances / np.linalg.norm(rays, axis=-1), np.float32)
+
+
 def undistortion(
     camera: ScanCamera,
 ) -> tuple[NDArray[np.float64], Callable[[NDArray[np.float32]], NDArray[np.float32]]]:
@@ -129,9 +139,8 @@ def undistortion(
     cv: Any = require("cv2", extra="scans")
     size, coefficients = camera.size, np.array(camera.distortion)
     assert size is not None
-    intrinsics, _ = cv.getOptimalNewCameraMatrix(camera.intrinsics, coefficients, size, 1)
+    stated = np.reshape(np.asarray(camera.intrinsics), (-1, 3, 3))[0]  # those of all poses
+    intrinsics, _ = cv.getOptimalNewCameraMatrix(stated, coefficients, size, 1)
     # For each pixel of a new image, the one that it takes its depth from.
-    places = cv.initUndistortRectifyMap(
-        camera.intrinsics, coefficients, None, intrinsics, size, cv.CV_32FC1
-    )
+    places = cv.initUndistortRectifyMap(stated, coefficients, None, intrinsics, size, cv.CV_32FC1)
     return intrinsics, lambda depth: np.asarray(cv.remap(depth, *places, cv.INTER_NEAREST))

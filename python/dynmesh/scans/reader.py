@@ -3,7 +3,7 @@
 import errno
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,11 +22,12 @@ from ..files.numbered import (
     files_in,
     find_files,
     matching,
+    number_in,
     with_missing,
 )
 from ..files.units import agreed
 from .cameras import Rig, ScanCamera, read_cameras
-from .depth_files import SUFFIX, read_depth, require_png, size_of, undistortion
+from .depth_files import SUFFIX, along_axis, read_depth, require_png, size_of, undistortion
 from .point_files import point_formats, read_points
 from .scan import DepthScan, PointScan, Scan
 
@@ -55,6 +56,7 @@ class ScanReader(ABC):
         self.numbers, self.n_frames = numbers, len(numbers)
         self.files = files if rig is None or rig.file is None else [*files, rig.file]
         self.metres_per_unit = None if rig is None else rig.metres_per_unit
+        self._viewpoints = list[NDArray[np.float64] | None]()
         self._damaged: dict[Path, str] = {}
         self._missing: tuple[str, ...] = ()
 
@@ -88,11 +90,25 @@ class ScanReader(ABC):
             raise InputError(told, file=file)
         self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
 
-    def _seen(self, scan: PointScan) -> PointScan:
-        """Returns points with the places of the cameras."""
+    def _take_viewpoints(self, files: Sequence[Path | None]) -> None:
+        """Finds where the cameras stand in each frame that has a file of points."""
         if self.rig is None:
+            return
+        numbers = self.numbers
+        if len(files) == 1 and files[0] is not None and self.rig.moves:
+            numbers = [number_in(files[0])]  # which by itself is frame 0
+        with naming(self.rig.file or self.path):
+            self._viewpoints = [
+                None if file is None else self.rig.viewpoints(number)
+                for file, number in zip(files, numbers, strict=True)
+            ]
+
+    def _seen(self, scan: PointScan, frame: int) -> PointScan:
+        """Returns the points of a frame, counted from 0, with the places of the cameras."""
+        viewpoints = self._viewpoints[frame] if self._viewpoints else None
+        if viewpoints is None:
             return scan
-        return scan._replace(viewpoints=self.rig.viewpoints.astype(scan.points.dtype))
+        return scan._replace(viewpoints=viewpoints.astype(scan.points.dtype))
 
     @property
     def lost(self) -> tuple[str, ...]:
@@ -109,11 +125,12 @@ class PointReader(ScanReader):
         self._files = found.files
         present = [file for file in found.files if file is not None]
         super().__init__(path, rig, found.numbers, present)
+        self._take_viewpoints(found.files)
         self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
         file = self._files[number]
-        return None if file is None else self._seen(read_points(file).scan)
+        return None if file is None else self._seen(read_points(file).scan, number)
 
 
 class DepthReader(ScanReader):
@@ -128,7 +145,11 @@ class DepthReader(ScanReader):
         """Finds the files, and reads the headers of some."""
         for camera in rig.cameras:
             if camera.intrinsics is None:
-                raise ValueError(f"camera {camera.name!r} has no intrinsics, as depth images need")
+                stated = f'; state them in {CAMERAS}, with "poses": "{rig.file and rig.file.name}"'
+                raise ValueError(
+                    f"camera {camera.name!r} has no intrinsics, as depth images need"
+                    f"{stated if camera.within else ''}"
+                )
         require_png()
         by_camera = _by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
@@ -150,13 +171,15 @@ class DepthReader(ScanReader):
             intrinsics = camera.intrinsics
             if camera.distortion:
                 with naming(rig.file or path):
-                    intrinsics, self._undistort[camera.name] = undistortion(camera)
+                    matrix, self._undistort[camera.name] = undistortion(camera)
+                intrinsics = np.broadcast_to(matrix, np.shape(np.asarray(intrinsics)))
             made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
         rig = replace(rig, cameras=tuple(made))
-        self._images = [
-            [(c, by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
-            for n in every
-        ]
+        with naming(rig.file or path):
+            self._images = [
+                [(c.at(n), by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
+                for n in every
+            ]
         files = [file for images in self._images for _, file in images]
         self._n_images = len(files)
         super().__init__(path, rig, every, files)
@@ -186,7 +209,8 @@ class DepthReader(ScanReader):
                 raise InputError(f"{why}; there is no undamaged image", file=file) from error
             return None
         undistort = self._undistort.get(camera.name)
-        return depth if undistort is None else undistort(depth)
+        depth = depth if undistort is None else undistort(depth)
+        return along_axis(depth, np.asarray(camera.intrinsics)) if camera.along_ray else depth
 
 
 def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:

@@ -23,6 +23,7 @@ from ..files import PathLike
 from ..normals import vertex_normals
 from ..scans import DepthScan, Rig, ScanCamera, open_scans
 from ..scans.reader import DepthReader
+from ..scans.transforms import OPENGL
 from ..sequence import Positions
 from ..tracker import find_alignment
 from .fits import FARTHER_THAN_OTHERS, beyond
@@ -65,15 +66,14 @@ which two neighbouring pixels see different things. A surface seen at 80 degrees
 _NEIGHBOURS = 2
 """A pixel with fewer neighbours is a stray one."""
 
-_OPENGL = np.diag([1.0, -1, -1, 1])
-"""From the axes of a camera in OpenGL to those in OpenCV."""
-
 _MEASURED = 0.1
 """Mean edges below which distances are those of the measurement."""
 
 
 def _transposed(pose: _Floats) -> _Floats:
-    return np.block([[pose[:3, :3].T, pose[:3, 3:]], [pose[3:]]])
+    turned = pose.copy()
+    turned[..., :3, :3] = np.swapaxes(pose[..., :3, :3], -1, -2)
+    return turned
 
 
 def _posed(change: Callable[[_Floats], Any], camera: ScanCamera) -> ScanCamera:
@@ -90,6 +90,16 @@ def _resized(factor: float, camera: ScanCamera) -> ScanCamera:
     return replace(camera, intrinsics=np.diag([factor, factor, 1]) @ np.asarray(camera.intrinsics))
 
 
+def _with_centre_exchanged(camera: ScanCamera) -> ScanCamera:
+    matrix = np.array(camera.intrinsics)
+    matrix[..., :2, 2] = matrix[..., 1::-1, 2]
+    return replace(camera, intrinsics=matrix)
+
+
+def _with_counts_in_a_unit(camera: ScanCamera) -> ScanCamera:
+    return replace(camera, depth_scale=1 / (camera.depth_scale or 1.0))
+
+
 def _exchanged(one: str, other: str, camera: ScanCamera) -> ScanCamera:
     return replace(camera, name={one: other, other: one}.get(camera.name, camera.name))
 
@@ -104,11 +114,11 @@ _READINGS: tuple[Reading, ...] = (
     ),
     (
         "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV",
-        partial(_posed, lambda pose: pose @ _OPENGL),
+        partial(_posed, lambda pose: pose @ OPENGL),
     ),
     (
         "the poses are inverted, from the world to the cameras, which have the axes of OpenGL",
-        partial(_posed, lambda pose: np.linalg.inv(pose) @ _OPENGL),
+        partial(_posed, lambda pose: np.linalg.inv(pose) @ OPENGL),
     ),
     ("the rotations of the poses are transposed", partial(_posed, _transposed)),
     *(
@@ -118,6 +128,11 @@ _READINGS: tuple[Reading, ...] = (
     ),
     ("the intrinsics are those of images twice as large", partial(_resized, 0.5)),
     ("the intrinsics are those of images half as large", partial(_resized, 2)),
+    ("cx and cy of the intrinsics are exchanged", _with_centre_exchanged),
+    (
+        "depth_scale is the number of counts in a unit instead of the depth of one count",
+        _with_counts_in_a_unit,
+    ),
     (
         "the positions of the cameras are in millimetres and everything else in metres",
         partial(_scaled, 1e-3, 1),
@@ -127,6 +142,17 @@ _READINGS: tuple[Reading, ...] = (
         partial(_scaled, 1e-3, 1e-3),
     ),
 )
+
+_READINGS_OF_IMAGES: tuple[Reading, ...] = (
+    (
+        "depths are distances from the camera along the rays of the pixels, not along the axis",
+        partial(replace, along_ray=True),
+    ),
+    ("the images are mirrored: left and right are exchanged", partial(replace, flipped="x")),
+    ("the images are flipped: top and bottom are exchanged", partial(replace, flipped="y")),
+    ("the images are turned by 180 degrees", partial(replace, flipped="xy")),
+)
+"""Those that come last, as mirrored images of a symmetric subject look as from other cameras."""
 
 
 class Surface:
@@ -347,7 +373,7 @@ def judge_rig(
         for one, other in combinations([camera.name for camera in rig.cameras], 2)
     )
     tried = []
-    readings: tuple[Reading, ...] = (*_READINGS, *exchanges)
+    readings: tuple[Reading, ...] = (*_READINGS, *exchanges, *_READINGS_OF_IMAGES)
     for wrong, change in readings:
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.

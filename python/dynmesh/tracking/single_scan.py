@@ -36,11 +36,12 @@ class SingleScan(ScanReader):
                 file=path,
             )
         super().__init__(path, rig, [0], [path])
+        self._take_viewpoints([path])
         self._scan, stated = _read(path)
         self._take_unit(stated, path)
 
-    def _load(self, number: int) -> PointScan:  # noqa: ARG002
-        return self._seen(self._scan)
+    def _load(self, number: int) -> PointScan:
+        return self._seen(self._scan, number)
 
 
 def open_single(path: Path, cameras: PathLike | None) -> ScanReader:

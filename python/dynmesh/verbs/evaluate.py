@@ -14,7 +14,7 @@ from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
 from ..files import OneSequence, PathLike, Reader, Source, opened_beside
 from ..files.new_output import check_output, new_output
-from ..files.reader import check_comparable
+from ..files.reader import check_comparable, remarks_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +130,7 @@ def evaluate(
                 argument="partial",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
-        remarks = tuple(suspicions(ours, truth))
+        remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))
     counted = [errors for errors in each if errors.vertices]
     mean, rms, p99 = np.mean([(one.mean, one.rms, one.p99) for one in counted], axis=0).tolist()
     found = Evaluation(

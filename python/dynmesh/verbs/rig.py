@@ -29,7 +29,8 @@ def rig(
     """Says what is wrong with the cameras of depth images, and corrects their file.
 
     The usual misreadings are tried on the first scan: inverted poses, axes of OpenGL, transposed
-    rotations, exchanged cameras, millimetres. The result is doubtful if the cameras do not fit.
+    rotations, exchanged cameras, flipped images, depths along rays, millimetres. The result is
+    doubtful if the cameras do not fit.
 
     Args:
         scans: depth images, as for tracking.

@@ -17,6 +17,7 @@ from ..draw.quantities import Alone, Colour
 from ..files import OneSequence, PathLike, Reader, Source
 from ..files.conversion import Axis
 from ..files.new_output import check_output, new_output
+from ..files.reader import remarks_of
 from ..files.times import index_of
 from ..scans import ScanReader, open_scans
 from ..tracking.single_scan import open_single
@@ -114,6 +115,7 @@ def view(
                 max_vertices=max_vertices,
                 progress=progress,
             )
+        made = replace(made, remarks=(*made.remarks, *remarks_of(own, truth, given)))
     if output is None:
         return made
     with new_output(output, overwrite, ".html") as hidden:
@@ -139,7 +141,7 @@ def picture(
 ) -> "Image.Image":
     """Draws frames of a sequence: one, or a contact sheet of several.
 
-    In a notebook, a picture shows itself.
+    In a notebook, a picture shows itself. Its `info` has the remarks that commands print.
 
     Args:
         sequence: the sequence.
@@ -183,6 +185,7 @@ def picture(
             size=size,
             progress=progress,
         )
+        made.info["remarks"] = remarks_of(own, truth)
     if output is not None:
         with new_output(output, overwrite, ".png") as hidden:
             made.save(hidden)

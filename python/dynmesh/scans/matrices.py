@@ -1,0 +1,78 @@
+"""Poses and intrinsics in JSON, as lists of rows."""
+
+import reprlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_finite
+
+_Floats = NDArray[np.float64]
+
+_ROUNDED = 1e-3
+"""By how much a rotation may deviate from an exact one, as it was written with a few digits."""
+
+
+def matrix_of(name: str, value: Any, size: int) -> _Floats:
+    """Returns a square matrix from its rows.
+
+    Raises:
+        TypeError, ValueError: it is none, or listed column by column; the message has the name.
+    """
+    rows = value if isinstance(value, list) else []
+    if len(rows) != size or any(not isinstance(row, list) or len(row) != size for row in rows):
+        raise ValueError(
+            f"{name}: must be {size} rows of {size} numbers, not {reprlib.repr(value)}"
+        )
+    for number, row in enumerate(rows):
+        for one in row:
+            check_finite(f"{name}: row {number}", one)
+    found = np.array(rows, np.float64)
+    last = np.eye(size)[-1]
+    if (found[-1] != last).any() and (found[:, -1] == last).all():
+        raise ValueError(
+            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
+            "is, so it is listed column by column: list it row by row"
+        )
+    return found
+
+
+def pose_of(name: str, value: Any) -> _Floats:
+    """Returns (4, 4) a rotation and a position from their rows.
+
+    Raises:
+        TypeError, ValueError: it is none; the message has the name.
+    """
+    pose = matrix_of(name, value, 4)
+    if pose[3].tolist() != [0, 0, 0, 1]:
+        raise ValueError(f"{name}: its last row must be 0 0 0 1, not {_row(pose[3])}")
+    turn = pose[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        error = np.abs(turn.T @ turn - np.eye(3)).max()
+        determinant = np.linalg.det(turn)
+    if not error <= _ROUNDED:
+        raise ValueError(
+            f"{name}: its columns must be unit vectors at right angles, but they deviate "
+            f"by {error:.3g}"
+        )
+    if determinant < 0:
+        raise ValueError(
+            f"{name}: mirrors (determinant {determinant:.3g}); the axes are x right, "
+            "y down, z ahead"
+        )
+    return pose
+
+
+def check_intrinsics(matrix: _Floats) -> None:
+    """Raises an error unless (3, 3) leads from the axes of a camera to its pixels."""
+    is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
+    if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
+        rows = "; ".join(map(_row, matrix))
+        raise ValueError(
+            f"intrinsics: must be fx s cx; 0 fy cy; 0 0 1 with positive fx and fy, not {rows}"
+        )
+
+
+def _row(values: _Floats) -> str:
+    return " ".join(f"{value:g}" for value in values)
