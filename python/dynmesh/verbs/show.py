@@ -10,7 +10,7 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
-from ..draw.page import Page, page, require_page
+from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Alone, Colour
@@ -19,6 +19,7 @@ from ..files.conversion import Axis
 from ..files.new_output import check_output, new_output
 from ..files.times import index_of
 from ..scans import ScanReader, open_scans
+from ..tracking.room import Crop, Room, RoomlessScans
 from ..tracking.single_scan import open_single
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ def view(
     scans: What[PathLike | ScanReader | None] = None,
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
+    crop: What[Crop | str | None] = None,
+    remove_planes: What[bool] = False,
     pick: What[PathLike | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
@@ -59,6 +62,10 @@ def view(
         cameras: where their cameras stand; else, `cameras.json` beside them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
+        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
+            mesh, in the unit of the sequence.
+        remove_planes: whether to leave out floor and walls: planes in the first scan that are
+            larger than the mesh.
         pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
             the page pairs vertices and points that are clicked, and saves them under this name, as
             landmarks of a registration.
@@ -84,7 +91,9 @@ def view(
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
-    for name, value in (("cameras", cameras), ("scan_unit", scan_unit)):
+    room = Room(crop, remove_planes)
+    of_scans = {"cameras": cameras, "scan_unit": scan_unit, "crop": crop}
+    for name, value in (of_scans | {"remove_planes": remove_planes or None}).items():
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
@@ -96,6 +105,8 @@ def view(
         else:
             scans = open_scans(scans, cameras=cameras, gaps="lost")
     with _opened(sequence, reference, input, source or {}) as (own, truth, given):
+        if room and scans is not None:
+            scans = RoomlessScans(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
             look = azimuth, max_vertices
             made = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)

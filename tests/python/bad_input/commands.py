@@ -199,6 +199,8 @@ shell = [
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
     misused(f"{_VIEW} --scan-unit mm", "--scan-unit: is that of --scans, which are not given"),
+    misused(f"{_VIEW} --crop 1", "--crop: is that of --scans, which are not given"),
+    misused(f"{_VIEW} --remove-planes", "--remove-planes: is that of --scans"),
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
     misused(f"{_VIEW} --scans line --pick marks.txt", "--pick:", "marks.txt"),
     misused(f"{_VIEW} --scans line --pick marks.json --colour age", "--colour:"),

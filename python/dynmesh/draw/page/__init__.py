@@ -125,7 +125,7 @@ def page(
             raise ValueError(
                 f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
             )
-        factor = _factor(scans, scan_unit, reader)
+        factor = scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
@@ -170,7 +170,7 @@ def _caption(name: str, what: str) -> str:
     return what if what == f"the {name}" else f"{name}, {what}"
 
 
-def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
+def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
     """Returns the length of the unit of the scans in that of the sequence."""
     ours, theirs = reader.header.metres_per_unit, unit_of_scans(scans, scan_unit)
     if scan_unit is not None and ours is None:
