@@ -37,6 +37,7 @@ def view(
     scan_unit: What[float | str | None] = None,
     crop: What[Crop | str | None] = None,
     remove_planes: What[bool] = False,
+    quality: What[PathLike | None] = None,
     pick: What[PathLike | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
@@ -66,6 +67,8 @@ def view(
             mesh, in the unit of the sequence.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
             larger than the mesh.
+        quality: the table that tracking wrote by `csv`; a line under the slider then shows how good
+            each frame is, and leads to those that are clicked.
         pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
             the page pairs vertices and points that are clicked, and saves them under this name, as
             landmarks of a registration.
@@ -97,8 +100,10 @@ def view(
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
-        others = {"reference": reference, "input": input, "colour": colour}
+        others = {"reference": reference, "input": input, "quality": quality, "colour": colour}
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
+    if quality is not None:
+        check_path("quality", quality)
     if scans is not None and not isinstance(scans, ScanReader):
         if pick is not None and Path(scans).is_file():
             scans = open_single(Path(scans), cameras)
@@ -117,6 +122,7 @@ def view(
                 input=given,
                 scans=scans,
                 scan_unit=scan_unit,
+                quality=None if quality is None else Path(quality),
                 colour=colour,
                 title=title,
                 up=up,

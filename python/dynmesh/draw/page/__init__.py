@@ -21,6 +21,7 @@ from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
 from .player import player
 from .thin import thin
+from .verdicts import shown_verdicts
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ def page(
     input: Reader | None = None,
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
+    quality: Path | None = None,
     colour: Colour | None = None,
     title: str | None = None,
     up: str | None = None,
@@ -131,6 +133,7 @@ def page(
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
     indices = range(0, reader.n_frames, -(-reader.n_frames // max_frames))
+    verdicts = [] if quality is None else shown_verdicts(quality, reader, indices)
     read = tracked(heatmap.frames(indices), len(indices), "reading", progress)
     frames = [frame.of(kept) for frame in read]
     if not any(frame.visible.any() for frame in frames):
@@ -157,6 +160,7 @@ def page(
         "step": indices.step,
         "fps": mean_rate(reader.header),  # of the sequence, or None
         "colour": heatmap.colour,  # at first
+        "verdicts": verdicts,
     }
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     view = View.of(_corners(frames), up, azimuth)
