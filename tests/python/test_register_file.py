@@ -244,6 +244,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
         "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
         "--cameras says which part": (PointScan(points[part], normals[part], None), ()),
+        " times as large as the template": (PointScan(points / 6, normals, None), ()),
         "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
         "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
         ": all landmarks are ": (PointScan(points, normals, None), landmarks),
