@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._errors import InputError
 from ..degrade.shared import mean_edge_of
 from ..files import Reader
@@ -14,7 +15,7 @@ from ..scans import Scan, ScanReader, unit_of_scans
 from ..sequence import Positions
 from .room import extent_of, without_planes
 
-_ALIKE = 1.5
+_ALIKE = _core.other_size
 """Sizes that differ by less than this factor need no other unit."""
 
 _EXPLAINED = 1.15

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import files
+from .. import _core, files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
@@ -29,8 +29,6 @@ from ..tracking.units import ratio_of, size_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_HOLE = 0.03
-"""A larger piece without a point, as a share of the area, may be what no sensor saw."""
 _LONG = ("vertices", "standard_error")
 """What :meth:`RegisterReport.to_dict` does not say of a result."""
 
@@ -231,7 +229,9 @@ def _reason(
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("unseen", "pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
-    elif found.cause in ("part", "place") and found.hole > _HOLE and _lacks_cameras(scan):
+    elif (
+        found.cause in ("part", "place") and found.hole > _core.large_hole and _lacks_cameras(scan)
+    ):
         told += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
         told += (
