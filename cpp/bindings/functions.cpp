@@ -16,6 +16,7 @@
 #include "arrays.hpp"
 #include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
+#include "quality/limits.hpp"
 #include "support/checks.hpp"
 
 namespace dynmesh {
@@ -186,6 +187,10 @@ void bind_functions(py::module_& module) {
     return quality_names[static_cast<std::size_t>(quality_of_frames(frames))];
   });
   module.def("falling_sight", [](const std::vector<double>& seen) { return falling_sight(seen); });
+  // Those by which Python judges cameras and scans before they are tracked or registered.
+  module.attr("ruined_far") = quality_limits.ruined_far;
+  module.attr("large_hole") = quality_limits.hole;
+  module.attr("other_size") = quality_limits.other_size;
   module.def("find_alignment",
              [](const Exact<Index>& faces, const Positions& first_frame, const Positions& scan) {
                return fields_of(without_gil(

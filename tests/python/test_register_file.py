@@ -11,7 +11,7 @@ import trimesh
 from browser import Page, in_colour
 from commands import dynmesh_command as run
 from meshes import Array
-from scans_of_meshes import TORUS, error, scan
+from scans_of_meshes import TORUS, error, person, scan
 from scipy.spatial.transform import Rotation
 
 import dynmesh
@@ -19,7 +19,7 @@ from dynmesh.draw.figures import View
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
-from dynmesh.tracking.units import Units
+from dynmesh.tracking.units import Units, ratio_of, size_of
 
 
 def written(folder: Path, rng: np.random.Generator) -> Array:
@@ -207,6 +207,27 @@ def test_units_that_are_stated_and_wrong() -> None:
     assert "as if both were in the same unit" in Units(1, 0.001).told(0.00095, 1.8)
 
 
+@pytest.mark.parametrize("room", [0, 3, 12])
+@pytest.mark.parametrize(
+    ("factor", "pair"),
+    [(1, ""), (1000, "m and the scan in mm"), (0.0254, "inch and the scan in m")],
+)
+def test_floor_and_walls_do_not_count_in_sizes(
+    room: int, factor: float, pair: str, rng: np.random.Generator
+) -> None:
+    body, _ = person()
+    points, _ = scan(body, body.vertices, rng)
+    low, high = points.min(axis=0), points.max(axis=0)
+    floor, wall = rng.uniform(-room / 2, room / 2, (2, 6000, 3))
+    floor[:, 2] = wall[:, 0] = 0.003 * rng.normal(size=6000)
+    floor += [*(low + high)[:2] / 2, low[2]]
+    wall += [low[0] - 1, (low + high)[1] / 2, low[2] + room / 2]
+    seen = PointScan(factor * np.concatenate([points, floor, wall][: 3 if room else 1]), None, None)
+    said = Units(None, None).told(ratio_of(seen, body.vertices, body.faces), size_of(body.vertices))
+    assert bool(said) == bool(pair)
+    assert f"as if the template were in {pair}" in said or not pair
+
+
 def test_a_wrong_scan_ends_with_code_3_and_its_cause(
     rng: np.random.Generator, tmp_path: Path
 ) -> None:
@@ -223,6 +244,7 @@ def test_a_wrong_scan_ends_with_code_3_and_its_cause(
         ": the normals of the scan point inwards": (PointScan(points, -normals, None), ()),
         "such as a floor; --remove-planes": (PointScan(room, None, None), ()),
         "--cameras says which part": (PointScan(points[part], normals[part], None), ()),
+        " times as large as the template": (PointScan(points / 6, normals, None), ()),
         "--scale finds it in any size": (PointScan(2.2 * points, normals, None), ()),
         "which --align does": (PointScan(points + 9 * size, normals, None), ("--no-align",)),
         ": all landmarks are ": (PointScan(points, normals, None), landmarks),

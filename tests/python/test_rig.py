@@ -20,6 +20,7 @@ from test_scans import potato
 import dynmesh
 from dynmesh import degrade, track_file
 from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -30,7 +31,7 @@ from dynmesh.scans import (
     scan_folder,
     write_cameras,
 )
-from dynmesh.tracking.room import Room, crop_of, planes_of_room
+from dynmesh.tracking.room import Room, RoomlessScans, crop_of, planes_of_room
 
 
 @pytest.fixture(scope="module")
@@ -410,6 +411,43 @@ def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
     alone = sorted((rooms / "alone").glob("*.ply"))[0]
     told = run("register", template, alone, rooms / "one.obj", "--overwrite", "--remove-planes")
     assert "no plane was removed" in told.stderr
+
+
+@pytest.mark.parametrize("options", [(), ("--remove-planes",), ("--crop", "0.3")])
+def test_right_cameras_fit_in_a_room(options: tuple[str, ...], rooms: Path, tmp_path: Path) -> None:
+    words = ("rig", rooms / "depth", "--template", rooms / "body.obj")
+    run(*words, *options)
+    rig = MISREAD["axes"][0](read_cameras(rooms / "depth" / "cameras.json"))
+    write_cameras(tmp_path / "wrong.json", rig)
+    said = run(*words, *options, "--cameras", tmp_path / "wrong.json", code=3).stdout
+    assert MISREAD["axes"][1] in said
+
+
+def test_a_room_around_a_template_that_is_not_found_is_named(rooms: Path) -> None:
+    """And not the size of the scan, which is that of the room."""
+    away = replace(TRUTH[:1], vertices=turned(TRUTH.vertices[0], 2)[None] + 50)
+    dynmesh.write(rooms / "away.obj", away)
+    words = (rooms / "tracked.npz", "--template", rooms / "away.obj", "--overwrite")
+    said = run("track", rooms / "inside", *words, code=1).stderr
+    assert "--remove-planes or --crop leaves it out" in said
+    assert "times as large" not in said
+    said = run("track", rooms / "inside", *words, "--remove-planes").stderr
+    assert "times as large" not in said
+
+
+def test_a_page_shows_scans_without_the_room(rooms: Path) -> None:
+    low, high = TRUTH.vertices.min(axis=1) - 0.31, TRUTH.vertices.max(axis=1) + 0.31
+    for factor in (1.0, 1000.0):  # the unit of the scans in that of the sequence
+        sequence = SequenceReader(replace(TRUTH, vertices=factor * TRUTH.vertices))
+        scans = open_scans(rooms / "inside")
+        left = RoomlessScans(scans, sequence, Room(0.3 * factor, True), factor)
+        assert left.n_frames == scans.n_frames
+        for number, (before, after) in enumerate(zip(scans, left, strict=True)):
+            assert before is not None
+            assert after is not None
+            assert 100 < len(after.cloud) < 0.05 * len(before.cloud)
+            assert (after.cloud > low[number]).all()
+            assert (after.cloud < high[number]).all()
 
 
 def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:

@@ -1,12 +1,13 @@
 """Whether what is called good is good: wrong results, each with a right one beside it."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from meshes import Array
-from scans_of_meshes import error, person, scan
+from scans_of_meshes import TORUS, bent, edge, error, person, scan
 from scipy.spatial.transform import Rotation
 
 import dynmesh
@@ -18,9 +19,9 @@ MIDDLE = MESH.vertices.mean(axis=0)
 Scan = tuple[Array, Array | None]
 
 
-def around_itself(degrees: float, points: Array) -> Array:
-    """Turns points about the vertical axis through the middle."""
-    turn = Rotation.from_euler("z", degrees, degrees=True)
+def around_itself(degrees: float, points: Array, axis: str = "z") -> Array:
+    """Turns points about an axis through the middle, the vertical one unless another is named."""
+    turn = Rotation.from_euler(axis, degrees, degrees=True)
     return np.asarray(turn.apply(points - MIDDLE) + MIDDLE)
 
 
@@ -48,6 +49,10 @@ SITUATIONS = {
     "turned in place": Situation(False, lambda points: around_itself(100, points)),
     "no normals": Situation(True, scanned=lambda measured: (measured[0], None)),
     "a little larger": Situation(True, lambda points: 1.03 * (points - MIDDLE) + MIDDLE),
+    "lying": Situation(False, lambda points: around_itself(180, points, "y")),
+    "beside": Situation(True, lambda points: points + 3 * edge(MESH)),
+    "another order": Situation(False, lambda points: np.roll(points, 50, axis=0)),
+    "another unit": Situation(False, lambda points: 1000 * points),
     "another size": Situation(False, lambda points: 1.3 * (points - MIDDLE) + MIDDLE),
     "some normals wrong": Situation(True, scanned=lambda one: with_turned_normals(0.1, one)),
     "many normals wrong": Situation(False, scanned=lambda one: with_turned_normals(0.5, one)),
@@ -68,15 +73,103 @@ def test_a_frame_is_good_if_it_is_right(name: str, rng: np.random.Generator) -> 
         assert error(MESH, MESH.vertices, tracked) < 0.5
 
 
-@pytest.mark.parametrize(("degrees", "lies_there"), [(0, True), (20, True), (100, False)])
+@pytest.mark.parametrize(
+    ("axis", "degrees", "lies_there"),
+    [
+        ("z", 0, True),
+        ("z", 20, True),
+        ("z", 60, False),
+        ("z", 100, False),
+        ("z", 180, False),
+        ("x", 10, True),
+        ("x", 180, False),
+        ("y", 180, False),
+    ],
+)
 def test_a_template_that_is_turned_in_place_does_not_lie_in_the_scan(
-    degrees: float, lies_there: bool, rng: np.random.Generator
+    axis: str, degrees: float, lies_there: bool, rng: np.random.Generator
 ) -> None:
     points, _ = scan(MESH, MESH.vertices, rng)
-    found = dynmesh.find_alignment(MESH.faces, around_itself(degrees, MESH.vertices), points)
+    template = around_itself(degrees, MESH.vertices, axis)
+    found = dynmesh.find_alignment(MESH.faces, template, points)
     assert found.before < 5
     assert found.lies_in_scan == lies_there
     assert found.matches
+    moved = template @ found.rotation.T + found.shift
+    assert error(MESH, MESH.vertices, moved) < 0.1 or lies_there
+
+
+SHAPE = bent(TORUS.vertices, 0.3)
+"""A body that a template of another shape is registered with."""
+SENSOR = np.array([[0.0, -30, 0]])
+MARKED = np.arange(0, 576, 100)
+
+
+def seen_by(sensor: Array, measured: Scan) -> Scan:
+    """Leaves the points that face a sensor."""
+    points, normals = measured
+    assert normals is not None
+    kept = (normals * (sensor - points)).sum(axis=1) > 0
+    return points[kept], normals[kept]
+
+
+def without_most(share: float, measured: Scan) -> Scan:
+    """Leaves out the share of the points with the largest x."""
+    points, normals = measured
+    assert normals is not None
+    kept = points[:, 0] < np.quantile(points[:, 0], 1 - share)
+    return points[kept], normals[kept]
+
+
+def with_floor(measured: Scan) -> Scan:
+    """Adds a floor three times as wide as the body."""
+    points, _ = measured
+    wide = np.ptp(points, axis=0).max() * np.array([1, 1, 0])
+    floor = np.random.default_rng(2).uniform(-1.5, 1.5, points.shape) * wide
+    floor += np.array([0, 0, points[:, 2].min()])
+    return np.concatenate([points, floor]), None
+
+
+class Registered(NamedTuple):
+    """What is registered with a scan of the shape, and how, and whether it fits."""
+
+    is_right: bool
+    template: Callable[[Array], Array] = lambda points: points
+    scanned: Callable[[Scan], Scan] = lambda measured: measured
+    options: Mapping[str, Any] = MappingProxyType({})
+
+
+REGISTERED = {
+    "as it is": Registered(True),
+    "elsewhere": Registered(True, lambda points: np.roll(points, 1, axis=1) + 50),
+    "no normals": Registered(True, scanned=lambda one: (one[0], None)),
+    "a little larger": Registered(True, lambda points: 1.1 * points),
+    "half as large again": Registered(False, lambda points: 1.5 * points),
+    "of any size": Registered(True, lambda points: 1.5 * points, options={"scale": True}),
+    "a tenth missing": Registered(False, scanned=lambda one: without_most(0.1, one)),
+    "half of it": Registered(False, scanned=lambda one: without_most(0.5, one)),
+    "one side": Registered(False, scanned=lambda one: seen_by(SENSOR, one)),
+    "one side, as the sensor sees it": Registered(
+        True, scanned=lambda one: seen_by(SENSOR, one), options={"viewpoints": SENSOR}
+    ),
+    "landmarks": Registered(True, options={"landmarks": (MARKED, SHAPE[MARKED])}),
+    "landmarks of others": Registered(False, options={"landmarks": (MARKED, SHAPE[MARKED[::-1]])}),
+    "on a floor": Registered(False, scanned=with_floor),
+    "a ball": Registered(
+        False, scanned=lambda one: (3 * one[0] / np.linalg.norm(one[0], axis=1)[:, None], None)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REGISTERED)
+def test_a_registration_is_good_if_it_is_right(name: str, rng: np.random.Generator) -> None:
+    is_right, template, scanned, options = REGISTERED[name]
+    points, normals = scanned(scan(TORUS, SHAPE, rng))
+    found = dynmesh.register(TORUS.faces, template(TORUS.vertices), points, normals, **options)
+    assert (found.quality == "good") == is_right, found
+    assert (found.reason == "") == is_right
+    if is_right:
+        assert error(TORUS, SHAPE, found.vertices) < 0.5
 
 
 G, D, R = "good", "doubtful", "ruined"

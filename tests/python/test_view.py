@@ -214,6 +214,36 @@ def test_a_page_opens_where_most_is_missing_or_was() -> None:
         assert '"first": 5,' in page_for(SequenceReader(sequence)).html
 
 
+VERDICTS = """frame,far,quality,reason
+0,0.1,good,
+1,0.2,ruined,"a limb, or more, is lost"
+3,0.2,doubtful,most is unseen
+4,0.1,good,
+"""
+
+
+@pytest.mark.parametrize(
+    ("most", "colours", "clicked", "frame"),
+    [
+        (9, "good ruined unknown doubtful good unknown unknown unknown unknown", 1, "1"),
+        (3, "ruined doubtful unknown", 1, "3"),
+    ],
+)
+def test_a_line_under_the_slider_shows_the_worst_of_the_frames_and_leads_there(
+    most: int, colours: str, clicked: int, frame: str, tmp_path: Path, browser: Any
+) -> None:
+    (tmp_path / "quality.csv").write_text(VERDICTS)
+    page = page_of(TRUTH, tmp_path, browser, quality=tmp_path / "quality.csv", max_frames=most)
+    marks = page.page.locator("#dynmesh-quality span")
+    drawn_colours = marks.evaluate_all("(all) => all.map((mark) => mark.classList[0])")
+    assert drawn_colours == colours.split()
+    marks.nth(clicked).click()
+    assert page.text("counter").split()[1] == frame
+    assert page.text("play") == "Play"
+    assert {"1": "a limb, or more, is lost", "3": "most is unseen"}[frame] in page.text("verdict")
+    assert page.complaints == []
+
+
 def test_keys_and_menus_switch_frames_and_colours(tmp_path: Path, browser: Any) -> None:
     page = page_of(COMPLETED, tmp_path, browser, {"reference": TRUTH}, colour="known")
     assert page.text("counter") == "frame 7 / 8, 140.00 s"  # with the largest error

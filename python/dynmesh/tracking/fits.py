@@ -13,7 +13,6 @@ from ..files.numbered import Number
 from ..scans import ScanReader
 from ..tracker import Agreement, Tracker, TrackingReport
 
-_BAD_CAMERA = 0.05
 _MOST_FRAMES = 5
 _MORE_THAN_OTHERS = 2.0
 """A camera is suspected whose share is so many times the median of the others."""
@@ -164,7 +163,7 @@ class Fits:
         shares = {name: one.share for name, one in self.cameras.items()}
         each = ((name, one.distance) for name, one in self.cameras.items())
         known = {name: distance for name, distance in each if distance is not None}
-        more = beyond(shares, _MORE_THAN_OTHERS, _BAD_CAMERA)
+        more = beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
         farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
         return tuple(name for name in self.cameras if name in more | farther)
 

@@ -34,8 +34,7 @@ class Placed:
         alignment: the rigid motion that put it there, if no registration was good; else None.
         registration: of the template with the scan, if it lay elsewhere.
         doubt: why it is doubtful, and what to do; empty if it is not.
-        remark: that the scan is larger or smaller than the template, or needs no landmarks; or
-            empty.
+        remark: that the scan is larger or smaller than the template, if it is doubtful; or empty.
         advice: what to look at if the template is lost.
     """
 
@@ -94,19 +93,24 @@ def placed_in(
     scan = scan.scaled(units.factor)
     with locating(file=scans.path):
         scan = room.enter(scan, faces, template)
-    advice = "; ".join(filter(None, [inside_out(scan), advice]))
+    rooms = room.advice(scan, faces, template)
     with locating(file=mesh.path):
         found = find_alignment(faces, template, scan.cloud)
-    placed = partial(Placed, distance=found.before, advice=advice)
-    used = template[np.unique(faces)]
-    sizes = units.told(ratio_of(scan, used), size_of(used))
     away = (
         f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
         f"({found.before * found.mean_edge:.3g} in its unit) away"
     )
-    told = "; ".join(filter(None, [advice, sizes, away]))
+
+    def sizes() -> str:
+        size = size_of(template[np.unique(faces)])
+        return units.told(ratio_of(scan, template, faces), size)
+
     if found.other_unit:
-        raise InputError(told, file=mesh.path)
+        why = sizes() or rooms or inside_out(scan)
+        raise InputError("; ".join(filter(None, [advice, why, away])), file=mesh.path)
+    # The walls of a room face its middle.
+    advice = "; ".join(filter(None, [rooms or inside_out(scan), advice]))
+    placed = partial(Placed, distance=found.before, advice=advice)
     start, tracked = template, None
     if found.matches:
         if not found.lies_in_scan:
@@ -126,16 +130,18 @@ def placed_in(
         missing = "`landmarks` say where ends and corners, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
+        placed = partial(placed, remark=sizes())
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:
         # Tracking will tell whether it explains the points, but not what has none.
         doubt = doubt if registered.cause in ("size", "part") else ""
         alignment = None if found.lies_in_scan else found
-        return placed(start, alignment=alignment, doubt=doubt, remark=sizes)
+        return placed(start, alignment=alignment, doubt=doubt)
     if registered.quality == "ruined" and not found.lies_in_scan:
+        faults = "; ".join(filter(None, [advice, sizes(), away]))
         raise InputError(
-            f"{told}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
+            f"{faults}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
         )
-    return placed(registered.vertices, registration=registered, doubt=doubt, remark=sizes)
+    return placed(registered.vertices, registration=registered, doubt=doubt)
 
 
 def _tracked_from(

@@ -27,7 +27,7 @@ from ..scans.transforms import OPENGL
 from ..sequence import Positions
 from ..tracker import find_alignment
 from .fits import FARTHER_THAN_OTHERS, beyond
-from .room import planes_of_room
+from .room import Room, without_planes
 from .units import size_of, units_of
 
 _Floats = NDArray[np.float64]
@@ -259,9 +259,8 @@ def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
 def _subject(cloud: _Floats, surface: Surface) -> _Floats:
     """Returns some of the points of a camera, without floor and walls."""
     some = cloud[:: 1 + len(cloud) // _EXAMINED]
-    for plane in planes_of_room(some, thickness=surface.mean_edge, size=surface.size):
-        some = some[~plane.holds(some)]
-    return some[:: 1 + len(some) // _POINTS]
+    left = without_planes(some, thickness=surface.mean_edge, size=surface.size)
+    return np.asarray(left[:: 1 + len(left) // _POINTS], np.float64)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -324,7 +323,10 @@ class RigReport(Report):
             more = f"; those without an image in it are not judged: {', '.join(blind)}"
             return f"the cameras fit: {far}{more if blind else ''}"
         wrong = [self.cameras[number] for number in sorted(self.stated.wrong)]
-        why = "the cameras or the template's pose, shape or unit are not those of the scan"
+        why = (
+            "the cameras or the template's pose, shape or unit are not those of the scan, or it "
+            "shows other things, which `crop` leaves out"
+        )
         if len(wrong) == 1 < len(self.cameras):
             why = f"the pose or the intrinsics of camera {wrong[0]!r} are wrong"
         return (
@@ -338,8 +340,9 @@ def judge_rig(
     template: PathLike | None,
     scan_unit: float | str | None,
     template_unit: float | str | None,
+    room: Room,
 ) -> RigReport:
-    """Judges cameras by the first scan with points.
+    """Judges cameras by the first scan with points, without the room.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
@@ -353,12 +356,19 @@ def judge_rig(
     number, scan = _first(reader)
     names = tuple(reader.cameras_of(number))
     if template is None:
-        return RigReport(scan=scan, cameras=names)
+        return RigReport(scan=room.without(scan), cameras=names)
     with files.open(template) as mesh:
         factor = units_of(reader, mesh, scan_unit, template_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
         up = mesh.header.up_axis or "y"
-    scan = scan.scaled(factor)
+
+    def subject(scan: DepthScan) -> DepthScan:
+        """What a reading of the cameras leaves of the scan, in the unit of the template."""
+        scan = scan.scaled(factor)
+        room.find(scan, surface.faces, surface.points)
+        return room.without(scan)
+
+    scan = subject(scan)
     stated = fit_of(scan, surface)
     shown = (surface.faces, surface.points)
     judged = RigReport(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
@@ -381,7 +391,7 @@ def judge_rig(
             (other,) = open_scans(path, cameras=meant, gaps="lost").frames(number, number + 1)
             if isinstance(other, DepthScan):
                 # Any wrong pose of a single camera becomes right by a rigid motion.
-                fit = fit_of(other.scaled(factor), surface, moves=len(names) > 1)
+                fit = fit_of(subject(other), surface, moves=len(names) > 1)
                 tried.append((fit, wrong, meant))
     enough = min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS)
     # Opposite cameras of a ring that are exchanged differ from the two others by a turn alone.

@@ -4,15 +4,18 @@ The search for planes is RANSAC (Fischler and Bolles 1981). It is written here s
 that offer it are either much larger than dynmesh (Open3D, PCL) or no longer maintained.
 """
 
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from itertools import repeat
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_not_negative
-from .._errors import InputError
+from .._checks import check_flags, check_not_negative
+from .._errors import InputError, locating
 from ..degrade.shared import mean_edge_of
-from ..scans.scan import Scan
+from ..files import Frame, Reader
+from ..scans import DepthScan, PointScan, Scan, ScanReader
 from ..sequence import Mask, Positions
 
 _Floats = NDArray[np.float64]
@@ -82,10 +85,19 @@ def planes_of_room(
     return planes
 
 
-def planes_around(template: Positions, faces: NDArray[Any], scan: Scan) -> list[Plane]:
+def planes_around(
+    template: Positions, faces: NDArray[Any], cloud: NDArray[np.floating[Any]]
+) -> list[Plane]:
     """Finds the planes in a scan that are larger than a template."""
     size = float(np.linalg.norm(np.ptp(template[np.unique(faces)], axis=0)))
-    return planes_of_room(scan.cloud, thickness=mean_edge_of(template, faces), size=size)
+    return planes_of_room(cloud, thickness=mean_edge_of(template, faces), size=size)
+
+
+def without_planes(points: Positions, *, thickness: float, size: float) -> Positions:
+    """Returns the points that are on no plane of a room; see :func:`planes_of_room`."""
+    for plane in planes_of_room(points, thickness=thickness, size=size):
+        points = points[~plane.holds(points)]
+    return points
 
 
 def _is_room(plane: Plane, points: _Floats, size: float) -> bool:
@@ -107,7 +119,7 @@ def _fitted(plane: Plane, points: _Floats, most: float) -> Plane:
     return Plane(normal, float(middle @ normal), min(most, max(5 * scatter, 0.1 * most)))
 
 
-def extent_of(points: _Floats) -> float:
+def extent_of(points: Positions) -> float:
     """Returns about the diameter, without the outermost fifth.
 
     A slab of the subject that continues into a wall is not large by this measure.
@@ -119,7 +131,8 @@ def extent_of(points: _Floats) -> float:
 
 
 Crop = float | tuple[float, float, float, float, float, float]
-"""A distance from the box of the mesh in the last frame, or x, y, z of two corners of a box."""
+"""A distance from the box of the mesh, in a tracker that of the last frame, or x, y, z of two
+corners of a box."""
 
 
 def crop_of(value: Any) -> Crop | None:
@@ -150,36 +163,54 @@ def crop_of(value: Any) -> Crop | None:
     return a, b, c, d, e, f
 
 
+AnyScan = TypeVar("AnyScan", PointScan, DepthScan, Scan)
+
+
 class Room:
     """Takes what is not the subject from scans, all in the unit of the template.
 
     Attributes:
-        planes: floor and walls, once :meth:`enter` was called.
-        box: (2, 3) the corners of the mesh in the last frame.
+        planes: floor and walls, once :meth:`find` or :meth:`enter` was called.
+        follows: whether the box of the mesh matters, as the crop is a distance from it.
     """
 
-    def __init__(self, crop: Crop | None, remove_planes: bool) -> None:
-        """Takes nothing away if nothing is asked for."""
-        self._crop = crop
+    def __init__(self, crop: Crop | str | None, remove_planes: bool) -> None:
+        """Takes nothing away if nothing is asked for.
+
+        Raises:
+            TypeError, ValueError: an argument is refused; see :func:`crop_of`.
+        """
+        check_flags(remove_planes=remove_planes)
+        self._crop = crop_of(crop)
         self._removes_planes = remove_planes
         self.planes: list[Plane] = []
-        self.box = np.zeros((2, 3))
+        self.follows = isinstance(self._crop, float)
+        self._box = np.zeros((2, 3))
+
+    def __bool__(self) -> bool:
+        """Whether anything is asked for."""
+        return self._removes_planes or self._crop is not None
 
     def follow(self, points: Positions) -> None:
         """Notes where the mesh is."""
-        self.box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+        self._box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
 
-    def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
-        """Finds floor and walls in the first scan, and returns what is left of it.
+    def find(self, scan: Scan, faces: NDArray[Any], template: Positions) -> None:
+        """Finds floor and walls in the first scan, and notes where the template is.
 
         They are sought in the whole scan, as they are hardly larger than the subject in a crop.
+        """
+        self.follow(template)
+        if self._removes_planes:
+            self.planes = planes_around(template, faces, scan.cloud)
+
+    def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
+        """Does the same, and returns what is left of the scan.
 
         Raises:
             ValueError: nothing is left.
         """
-        self.follow(template)
-        if self._removes_planes:
-            self.planes = planes_around(template, faces, scan)
+        self.find(scan, faces, template)
         left = self.without(scan)
         if scan.has_points and not left.has_points:
             raise InputError("nothing is left of the scan without planes and what is cropped")
@@ -192,7 +223,21 @@ class Room:
             return ""
         return "no plane was removed, as none in the scan is larger than the template"
 
-    def without(self, scan: Scan) -> Scan:
+    def advice(self, left: Scan, faces: NDArray[Any], template: Positions) -> str:
+        """Says that floor or walls are left of a scan, and what to do; empty if none are.
+
+        They are sought in what each camera sees, since cameras that are misread scatter the parts
+        of the subject.
+        """
+        if not any(planes_around(template, faces, cloud) for cloud in left.clouds):
+            return ""
+        options = "`crop`" if self._removes_planes else "`remove_planes` or `crop`"
+        return (
+            f"the scan shows a plane larger than the template, such as a floor; {options} leaves "
+            "it out"
+        )
+
+    def without(self, scan: AnyScan) -> AnyScan:
         """Returns the scan without the room."""
         if self._crop is None and not self.planes:
             return scan
@@ -200,7 +245,7 @@ class Room:
         kept = np.ones(len(cloud), np.bool_)
         if self._crop is not None:
             if isinstance(self._crop, float):
-                low, high = self.box[0] - self._crop, self.box[1] + self._crop
+                low, high = self._box[0] - self._crop, self._box[1] + self._crop
             else:
                 low, high = np.reshape(self._crop, (2, 3))
             kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
@@ -212,3 +257,41 @@ class Room:
         """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""
         left = None if scan is None else self.without(scan.scaled(factor))
         return left if left is not None and left.has_points else None
+
+
+class RoomlessScans(ScanReader):
+    """Scans, in their own unit, without the room around the sequence that was tracked in them."""
+
+    def __init__(self, scans: ScanReader, sequence: Reader, room: Room, factor: float) -> None:
+        """Finds the room in the first scan with points; their unit is `factor` times the other.
+
+        Raises:
+            ValueError: nothing is left of it, or a vertex is missing there where planes are sought.
+        """
+        super().__init__(scans.path, scans.rig, scans.numbers, scans.files)
+        self.metres_per_unit = scans.metres_per_unit
+        self._scans, self._sequence, self._room, self._factor = scans, sequence, room, factor
+        for scan, frame in self._both():
+            if scan is not None and scan.has_points:
+                with locating(file=scans.path):
+                    room.enter(scan.scaled(factor), sequence.faces, frame.points)
+                break
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Iterator[Scan | None]:
+        """Yields what is left of the scans."""
+        for scan, frame in self._both(start, stop, step):
+            if scan is not None:
+                self._room.follow(frame.points[frame.present])
+                scan = self._room.without(scan.scaled(self._factor)).scaled(1 / self._factor)
+            yield scan
+
+    def _load(self, number: int) -> Scan | None:
+        return next(self.frames(number, number + 1))
+
+    def _both(self, *which: Any) -> Iterator[tuple[Scan | None, Frame]]:
+        """The scans with the frames of the mesh, of which there may be one for all."""
+        one = self._sequence.n_frames == 1
+        frames = repeat(next(iter(self._sequence))) if one else self._sequence.frames(*which)
+        return zip(self._scans.frames(*which), frames, strict=False)

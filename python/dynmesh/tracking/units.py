@@ -1,21 +1,31 @@
 """The units of length of a template and of scans, and which ones explain how their sizes differ."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .. import _core
 from .._errors import InputError
+from ..degrade.shared import mean_edge_of
 from ..files import Reader
 from ..files.units import UNITS, agreed, explaining
 from ..scans import Scan, ScanReader, unit_of_scans
 from ..sequence import Positions
+from .room import extent_of, without_planes
 
-_ALIKE = 1.5
+_ALIKE = _core.other_size
 """Sizes that differ by less than this factor need no other unit."""
 
 _EXPLAINED = 1.15
 """Units explain a ratio of sizes up to this factor, as a scan shows a part or other things, too."""
+
+_EXAMINED = 4000
+"""So many points of a camera are measured."""
+
+_LARGEST_ROOM = 20.0
+"""A scan is at most so many times as large as the subject."""
 
 _SUBJECTS = (1e-3, 100.0)
 """Metres between which the size of a subject lies."""
@@ -44,10 +54,10 @@ class Units(NamedTuple):
         Returns:
             A sentence; empty if the sizes are alike.
         """
-        if 1 / _ALIKE < ratio < _ALIKE:
+        if is_alike(ratio):
             return ""
         told = f"the scan is {ratio:.3g} times as large as the template"
-        if 1 / _ALIKE < ratio / self.factor < _ALIKE:
+        if is_alike(ratio / self.factor):
             return f"{told}, as if both were in the same unit: if so, what is stated is wrong"
         low, high = _SUBJECTS
         pairs = [
@@ -69,12 +79,48 @@ def _is(stated: float | None, unit: str) -> bool:
     return stated is not None and math.isclose(stated, UNITS[unit])
 
 
-def ratio_of(scan: Scan, template: Positions) -> float:
+def ratio_of(scan: Scan, template: Positions, faces: NDArray[np.integer[Any]]) -> float:
     """How many times as large as a template a scan is, of which no camera sees more.
 
-    The cloud of one camera is as large wherever the camera is taken to stand.
+    The cloud of one camera is as large wherever the camera is taken to stand. Floor and walls do
+    not count: planes that are larger than the template or, if what is left is of another size, as
+    in another unit, than a template of that size.
     """
-    return max(map(size_of, scan.clouds)) / size_of(template)
+    size, edge = size_of(template[np.unique(faces)]), mean_edge_of(template, faces)
+    own = extent_of(_places_on(template, faces)) or size
+    clouds = [cloud[:: 1 + len(cloud) // _EXAMINED] for cloud in scan.clouds]
+    whole = max(map(extent_of, clouds)) / own
+
+    def without_room(factor: float) -> float:
+        """The same without the planes that are larger than a template of another size."""
+        room = {"thickness": factor * edge, "size": factor * size}
+        left = [without_planes(cloud, **room) for cloud in clouds]
+        return max(map(extent_of, left)) / own or whole
+
+    ratio = without_room(1)
+    steps = range(math.ceil(math.log(_LARGEST_ROOM, _ALIKE)), -1, -1)
+    for factor in (whole / _ALIKE**step for step in steps):
+        if is_alike(ratio):
+            return ratio
+        other = without_room(factor)
+        if is_alike(other / factor):
+            return without_room(other)
+    return ratio
+
+
+def _places_on(template: Positions, faces: NDArray[np.integer[Any]]) -> Positions:
+    """Returns places that are spread evenly over the surface."""
+    corners = template[faces].astype(np.float64)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1).cumsum()
+    chosen = np.searchsorted(areas, np.linspace(0, areas[-1], _EXAMINED, endpoint=False))
+    shares = np.random.default_rng(0).dirichlet([1, 1, 1], _EXAMINED)
+    return np.asarray((shares[:, :, None] * corners[chosen]).sum(axis=1))
+
+
+def is_alike(ratio: float, tolerance: float = _ALIKE) -> bool:
+    """Whether a ratio of sizes needs no explanation."""
+    return 1 / tolerance < ratio < tolerance
 
 
 def size_of(points: Positions) -> float:

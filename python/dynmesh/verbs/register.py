@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import files
+from .. import _core, files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
@@ -23,14 +23,12 @@ from ..scans.scan import PointScan, Scan, inside_out
 from ..sequence import Positions, Sequence
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
-from ..tracking.room import Crop, Room, crop_of, planes_around
+from ..tracking.room import Crop, Room
 from ..tracking.single_scan import open_single
 from ..tracking.units import ratio_of, size_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
-_HOLE = 0.03
-"""A larger piece without a point, as a share of the area, may be what no sensor saw."""
 _LONG = ("vertices", "standard_error")
 """What :meth:`RegisterReport.to_dict` does not say of a result."""
 
@@ -102,7 +100,7 @@ def register_file(
         template_unit: the unit of length of a template whose file states none.
         crop: leave out points outside the box x,y,z,x,y,z, in the unit of the scan.
         remove_planes: whether to leave out floor and walls: planes in the scan that are larger than
-            the template.
+            the mesh.
         align: whether to seek the rigid motion that puts the template into the scan.
         scale: whether the template may have another size than what was scanned, as in another unit.
         threads: the number of threads that may work.
@@ -120,8 +118,8 @@ def register_file(
     for name, path in (paths | {"landmarks": landmarks, "cameras": cameras}).items():
         if path is not None or name in paths:
             check_path(name, path)
-    box = crop_of(crop)
-    if isinstance(box, float):
+    room = Room(crop, remove_planes)
+    if room.follows:
         told = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
         raise InputError(told, argument="crop", value=crop)
     if remove_planes and scale:
@@ -145,29 +143,32 @@ def register_file(
             (measured,) = reader.frames()
             if measured is None:
                 raise InputError("all of its images are missing or damaged")
-            room = Room(box, remove_planes)
             left = room.enter(measured, mesh.faces, first)
-            used = np.unique(mesh.faces)
-            sizes = units.told(ratio_of(left, first[used]), size_of(own[used]))
             options = {"align": align, "scale": scale, "threads": threads}
+
+            def sizes() -> str:
+                ratio = ratio_of(left, first, mesh.faces)
+                return units.told(ratio, size_of(own[np.unique(mesh.faces)]))
+
             try:
                 with steps("registering", progress):
                     found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 told = str(error)
-                raise InputError(
-                    sizes if sizes and "same unit" in told else told, file=about
-                ) from error
-            # A plane in the scan of a subject of another size may be a part of it.
-            may_show_room = found.quality != "good" and found.cause != "size" and not scale
-            shows_room = may_show_room and bool(planes_around(first, mesh.faces, left))
+                if "same unit" in told:
+                    told = sizes() or room.advice(left, mesh.faces, first) or told
+                raise InputError(told, file=about) from error
+            remark = rooms = ""
             if scale:
-                sizes = f"the template became {found.scale * found.growth:.3g} times as large"
-            elif shows_room or found.cause == "part":
-                sizes = ""  # The room is large and the part small, whatever the unit.
-            elif sizes and found.quality != "good":
-                sizes += "; `scale` finds it in any size"
+                remark = f"the template became {found.scale * found.growth:.3g} times as large"
+            elif found.quality != "good":
+                remark = sizes()
+                # A plane in the scan of a larger subject may be a part of it.
+                if not remark or found.cause != "size":
+                    rooms = room.advice(left, mesh.faces, first)
+                if remark and found.cause != "part":
+                    remark += "; `scale` finds it in any size"
         header = replace(
             mesh.header,
             n_frames=1,
@@ -193,8 +194,8 @@ def register_file(
                 hidden.write_text(shown.html, encoding="utf-8")
     return RegisterReport(
         quality=found.quality,
-        reason=_reason(found, first, left, marks, align, shows_room),
-        remarks=(*filter(None, [sizes, room.remark]), *writer.remarks, *reader.lost),
+        reason=_reason(found, first, left, marks, align, rooms),
+        remarks=(*filter(None, [remark, room.remark]), *writer.remarks, *reader.lost),
         output=Path(output),
         registration=found,
         page=None if page is None else Path(page),
@@ -216,24 +217,21 @@ def _reason(
     scan: Scan,
     landmarks: Landmarks | None,
     align: bool,
-    shows_room: bool,
+    rooms: str,
 ) -> str:
     """The quality and its reason, and what to do about it; empty if it is good."""
     if found.quality == "good":
         return ""
-    wrong = inside_out(scan)
-    if not wrong and shows_room:
-        wrong = (
-            "the scan shows a plane larger than the template, such as a floor; `remove_planes` "
-            "leaves it out"
-        )
+    wrong = rooms or inside_out(scan)  # as the walls of a room face its middle
     if landmarks is not None:
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
         wrong = wrong or _misplaced(found, landmarks)
     told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("unseen", "pose", "place") and not align:
         told += "; the template was not moved into the scan, which `align` does"
-    elif found.cause in ("part", "place") and found.hole > _HOLE and _lacks_cameras(scan):
+    elif (
+        found.cause in ("part", "place") and found.hole > _core.large_hole and _lacks_cameras(scan)
+    ):
         told += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
         told += (

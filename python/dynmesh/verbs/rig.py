@@ -13,6 +13,7 @@ from ..files.new_output import check_output, new_output
 from ..scans import write_cameras
 from ..scans.reader import read_rig
 from ..tracking.rig import RigReport, judge_rig
+from ..tracking.room import Crop, Room
 
 
 def rig(
@@ -23,6 +24,8 @@ def rig(
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
     template_unit: What[float | str | None] = None,
+    crop: What[Crop | str | None] = None,
+    remove_planes: What[bool] = False,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
 ) -> RigReport:
@@ -40,6 +43,10 @@ def rig(
         scan_unit: the unit of length of scans and cameras: m, cm, mm, km, inch, foot, yard, or a
             number of metres; else, as their files state it, or that of the template.
         template_unit: the unit of length of a template whose file states none.
+        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
+            mesh, in the unit of the template.
+        remove_planes: whether to leave out floor and walls: planes in the first scan that are
+            larger than the mesh.
         page: an HTML file to write that shows the cameras, what they see, and the template.
         overwrite: whether to replace existing outputs.
 
@@ -50,13 +57,18 @@ def rig(
     check_path("scans", scans)
     if template is None and (page is None or output is not None):
         raise InputError("is needed; without it, a page shows the cameras", argument="template")
+    # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
+    room = Room(crop, remove_planes or crop is not None)
+    needs = {"crop": room.follows, "remove_planes": remove_planes}
+    if template is None and (argument := next((name for name in needs if needs[name]), None)):
+        raise InputError("needs a `template`", argument=argument)
     path = Path(scans)
     stated = read_rig(path, cameras)
     for given, suffix in ((output, ".json"), (page, ".html")):
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = judge_rig(path, stated, template, scan_unit, template_unit)
+    found = judge_rig(path, stated, template, scan_unit, template_unit, room)
     made: dict[str, Any] = {"reason": "" if found.quality == "good" else found.told}
     if output is not None and found.rig is None:
         made["remarks"] = (f"{output} is not written, as no correction is known",)

@@ -10,7 +10,7 @@ from .. import files
 from .._checks import check_integer, check_path
 from .._command import How, Output, What
 from .._errors import InputError
-from ..draw.page import Page, page, require_page
+from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Alone, Colour
@@ -20,6 +20,7 @@ from ..files.new_output import check_output, new_output
 from ..files.reader import remarks_of
 from ..files.times import index_of
 from ..scans import ScanReader, open_scans
+from ..tracking.room import Crop, Room, RoomlessScans
 from ..tracking.single_scan import open_single
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ def view(
     scans: What[PathLike | ScanReader | None] = None,
     cameras: What[PathLike | None] = None,
     scan_unit: What[float | str | None] = None,
+    crop: What[Crop | str | None] = None,
+    remove_planes: What[bool] = False,
+    quality: What[PathLike | None] = None,
     pick: What[PathLike | None] = None,
     source: Source | None = None,
     colour: How[Colour | None] = None,
@@ -60,6 +64,12 @@ def view(
         cameras: where their cameras stand; else, `cameras.json` beside them.
         scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
             files state it.
+        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
+            mesh, in the unit of the sequence.
+        remove_planes: whether to leave out floor and walls: planes in the first scan that are
+            larger than the mesh.
+        quality: the table that tracking wrote by `csv`; a line under the slider then shows how good
+            each frame is, and leads to those that are clicked.
         pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
             the page pairs vertices and points that are clicked, and saves them under this name, as
             landmarks of a registration.
@@ -85,18 +95,24 @@ def view(
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
-    for name, value in (("cameras", cameras), ("scan_unit", scan_unit)):
+    room = Room(crop, remove_planes)
+    of_scans = {"cameras": cameras, "scan_unit": scan_unit, "crop": crop}
+    for name, value in (of_scans | {"remove_planes": remove_planes or None}).items():
         if value is not None and scans is None:
             raise InputError("is that of `scans`, which are not given", argument=name)
     if pick is not None:
-        others = {"reference": reference, "input": input, "colour": colour}
+        others = {"reference": reference, "input": input, "quality": quality, "colour": colour}
         _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
+    if quality is not None:
+        check_path("quality", quality)
     if scans is not None and not isinstance(scans, ScanReader):
         if pick is not None and Path(scans).is_file():
             scans = open_single(Path(scans), cameras)
         else:
             scans = open_scans(scans, cameras=cameras, gaps="lost")
     with _opened(sequence, reference, input, source or {}) as (own, truth, given):
+        if room and scans is not None:
+            scans = RoomlessScans(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
             look = azimuth, max_vertices
             made = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
@@ -107,6 +123,7 @@ def view(
                 input=given,
                 scans=scans,
                 scan_unit=scan_unit,
+                quality=None if quality is None else Path(quality),
                 colour=colour,
                 title=title,
                 up=up,

@@ -26,14 +26,13 @@ from ..tracker import Alignment, Tracker
 from ..tracking.fits import Fits, FrameQuality
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import placed_in, push_scan
-from ..tracking.room import Crop, Room, crop_of
+from ..tracking.room import Crop, Room
 from ..tracking.units import units_of
 
 _NAMED = 3
 """Lost images that are named."""
 
 _LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
-_OTHERS = "floor, walls and other things count as well, unless they are removed or cropped"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,10 +165,10 @@ def track_file(
         template_unit: the unit of length of a template whose file states none.
         gaps: what frames and images are whose file is missing: "refuse" makes them an error, "lost"
             what was not observed.
-        crop: leave out points farther than this from the box of the mesh in the last frame, or
-            outside the box x,y,z,x,y,z, in the unit of the template.
+        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
+            mesh, in the unit of the template.
         remove_planes: whether to leave out floor and walls: planes in the first scan that are
-            larger than the template.
+            larger than the mesh.
         recover: whether to seek the mesh again in a scan in which it is lost: from the last good
             frame and, at most once in ten frames, by a registration.
         training: complete frames of the same mesh, from which it is learned how it varies; one file
@@ -194,10 +193,9 @@ def track_file(
     for name, given in (("landmarks", landmarks), ("cameras", cameras)):
         if given is not None:
             check_path(name, given)
-    check_flags(remove_planes=remove_planes, recover=recover)
-    check_flags(uncertainty=uncertainty, provenance=provenance)
+    check_flags(recover=recover, uncertainty=uncertainty, provenance=provenance)
     check_integer("threads", threads, 1)
-    room = Room(crop_of(crop), remove_planes)
+    room = Room(crop, remove_planes)
     training_files = paths_of(training)
     target = files.target_of(output)
     target.check(overwrite=overwrite)
@@ -233,7 +231,6 @@ def track_file(
             with steps("finding the template", progress):
                 at = placed_in(reader, mesh, room, units, marks, look, threads)
             room.follow(at.points)
-            takes = crop is not None or room.planes
             with learnt.frames() as frames:
                 tracker = Tracker(
                     mesh.faces,
@@ -245,7 +242,7 @@ def track_file(
                 )
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice="; ".join(filter(None, [at.advice, "" if takes else _OTHERS])),
+                advice=at.advice,
                 registered=at.doubt,
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)

@@ -38,6 +38,19 @@ _TABLES = {
 }  # fmt: skip
 """What is in a table of jobs, and what is said of it."""
 
+_VERDICTS = {
+    "no_verdict": ("frame,far\n0,0.1\n", "no_verdict.csv: has no column 'quality'", "--csv"),
+    "no_number": ("frame,quality,reason\n0,good,\nlast,good,\n", "line 3: frame:", "'last'"),
+    "perfect": ("frame,quality,reason\n0,perfect,\n", "line 2: quality:", "'perfect'"),
+    "shorter": ("frame,quality,reason\n0\n", "line 2: quality:", "''"),
+    "fourth": (
+        "frame,quality,reason\n3,good,\n",
+        "fourth.csv: is of frame 3,",
+        "body.npz does not",
+    ),
+}
+"""What is in a table of verdicts, and what is said of it."""
+
 
 def prepare(world: World) -> None:
     """Creates further files that the cases read, in addition to those of `files.prepare`."""
@@ -58,7 +71,7 @@ def prepare(world: World) -> None:
     (folder / "other.pc2").write_bytes(header + bytes(7 * 12 * 2))
     (folder / "done.raw").write_bytes(b"precious")
     (folder / "done.html").write_text("precious")
-    for name, (text, *_) in _TABLES.items():
+    for name, (text, *_) in (_TABLES | _VERDICTS).items():
         (folder / f"{name}.csv").write_text(text)
     numbers = np.ones((3, 49), np.int32)
     dynmesh.write(folder / "aged.npz", replace(world.sequence, generation=numbers, age=numbers))
@@ -199,6 +212,9 @@ shell = [
     refused("view single.npz -o new.html --scans line --scan-unit mm", "states no unit"),
     refused("view void.npz -o new.html", "void.npz: no vertex is known"),
     misused(f"{_VIEW} --scan-unit mm", "--scan-unit: is that of --scans, which are not given"),
+    misused(f"{_VIEW} --crop 1", "--crop: is that of --scans, which are not given"),
+    misused(f"{_VIEW} --remove-planes", "--remove-planes: is that of --scans"),
+    *(refused(f"{_VIEW} --quality {name}.csv", *said) for name, (_, *said) in _VERDICTS.items()),
     misused(f"{_VIEW} --pick marks.json", "--scans: are needed"),
     misused(f"{_VIEW} --scans line --pick marks.txt", "--pick:", "marks.txt"),
     misused(f"{_VIEW} --scans line --pick marks.json --colour age", "--colour:"),

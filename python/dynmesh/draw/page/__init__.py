@@ -21,6 +21,7 @@ from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
 from .player import player
 from .thin import thin
+from .verdicts import shown_verdicts
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ def page(
     input: Reader | None = None,
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
+    quality: Path | None = None,
     colour: Colour | None = None,
     title: str | None = None,
     up: str | None = None,
@@ -125,12 +127,13 @@ def page(
             raise ValueError(
                 f"{scans.path} has {scans.n_frames} frames, but {reader.path} has {reader.n_frames}"
             )
-        factor = _factor(scans, scan_unit, reader)
+        factor = scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
     first_points = next(iter(reader)).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
     indices = range(0, reader.n_frames, -(-reader.n_frames // max_frames))
+    verdicts = [] if quality is None else shown_verdicts(quality, reader, indices)
     read = tracked(heatmap.frames(indices), len(indices), "reading", progress)
     frames = [frame.of(kept) for frame in read]
     if not any(frame.visible.any() for frame in frames):
@@ -157,6 +160,7 @@ def page(
         "step": indices.step,
         "fps": mean_rate(reader.header),  # of the sequence, or None
         "colour": heatmap.colour,  # at first
+        "verdicts": verdicts,
     }
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     view = View.of(_corners(frames), up, azimuth)
@@ -170,7 +174,7 @@ def _caption(name: str, what: str) -> str:
     return what if what == f"the {name}" else f"{name}, {what}"
 
 
-def _factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
+def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
     """Returns the length of the unit of the scans in that of the sequence."""
     ours, theirs = reader.header.metres_per_unit, unit_of_scans(scans, scan_unit)
     if scan_unit is not None and ours is None:

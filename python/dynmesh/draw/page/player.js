@@ -46,6 +46,26 @@ function showScale({ scale }) {
   part('title').textContent = title;
 }
 
+// A line of colours under the slider, which says how good the frames are that each shown one stands
+// for.
+part('quality').hidden = part('verdict').hidden = !told.verdicts.length;
+for (const [quality, sentence] of told.verdicts) {
+  const mark = document.createElement('span');
+  mark.className = quality;
+  mark.title = sentence;
+  part('quality').append(mark);
+}
+const marks = part('quality').children;
+part('quality').onclick = ({ target }) => {
+  const frame = [...marks].indexOf(target);
+  if (frame >= 0) go(frame);
+};
+function showVerdict(frame, before) {
+  marks[before].classList.remove('shown');
+  marks[frame].classList.add('shown');
+  part('verdict').textContent = marks[frame].title;
+}
+
 let colour = told.colours.find(({ name }) => name === told.colour);
 let wanted = told.first; // the index of a shown frame
 let isDrawing = false;
@@ -59,6 +79,7 @@ async function draw() {
   isDrawing = false;
 }
 function show(frame) {
+  if (marks.length) showVerdict(frame, wanted);
   wanted = frame;
   slider.value = frame;
   const seconds = told.fps ? `, ${(frame * told.step / told.fps).toFixed(2)} s` : '';
