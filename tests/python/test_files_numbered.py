@@ -162,6 +162,7 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["sim-1", "sim0", "sim1"], "", [-1, 0, 1]),  # a hyphen that not all names have
     (["f_-1", "f_+0", "f_+1"], "", [-1, 0, 1]),
     (["a-001", "a-002"], "", [1, 2]),
+    (["shot-1001", "shot-1002"], "", [1001, 1002]),  # negative frames lead up to 0
     (["2024-01-09", "2024-01-10"], "", [9, 10]),
     (["take-1-8", "take-1-9"], "", [8, 9]),
     (["f-9", "f-08"], "", [8, 9]),

@@ -2,7 +2,8 @@
 
 A number is digits with their sign and their decimals. In a folder or a glob, it stands where the
 names differ. A hyphen after a letter or a digit is no sign, unless another name has none there; nor
-is one before 0. After a letter, it could be either if no number is 0 or begins with zeros.
+is one before 0. After a letter, it could be either if no number is 0 or begins with zeros, and one
+is below 2.
 
 A pattern decides where the number stands and how it is written.
 """
@@ -133,10 +134,14 @@ class _Place(NamedTuple):
 
     @property
     def with_sign(self) -> "_Place | None":
-        """The same with the hyphen before it as a sign, if it could be one; else None."""
+        """The same with the hyphen before it as a sign, if it could be one; else None.
+
+        Negative frames lead up to frame 0, so that frames 1001 and 1002 are no frames -1002 and
+        -1001.
+        """
         is_hyphen = re.search(r"[^\W\d_]-$", self.before) and "/" not in self.after
         is_plain = all(re.match(r"[1-9]|0\.", text) for text in self.texts)
-        if not is_hyphen or not is_plain or 0 in self.numbers:
+        if not is_hyphen or not is_plain or not 0 < min(self.numbers) < 2:
             return None
         return _Place(self.before[:-1], self.after, tuple(f"-{text}" for text in self.texts))
 
