@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <limits>
@@ -104,6 +105,28 @@ TEST_CASE("every piece is executed once, and all before the call returns") {
         REQUIRE(pieces == 0);
       else if (task_sharing.patience > 0)
         REQUIRE(pieces > 0);
+    }
+  }
+}
+
+TEST_CASE("an exception of a piece reaches the caller when no thread is at work any more") {
+  Workers workers(3, in_small_pieces());
+  const auto caller = std::this_thread::get_id();
+  for (const bool is_of_caller : {true, false}) {
+    for (int call = 0; call < 20; ++call) {
+      std::atomic<int> at_work{0};
+      auto failing = [&](Index) {
+        ++at_work;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+        const bool fails = (std::this_thread::get_id() == caller) == is_of_caller;
+        --at_work;
+        if (fails) throw std::runtime_error("of a piece");
+      };
+      CHECK(message_of([&] { workers.for_each(40, failing); }) == "of a piece");
+      CHECK(at_work == 0);
+      std::atomic<int> done{0};
+      workers.for_each(40, [&](Index) { ++done; });
+      CHECK(done == 40);
     }
   }
 }

@@ -88,10 +88,11 @@ void RowMatrix::add_product(Field step, std::span<Vector3<double>> product,
                             Workers& workers) const {
   Eigen::VectorXd along(matrix_.rows());
   workers.for_each_short_chunk(static_cast<Index>(matrix_.rows()), [&](Index first, Index last) {
-    along.segment(first, last - first) = matrix_.middleRows(first, last - first) * vector_of(step);
+    along.segment(first, last - first).noalias() =
+        matrix_.middleRows(first, last - first) * vector_of(step);
   });
   workers.for_each_short_chunk(static_cast<Index>(step.size()), [&](Index first, Index last) {
-    vector_of(product.subspan(at(first), at(last - first))) +=
+    vector_of(product.subspan(at(first), at(last - first))).noalias() +=
         transposed_.middleRows(4 * first, 4 * (last - first)) * along;
   });
 }
