@@ -64,6 +64,7 @@ RowMatrix::RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices)
     const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
     matrix_.startVec(r);
     for (std::size_t s = 0; s < 3; ++s) {
+      if (row.shares[s] == 0) continue;  // rows of a single vertex have it in all corners
       for (Eigen::Index c = 0; c < 3; ++c) {
         const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
         matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
