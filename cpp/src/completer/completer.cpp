@@ -14,6 +14,7 @@
 #include "stream/arguments.hpp"
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -186,6 +187,7 @@ struct Completer<Real>::Parts {
 
 template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
   auto mesh =
@@ -196,6 +198,7 @@ Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Se
 template <class Real>
 Completer<Real>::Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
                            const Training<Real>& training) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   if (settings.method != Method::detail) {
     throw SettingError("training", "requires method detail");
@@ -220,6 +223,7 @@ Completer<Real>& Completer<Real>::operator=(Completer&&) noexcept = default;
 
 template <class Real>
 void Completer<Real>::reset(Points<const Real> frame) {
+  const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
   parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
 }
@@ -227,6 +231,7 @@ void Completer<Real>::reset(Points<const Real> frame) {
 template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
                                   Points<Real> completed) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_rows("points", points, n_vertices());
   check_rows("known", known, n_vertices());
@@ -238,6 +243,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, KnownMask known,
 
 template <class Real>
 FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> completed) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_rows("points", points, n_vertices());
   check_output(completed, n_vertices(), {{"points", Extent::of(points)}});
@@ -248,6 +254,7 @@ FrameReport Completer<Real>::push(Points<const Real> points, Points<Real> comple
 template <class Real>
 FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<const Real> points,
                                          Points<Real> completed) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   if (indices.size() != points.count) {
     refuse("points", "has ", points.count, " rows for ", indices.size(), " indices");
@@ -276,6 +283,7 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
 
 template <class Real>
 FrameReport Completer<Real>::skip(Points<Real> completed) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(completed, n_vertices(), {});
   std::ranges::fill(parts_->stream.current_known, std::uint8_t{0});
@@ -334,6 +342,7 @@ std::vector<std::byte> Completer<Real>::state() const {
 
 template <class Real>
 void Completer<Real>::restore(std::span<const std::byte> state) {
+  const DefaultArithmetic arithmetic;
   Reader reader = open_state(state, state_size(), kind<Real>, *parts_->mesh, settings());
   auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
                                           stored_frame<Real>(reader, n_vertices()));

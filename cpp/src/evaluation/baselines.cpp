@@ -5,6 +5,7 @@
 
 #include "factor/interpolation.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -83,14 +84,17 @@ SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
 }  // namespace
 
 Baseline::Baseline(const Topology& topology, Objective objective, Weights weights,
-                   Points<const double> reference)
-    : system_(new System{topology, energy_of(topology.cells, objective, weights, reference)}) {}
+                   Points<const double> reference) {
+  const DefaultArithmetic arithmetic;
+  system_.reset(new System{topology, energy_of(topology.cells, objective, weights, reference)});
+}
 Baseline::~Baseline() = default;
 Baseline::Baseline(Baseline&&) noexcept = default;
 Baseline& Baseline::operator=(Baseline&&) noexcept = default;
 
 void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
                                 Points<const double> previous, Points<double> completed) {
+  const DefaultArithmetic arithmetic;
   check_rows("completed", completed, system_->topology.cells.size());
   const Given given(system_->topology, points, known, previous);
   const std::vector<double> weights(given.known.begin(), given.known.end());
@@ -118,6 +122,7 @@ Weights weights_from_name(std::string_view name) {
 
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,
                                       Points<const double> previous, Points<double> completed) {
+  const DefaultArithmetic arithmetic;
   check_rows("completed", completed, system_->topology.cells.size());
   Given given(system_->topology, points, known, previous);
   Mask is_free(given.known);

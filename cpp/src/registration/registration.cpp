@@ -9,6 +9,7 @@
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -132,6 +133,7 @@ Registration<Real> registered(Faces faces, Points<const Real> positions,
                               const Landmarks<Real>& landmarks,
                               const RegistrationSettings& settings, const Training<Real>* training,
                               const ScanOf& scan_of) {
+  const DefaultArithmetic arithmetic;
   check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
   Workers workers(settings.threads, task_sharing_of_tracking());
   Template given;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stream/arguments.hpp"
+#include "support/default_arithmetic.hpp"
 
 namespace dynmesh {
 
@@ -11,6 +12,7 @@ Training<Real>::Training(std::size_t n_vertices) : n_vertices_(n_vertices) {}
 
 template <class Real>
 void Training<Real>::add(Points<const Real> frame) {
+  const DefaultArithmetic arithmetic;
   const std::string name = "training: frame " + std::to_string(n_added_);
   check_rows(name.c_str(), frame, n_vertices_);
   std::vector<Real> positions;

@@ -11,6 +11,7 @@
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -96,6 +97,7 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
 
 template <class Real>
 Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<const Real> scan) {
+  const DefaultArithmetic arithmetic;
   const auto frame = widened(first_frame_of(first_frame));
   const Topology topology = topology_of(faces, frame.size());
   const auto points = checked_rows("scan", scan);

@@ -12,6 +12,7 @@
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
 #include "tracking/point_scan.hpp"
@@ -172,6 +173,7 @@ struct Tracker<Real>::Parts {
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
                        const TrackerSettings& settings) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
   auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
@@ -182,6 +184,7 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
                        const Training<Real>& training) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
   auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
@@ -198,12 +201,14 @@ Tracker<Real>& Tracker<Real>::operator=(Tracker&&) noexcept = default;
 
 template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
+  const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
   parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
 }
 
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   const PointScan measured =
       point_scan_of(scan, parts_->surface.mean_edge(), parts_->mesh->workers);
@@ -216,6 +221,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
 
 template <class Real>
 TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
   const TrackingConstants& constants = parts_->surface.constants();
@@ -226,6 +232,7 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
 
 template <class Real>
 TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
   return parts_->track({}, tracked, start);
@@ -294,6 +301,7 @@ std::vector<std::byte> Tracker<Real>::state() const {
 
 template <class Real>
 void Tracker<Real>::restore(std::span<const std::byte> state) {
+  const DefaultArithmetic arithmetic;
   Reader reader = open_state(state, state_size(), kind<Real>, *parts_->mesh, settings());
   auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
                                           stored_frame<Real>(reader, n_vertices()));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stream/arguments.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/workers.hpp"
 #include "whole_frame/edge_lengths.hpp"
 #include "whole_frame/trips.hpp"
@@ -172,6 +173,7 @@ template <class Real>
 WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_frames,
                              const FrameSource<Real>& source, const WholeFrameSettings& settings,
                              const Progress& progress) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings_of_completer(settings, true));
   if (n_vertices == 0) refuse("frames", "have no vertices");
   if (n_frames == 0) refuse("frames", "there are none");
