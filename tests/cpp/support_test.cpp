@@ -1,6 +1,7 @@
 /// Numbers, rigid motions and threads.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <chrono>
@@ -36,12 +37,9 @@ static_assert(saturated<double>(-1e300) == -1e300);
 TEST_CASE("numbers out of the range of float become the largest one") {
   CHECK(saturated<float>(std::numeric_limits<double>::infinity()) == largest_float);
   CHECK(std::isnan(saturated<float>(std::numeric_limits<double>::quiet_NaN())));
-  RigidMotion motion;
-  motion.to << 1e300, -1e300, 1;
-  const auto moved = motion.apply(Vector3<float>{0, 0, 2});
-  CHECK(moved.x == largest_float);
-  CHECK(moved.y == -largest_float);
-  CHECK(moved.z == 3);
+  std::array<float, 3> moved{};
+  put_row(Points<float>(moved.data(), 1), 0, {1e300, -1e300, 3});
+  CHECK(moved == std::array{largest_float, -largest_float, 3.0F});
 }
 
 TEST_CASE("points turn about a line unless they are nearer to it than rounding") {
@@ -51,7 +49,7 @@ TEST_CASE("points turn about a line unless they are nearer to it than rounding")
         {0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
     const std::vector<Vector3<double>> after = {
         {0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
-    const auto motion = fit_rigid_motion<double>(chosen, before, after);
+    const auto motion = fit_rigid_motion(chosen, before, after);
     const auto turned = motion.apply(Vector3<double>{1, 0, 0});
     CHECK(turned.x == doctest::Approx(width > 1e-5 ? 0 : 1));
     CHECK(turned.y == doctest::Approx(width > 1e-5 ? 1 : 0));

@@ -149,7 +149,7 @@ Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers, first, mean_edge);
   for (const auto& frame : training) {
-    const Eigen::Quaterniond whole(fit_rigid_motion<double>(first, frame).rotation);
+    const Eigen::Quaterniond whole(fit_rigid_motion(first, frame).rotation);
     std::ranges::fill(rotations.quaternions(),
                       Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
     for (int n = 0; n < most_fits; ++n) {

@@ -72,7 +72,7 @@ SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
     if (reference.data == nullptr)
       refuse("reference", "is required for weights 'inverse_distance'");
     const auto frame = finite_frame("reference", reference, cells.size());
-    const double h = mean_edge_length<double>(cells, frame);
+    const double h = mean_edge_length(cells, frame);
     const double shortest = std::sqrt(squared_length_floor) * h;
     l = laplacian(cells, [&](Index i, Index j) {
       return h / std::max(std::sqrt(squared_norm(frame[i] - frame[j])), shortest);

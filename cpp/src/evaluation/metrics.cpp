@@ -35,7 +35,7 @@ double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real
   if (k == 0) refuse("reference", "has no vertices");
   const auto v = finite_frame("reference", reference, k);
   const auto w = finite_frame("completed", completed, k);
-  const double shortest = std::sqrt(squared_length_floor) * mean_edge_length<double>(cells, v);
+  const double shortest = std::sqrt(squared_length_floor) * mean_edge_length(cells, v);
   double sum = 0;
   for (std::size_t i = 0; i < k; ++i) {
     const auto laplacian_error =
