@@ -7,7 +7,9 @@
 #include "c_completer.hpp"
 #include "counted_memory.hpp"
 #include "meshes.hpp"
+#include "scans.hpp"
 #include "shared_work.hpp"
+#include "tracking/scan_arguments.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {
@@ -53,6 +55,17 @@ TEST_CASE_TEMPLATE("a frame of method motion allocates no memory, in C neither",
       CHECK(allocations() == before);
       CHECK((pieces_done_by_others() > pieces) == (settings.threads > 1));
     }
+  }
+}
+
+TEST_CASE("depth images allocate memory for a scan, not for each pixel") {
+  const auto mesh = bumpy_torus(20);
+  const auto image = images_of(mesh, mesh.vertices, 1, 200).front();
+  const DepthImage view = image.view();
+  for (const std::size_t most : {std::size_t{100'000}, std::size_t{500}}) {  // one is reduced
+    const std::size_t before = allocations();
+    CHECK(point_scan_of({&view, 1}, 3, most).size() > 50);
+    CHECK(allocations() - before < 100);
   }
 }
 

@@ -50,7 +50,7 @@ struct Tori {
   [[nodiscard]] Coverage found() const {
     const std::vector<std::uint8_t> is_sheet(x.size());
     return coverage_of({faces, topology.cells, frame, x, normals, is_sheet,
-                        mean_edge_length<double>(topology.cells, frame), size_of(frame)},
+                        mean_edge_length(topology.cells, frame), size_of(frame)},
                        scan);
   }
 };

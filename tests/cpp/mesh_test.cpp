@@ -234,6 +234,13 @@ TEST_CASE("incomplete and invalid data is refused") {
   refused("cut.off", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "ends");
   refused("empty.off", "", "ends before");
   refused("long.obj", "v 0 0 0\nv 1 0 1e39\nv 0 1 0\nf 1 2 3\n", "has the coordinate 1e+39");
+  const TemporaryFile beyond("beyond.obj", "v 0 0 0\nv 1 nan -1e39\n");
+  CHECK(message_of([&] {
+          read_positions(beyond.path());
+        }).find("vertex 1, counted from 0, has the coordinate -1e+39") != std::string::npos);
+  const TemporaryFile holes("holes.obj", "v 0 0 0\nv nan inf 3\n");
+  CHECK(std::ranges::count_if(read_positions(holes.path()),
+                              [](float x) { return std::isfinite(x); }) == 4);
   for (const char* face :
        {"4294967290 0 1 2\n", "-3 0 1 2\n", "2 0 1\n", "3 0 1 9\n", "3 0 1 -1\n", "3.5 0 1 2\n"}) {
     refused("face.off", std::string("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n") + face, "");

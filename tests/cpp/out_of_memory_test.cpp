@@ -12,6 +12,7 @@
 #include "counted_memory.hpp"
 #include "meshes.hpp"
 #include "scans.hpp"
+#include "shared_work.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {
@@ -211,6 +212,7 @@ TEST_CASE("the C interface returns a status") {
 /// A tracker in the middle of a sequence, and the next frame as a scan and as images.
 struct Sequence {
   bool is_trained = false;
+  Index threads = 1;
   Mesh<double> mesh = bumpy_torus(10);
   Samples first = scan_of(mesh, turned(mesh.vertices, 0.03));
   Samples second = scan_of(mesh, turned(mesh.vertices, 0.06));
@@ -221,7 +223,7 @@ struct Sequence {
     Tracker<double> tracker =
         is_trained ? Tracker<double>(mesh.faces(), mesh.points(), {.uncertainty = true},
                                      training_of(training_frames_of(mesh.vertices, 3)))
-                   : Tracker<double>(mesh.faces(), mesh.points());
+                   : Tracker<double>(mesh.faces(), mesh.points(), {.threads = threads});
     track(tracker, first);
     return tracker;
   }
@@ -235,8 +237,12 @@ struct Sequence {
 TEST_CASE("a frame of tracking that runs out of memory changes nothing") {
   Sequence sequence;
   sequence.second.has_normals = false;
-  SUBCASE("alone") {}
+  std::optional<SharedWork> shared;
   SUBCASE("with training and errors") { sequence.is_trained = true; }
+  SUBCASE("on three threads") {
+    shared.emplace(64);
+    sequence.threads = 3;
+  }
   for (const auto call : {&Sequence::push, &Sequence::push_depth}) {
     auto expected = sequence.begun();
     const auto before = expected.state();

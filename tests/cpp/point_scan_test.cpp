@@ -3,8 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <cmath>
 #include <cstddef>
+#include <thread>
 #include <vector>
 
 #include "scans.hpp"
@@ -136,6 +138,24 @@ TEST_CASE("between sensors that face each other, and without sensors, either sid
       CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0.7, 0.7 * side}, 1, 0.8));
       CHECK_FALSE(scan.any_agrees({2.2, 2.1, 0.3}, {0, 0, side}, 0.3, 0.8));
     }
+  }
+}
+
+TEST_CASE("several threads search the points of a scan at once, also for the first time") {
+  for (int n = 0; n < 50; ++n) {
+    PointScan scan;
+    estimated(scan);
+    std::atomic<int> ready{0};
+    std::atomic<int> right{0};
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) {
+      threads.emplace_back([&] {
+        for (++ready; ready < 4;) std::this_thread::yield();
+        if (scan.distance({2, 3, 0.5}) == 0.5) ++right;
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(right == 4);
   }
 }
 

@@ -1,8 +1,10 @@
 /// Numbers, rigid motions and threads.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <atomic>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <limits>
@@ -35,12 +37,9 @@ static_assert(saturated<double>(-1e300) == -1e300);
 TEST_CASE("numbers out of the range of float become the largest one") {
   CHECK(saturated<float>(std::numeric_limits<double>::infinity()) == largest_float);
   CHECK(std::isnan(saturated<float>(std::numeric_limits<double>::quiet_NaN())));
-  RigidMotion motion;
-  motion.to << 1e300, -1e300, 1;
-  const auto moved = motion.apply(Vector3<float>{0, 0, 2});
-  CHECK(moved.x == largest_float);
-  CHECK(moved.y == -largest_float);
-  CHECK(moved.z == 3);
+  std::array<float, 3> moved{};
+  put_row(Points<float>(moved.data(), 1), 0, {1e300, -1e300, 3});
+  CHECK(moved == std::array{largest_float, -largest_float, 3.0F});
 }
 
 TEST_CASE("points turn about a line unless they are nearer to it than rounding") {
@@ -50,7 +49,7 @@ TEST_CASE("points turn about a line unless they are nearer to it than rounding")
         {0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
     const std::vector<Vector3<double>> after = {
         {0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
-    const auto motion = fit_rigid_motion<double>(chosen, before, after);
+    const auto motion = fit_rigid_motion(chosen, before, after);
     const auto turned = motion.apply(Vector3<double>{1, 0, 0});
     CHECK(turned.x == doctest::Approx(width > 1e-5 ? 0 : 1));
     CHECK(turned.y == doctest::Approx(width > 1e-5 ? 1 : 0));
@@ -104,6 +103,28 @@ TEST_CASE("every piece is executed once, and all before the call returns") {
         REQUIRE(pieces == 0);
       else if (task_sharing.patience > 0)
         REQUIRE(pieces > 0);
+    }
+  }
+}
+
+TEST_CASE("an exception of a piece reaches the caller when no thread is at work any more") {
+  Workers workers(3, in_small_pieces());
+  const auto caller = std::this_thread::get_id();
+  for (const bool is_of_caller : {true, false}) {
+    for (int call = 0; call < 20; ++call) {
+      std::atomic<int> at_work{0};
+      auto failing = [&](Index) {
+        ++at_work;
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+        const bool fails = (std::this_thread::get_id() == caller) == is_of_caller;
+        --at_work;
+        if (fails) throw std::runtime_error("of a piece");
+      };
+      CHECK(message_of([&] { workers.for_each(40, failing); }) == "of a piece");
+      CHECK(at_work == 0);
+      std::atomic<int> done{0};
+      workers.for_each(40, [&](Index) { ++done; });
+      CHECK(done == 40);
     }
   }
 }

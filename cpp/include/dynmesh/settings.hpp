@@ -18,6 +18,7 @@ enum class Method {
   /// Preserves the shape of frame 0 and of the last frame, rotated with the motion; see
   /// docs/method.md. The error is a fraction of that of motion, but a frame takes milliseconds.
   /// Memory is allocated when the factor of the system of a frame is larger than all earlier ones.
+  /// Time and memory grow with the square of the number of neighbours of a vertex.
   detail
 };
 

@@ -33,7 +33,7 @@ struct TemplateMesh {
 DYNMESH_EXPORT TemplateMesh read_template(const std::string& path);
 
 /// Reads the positions alone, x, y, z of each vertex, of a frame in which some may be NaN or
-/// infinite. Apart from that as `read_template`.
+/// infinite, but none finite and beyond the range of float. Apart from that as `read_template`.
 DYNMESH_EXPORT std::vector<float> read_positions(const std::string& path);
 
 }  // namespace dynmesh

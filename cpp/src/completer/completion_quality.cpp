@@ -38,7 +38,7 @@ double size_ratio(std::span<const Vector3<Real>> from, std::span<const Vector3<R
     double n = 0;
     const auto for_each_anchor = [&](const auto& visit) {
       for (std::size_t v = 0; v < frame.size(); ++v) {
-        if (generation[v] == 0) visit(unit * in_double(frame[v]));
+        if (generation[v] == 0) visit(unit * frame[v]);
       }
     };
     for_each_anchor([&](const Vector3<double>& x) { sum = sum + x, ++n; });
@@ -54,8 +54,7 @@ double size_ratio(std::span<const Vector3<Real>> from, std::span<const Vector3<R
 
 template <class Real>
 CompletionQuality<Real>::CompletionQuality(const Cells& cells, Frame first_frame)
-    : first_frame_(first_frame),
-      per_edge_(1 / static_cast<double>(mean_edge_length(cells, first_frame))) {
+    : first_frame_(first_frame), per_edge_(1 / mean_edge_length(cells, first_frame)) {
   const std::size_t n_half_edges = cells.neighbours.size();
   const std::size_t n = std::min(n_half_edges, std::clamp(first_frame.size() / vertices_per_edge,
                                                           fewest_measured, most_measured));
@@ -145,7 +144,7 @@ void CompletionQuality<Real>::tell(Frame completed, Generation generation, Frame
 
 template <class Real>
 double CompletionQuality<Real>::square_of(const Edge& edge, Frame frame) const {
-  return squared_norm(per_edge_ * (in_double(frame[edge.a]) - in_double(frame[edge.b])));
+  return squared_norm(per_edge_ * (frame[edge.a] - frame[edge.b]));
 }
 
 template <class Real>
@@ -188,7 +187,6 @@ double CompletionQuality<Real>::change_at_anchors(Generation generation, Frame f
   return changes_.empty() ? 0 : median(changes_);
 }
 
-template class CompletionQuality<float>;
 template class CompletionQuality<double>;
 
 }  // namespace dynmesh

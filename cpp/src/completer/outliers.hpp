@@ -21,16 +21,13 @@ namespace dynmesh {
 /// deviation of all anchors of the frame; and a thousandth of the mean edge length. Without the
 /// last two, a limb that starts to move on a body at rest would be an outlier. An anchor with fewer
 /// than three other anchors in its component is never an outlier.
-template <class Real>
 class Outliers {
  public:
-  using Frame = std::span<const Vector3<Real>>;
+  using Frame = std::span<const Vector3<double>>;
 
   /// `cells` must outlive this object. Allocates memory only in the constructor.
   Outliers(const Cells& cells, Frame first_frame)
-      : cells_(cells),
-        mean_edge_(static_cast<double>(mean_edge_length(cells, first_frame))),
-        found_from_(cells.size()) {
+      : cells_(cells), mean_edge_(mean_edge_length(cells, first_frame)), found_from_(cells.size()) {
     found_.reserve(cells.size());
     deviations_.reserve(cells.size());
     sorted_.reserve(cells.size());
@@ -47,8 +44,8 @@ class Outliers {
       const auto nearest = nearest_anchors(static_cast<Index>(v), known);
       if (nearest.size() < 3) continue;
       const auto motion = [&](std::size_t vertex, std::size_t axis) {
-        const Vector3<Real> d = points[vertex] - previous[vertex];
-        return static_cast<double>(axis == 0 ? d.x : axis == 1 ? d.y : d.z);
+        const Vector3<double> d = points[vertex] - previous[vertex];
+        return axis == 0 ? d.x : axis == 1 ? d.y : d.z;
       };
       std::array<double, most_neighbours> around{};
       double own = 0;

@@ -41,7 +41,7 @@ namespace dynmesh {
 ///
 /// Allocates memory in the constructor, and in `estimate` if the factor is larger than all earlier
 /// ones.
-class Detail final : public Estimator<double> {
+class Detail final : public Estimator {
  public:
   /// `topology` and `workers` must outlive this object. `training` are frames of a training
   /// sequence, or none if the settings learn. `epsilon` is that of the type in which positions are

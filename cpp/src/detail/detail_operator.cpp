@@ -51,7 +51,7 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   auto& areas = result.scale;
   areas.assign(frame.size(), 0);
   Entries entries;
-  const auto h = static_cast<double>(mean_edge_length(cells, frame));
+  const auto h = mean_edge_length(cells, frame);
   for (const IntrinsicTriangle& triangle : intrinsic_delaunay(faces, frame, h)) {
     for (std::size_t side = 0; side < 3; ++side) {
       const Index a = triangle.vertices[side];

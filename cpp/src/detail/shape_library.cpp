@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -18,7 +17,8 @@
 namespace dynmesh {
 namespace {
 
-static_assert(most_shapes <= largest_symmetric);
+// A completer that learns allocates no memory.
+static_assert(training_constants.most_learned <= largest_without_memory);
 
 constexpr int most_fits = 100;
 constexpr double settled = 1e-9;  // of the components of a quaternion
@@ -43,6 +43,8 @@ ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double mean_edg
       rows_(3 * slots_ * parts_.size()),
       products_(n_parts_ * slots_ * slots_),
       sums_(parts_.size(), n_parts_ * slots_),
+      vectors_(most * most),
+      values_(most),
       factors_(n_parts_ * slots_ * modes_of_part),
       order_(slots_) {
   const double least = training_constants.least_mode * mean_edge / unit_;
@@ -99,10 +101,8 @@ void ShapeLibrary::make(Modes& modes) {
 /// that change the shape too little to be seen are 0. Returns the number of others.
 std::size_t ShapeLibrary::find_modes(std::size_t part) {
   const std::size_t n = n_members_;
-  std::array<double, std::size_t{most_shapes} * most_shapes> all_vectors;
-  std::array<double, most_shapes> all_values;
-  const auto vectors = std::span(all_vectors).first(n * n);
-  const auto values = std::span(all_values).first(n);
+  const auto vectors = std::span(vectors_).first(n * n);
+  const auto values = std::span(values_).first(n);
   for (std::size_t l = 0; l < n; ++l) {
     for (std::size_t m = 0; m < n; ++m) {
       vectors[n * l + m] = product(part, order_[l], order_[m]);
@@ -149,7 +149,7 @@ Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
   apply_operator(k, first, 1, first_shape, workers);
   Rotations rotations(cells, workers, first, mean_edge);
   for (const auto& frame : training) {
-    const Eigen::Quaterniond whole(fit_rigid_motion<double>(first, frame).rotation);
+    const Eigen::Quaterniond whole(fit_rigid_motion(first, frame).rotation);
     std::ranges::fill(rotations.quaternions(),
                       Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
     for (int n = 0; n < most_fits; ++n) {

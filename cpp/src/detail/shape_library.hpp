@@ -72,15 +72,16 @@ class ShapeLibrary {
   std::size_t most_;
   std::size_t slots_;  // a multiple of four
   std::size_t n_parts_;
-  double unit_;                   // of the modes, so that squares are in the range of float
-  double least_eigenvalue_;       // of a shape and a vertex
-  std::vector<float> weights_;    // of the entries of the parts
-  std::vector<double> of_parts_;  // the sums of the weights of each part
-  std::vector<float> rows_;       // of each vertex, x of all slots, then y, then z
-  std::vector<double> products_;  // (n_parts, slots, slots)
-  VertexSums<double> sums_;       // (n_parts, slots), the products of a shape
-  std::vector<float> factors_;    // (n_parts, members, 16), U / sqrt(n)
-  std::vector<Index> order_;      // the slots of the members, the oldest first, and then free ones
+  double unit_;                           // of the modes, so that squares are in the range of float
+  double least_eigenvalue_;               // of a shape and a vertex
+  std::vector<float> weights_;            // of the entries of the parts
+  std::vector<double> of_parts_;          // the sums of the weights of each part
+  std::vector<float> rows_;               // of each vertex, x of all slots, then y, then z
+  std::vector<double> products_;          // (n_parts, slots, slots)
+  VertexSums<double> sums_;               // (n_parts, slots), the products of a shape
+  std::vector<double> vectors_, values_;  // the eigenvectors and eigenvalues of a part
+  std::vector<float> factors_;            // (n_parts, members, 16), U / sqrt(n)
+  std::vector<Index> order_;  // the slots of the members, the oldest first, and then free ones
   std::uint64_t n_members_ = 0;
 };
 

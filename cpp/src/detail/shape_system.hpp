@@ -60,7 +60,7 @@ struct Anchors {
     n_solved = generations.reached() + (are_noisy() ? number : 0);
     for (std::size_t v = 0; v < generation.size(); ++v) {
       const bool is_anchor = generation[v] == Generations::anchor;
-      observed[v] = is_anchor ? in_double(points[v]) : previous[v];
+      observed[v] = is_anchor ? points[v] : previous[v];
       is_solved[v] = generation[v] > 0 || (is_anchor && are_noisy()) ? 1 : 0;
       counts[v] = generation[v] != Generations::disconnected ? 1 : 0;
       if (are_noisy()) weights[v] = is_anchor ? lambda : 0;

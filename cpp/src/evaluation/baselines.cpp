@@ -5,6 +5,7 @@
 
 #include "factor/interpolation.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -71,7 +72,7 @@ SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
     if (reference.data == nullptr)
       refuse("reference", "is required for weights 'inverse_distance'");
     const auto frame = finite_frame("reference", reference, cells.size());
-    const double h = mean_edge_length<double>(cells, frame);
+    const double h = mean_edge_length(cells, frame);
     const double shortest = std::sqrt(squared_length_floor) * h;
     l = laplacian(cells, [&](Index i, Index j) {
       return h / std::max(std::sqrt(squared_norm(frame[i] - frame[j])), shortest);
@@ -83,14 +84,17 @@ SparseMatrix energy_of(const Cells& cells, Objective objective, Weights weights,
 }  // namespace
 
 Baseline::Baseline(const Topology& topology, Objective objective, Weights weights,
-                   Points<const double> reference)
-    : system_(new System{topology, energy_of(topology.cells, objective, weights, reference)}) {}
+                   Points<const double> reference) {
+  const DefaultArithmetic arithmetic;
+  system_.reset(new System{topology, energy_of(topology.cells, objective, weights, reference)});
+}
 Baseline::~Baseline() = default;
 Baseline::Baseline(Baseline&&) noexcept = default;
 Baseline& Baseline::operator=(Baseline&&) noexcept = default;
 
 void LeastSquaresMesh::complete(Points<const double> points, KnownMask known,
                                 Points<const double> previous, Points<double> completed) {
+  const DefaultArithmetic arithmetic;
   check_rows("completed", completed, system_->topology.cells.size());
   const Given given(system_->topology, points, known, previous);
   const std::vector<double> weights(given.known.begin(), given.known.end());
@@ -118,6 +122,7 @@ Weights weights_from_name(std::string_view name) {
 
 void LaplacianInterpolation::complete(Points<const double> points, KnownMask known,
                                       Points<const double> previous, Points<double> completed) {
+  const DefaultArithmetic arithmetic;
   check_rows("completed", completed, system_->topology.cells.size());
   Given given(system_->topology, points, known, previous);
   Mask is_free(given.known);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
@@ -29,11 +30,12 @@ Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector
 
 template <class Real>
 double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real> completed) {
+  const DefaultArithmetic arithmetic;
   const std::size_t k = cells.size();
   if (k == 0) refuse("reference", "has no vertices");
   const auto v = finite_frame("reference", reference, k);
   const auto w = finite_frame("completed", completed, k);
-  const double shortest = std::sqrt(squared_length_floor) * mean_edge_length<double>(cells, v);
+  const double shortest = std::sqrt(squared_length_floor) * mean_edge_length(cells, v);
   double sum = 0;
   for (std::size_t i = 0; i < k; ++i) {
     const auto laplacian_error =
@@ -46,6 +48,7 @@ double nmsve(const Cells& cells, Points<const Real> reference, Points<const Real
 template <class Real>
 void vertex_error(Points<const Real> reference, Points<const Real> completed,
                   std::span<double> error) {
+  const DefaultArithmetic arithmetic;
   const auto v = finite_frame("reference", reference, error.size());
   const auto w = finite_frame("completed", completed, error.size());
   for (std::size_t i = 0; i < error.size(); ++i) error[i] = std::sqrt(squared_norm(v[i] - w[i]));

@@ -1,13 +1,11 @@
 /// The inner loops, compiled once for each kind of processor, and the choice among them.
 #pragma once
 
-#include <tuple>
 #include <vector>
 
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
-#include "kernels/sweeps.hpp"
 
 namespace dynmesh {
 
@@ -16,12 +14,6 @@ struct Kernels {
   DenseKernels dense;
   ModeKernels modes;
   RotationKernels rotations;
-  std::tuple<Sweeps<float>, Sweeps<double>> of_both_types;
-
-  template <class Real>
-  [[nodiscard]] const Sweeps<Real>& sweeps() const {
-    return std::get<Sweeps<Real>>(of_both_types);
-  }
 };
 
 /// Those that this processor can run, the fastest first.

@@ -16,24 +16,9 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-template <class Real>
-struct Lanes;
-template <>
-struct Lanes<float> {
-  using Quad [[gnu::vector_size(16), gnu::may_alias]] = float;
-  using Bits [[gnu::vector_size(16), gnu::may_alias]] = std::int32_t;
-};
-template <>
-struct Lanes<double> {
-  using Quad [[gnu::vector_size(32), gnu::may_alias]] = double;
-  using Bits [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
-};
-template <class Real>
-using Quad = typename Lanes<Real>::Quad;
-template <class Real>
-using Bits = typename Lanes<Real>::Bits;
-using Floats = Quad<float>;
-using Doubles = Quad<double>;
+using Floats [[gnu::vector_size(16), gnu::may_alias]] = float;
+using Doubles [[gnu::vector_size(32), gnu::may_alias]] = double;
+using Integers [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
 constexpr int lanes = 4;
 
 [[gnu::always_inline]] inline Doubles quad(const Vector3<double>* v) {
@@ -52,36 +37,7 @@ using AtAnyAddress [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = d
   *reinterpret_cast<AtAnyAddress*>(to) = value;
 }
 
-template <class Real>
-[[gnu::always_inline]] inline const Quad<Real>& quad(const Real* quads, std::uint32_t offset) {
-  return *reinterpret_cast<const Quad<Real>*>(reinterpret_cast<const char*>(quads) + offset);
-}
-template <class Real>
-[[gnu::always_inline]] inline Quad<Real>& quad_of(Real* quads, Index vertex) {
-  return reinterpret_cast<Quad<Real>*>(quads)[vertex];
-}
-template <class Real>
-[[gnu::always_inline]] inline const Quad<Real>& quad_of(const Real* quads, Index vertex) {
-  return reinterpret_cast<const Quad<Real>*>(quads)[vertex];
-}
-template <int lane, class Vector>
-[[gnu::always_inline]] inline Vector spread(Vector v) {
-  return __builtin_shufflevector(v, v, lane, lane, lane, lane);
-}
-template <class Vector>
-[[gnu::always_inline]] inline Vector larger(Vector a, Vector b) {
-  return a > b ? a : b;
-}
-
-/// Returns all ones in the lanes whose magnitude is at most `limit`, and zero in the others and for
-/// NaN.
-template <class Real>
-[[gnu::always_inline]] inline Bits<Real> within(Quad<Real> v, Real limit) {
-  // Clear the sign bit.
-  const Bits<Real> bits =
-      reinterpret_cast<Bits<Real>>(v) & ~reinterpret_cast<Bits<Real>>(-Quad<Real>{});
-  return reinterpret_cast<Quad<Real>>(bits) <= limit;
-}
+[[gnu::always_inline]] inline Doubles larger(Doubles a, Doubles b) { return a > b ? a : b; }
 
 }  // namespace
 }  // namespace dynmesh::DYNMESH_KERNELS

@@ -5,8 +5,6 @@
 namespace dynmesh::DYNMESH_KERNELS {
 namespace {
 
-using Integers = Bits<double>;
-
 [[gnu::always_inline]] inline Doubles root(Doubles v) {
   return Doubles{__builtin_sqrt(v[0]), __builtin_sqrt(v[1]), __builtin_sqrt(v[2]),
                  __builtin_sqrt(v[3])};

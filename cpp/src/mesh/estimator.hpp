@@ -18,10 +18,9 @@ using TrainingFrames = std::vector<std::vector<Vector3<double>>>;
 
 /// A method of estimating the satellites of the frames of one sequence, whose frame 0 the
 /// constructors take. Frames have one Vector3 per vertex.
-template <class Real>
 class Estimator {
  public:
-  using Frame = std::span<const Vector3<Real>>;
+  using Frame = std::span<const Vector3<double>>;
   Estimator() = default;
   Estimator(const Estimator&) = delete;
   Estimator& operator=(const Estimator&) = delete;
@@ -34,7 +33,7 @@ class Estimator {
   /// are already in `points`. Disconnected vertices are not changed, and neither are anchors,
   /// unless the method treats them as noisy. Returns the number of iterations. If it throws because
   /// memory is exhausted, `generations` and everything that later calls depend on are unchanged.
-  virtual Index estimate(Frame previous, std::span<Vector3<Real>> points,
+  virtual Index estimate(Frame previous, std::span<Vector3<double>> points,
                          std::span<const std::uint8_t> known, Generations& generations) = 0;
 
   /// Updates the memory of the method with a completed frame, including its disconnected vertices.

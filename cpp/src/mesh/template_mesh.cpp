@@ -12,6 +12,7 @@
 #include "mesh/mesh_files.hpp"
 #include "mesh/mesh_text.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/paths.hpp"
 
 namespace dynmesh {
@@ -59,18 +60,21 @@ PolygonMesh mesh_of_ply(const std::string& data) {
   return mesh;
 }
 
-/// Returns positions in single precision. Refuses what a complete first frame cannot have.
-std::vector<float> checked_positions(const std::vector<double>& positions) {
+/// Returns positions in single precision. Refuses those beyond its range and, of a template, which
+/// must be complete, those that are not finite.
+std::vector<float> checked_positions(const std::vector<double>& positions, bool is_template) {
+  constexpr double largest = std::numeric_limits<float>::max();
   std::vector<float> vertices;
   for (const double coordinate : positions) {
+    const bool is_missing = !is_template && !std::isfinite(coordinate);
+    if (!is_missing && !(std::abs(coordinate) <= largest)) {
+      throw MalformedFile(joined("vertex ", vertices.size() / 3,
+                                 ", counted from 0, has the coordinate ", to_text(coordinate, 6),
+                                 is_template ? "; a template must be complete, with" : "; it needs",
+                                 " coordinates in the range of float"));
+    }
     vertices.push_back(static_cast<float>(coordinate));
-    if (std::isfinite(vertices.back())) continue;
-    throw MalformedFile(
-        joined("vertex ", (vertices.size() - 1) / 3, ", counted from 0, has the coordinate ",
-               to_text(coordinate, 6),
-               "; a template must be complete, with coordinates in the range of float"));
   }
-  if (vertices.empty()) throw MalformedFile("has no vertices");
   return vertices;
 }
 
@@ -128,8 +132,10 @@ auto read_mesh(const std::string& path, const Convert& convert) {
 }  // namespace
 
 TemplateMesh read_template(const std::string& path) {
+  const DefaultArithmetic arithmetic;
   return read_mesh(path, [](const PolygonMesh& mesh) {
-    TemplateMesh checked{checked_positions(mesh.positions), checked_triangles(mesh)};
+    if (mesh.positions.empty()) throw MalformedFile("has no vertices");
+    TemplateMesh checked{checked_positions(mesh.positions, true), checked_triangles(mesh)};
     const std::size_t most = std::max(checked.points().count, checked.triangles().count);
     if (most > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
       throw MalformedFile("has more than 2^31 - 1 vertices or triangles");
@@ -139,9 +145,9 @@ TemplateMesh read_template(const std::string& path) {
 }
 
 std::vector<float> read_positions(const std::string& path) {
-  return read_mesh(path, [](const PolygonMesh& mesh) {
-    return std::vector<float>(mesh.positions.begin(), mesh.positions.end());
-  });
+  const DefaultArithmetic arithmetic;
+  return read_mesh(
+      path, [](const PolygonMesh& mesh) { return checked_positions(mesh.positions, false); });
 }
 
 }  // namespace dynmesh

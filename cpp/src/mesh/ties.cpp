@@ -39,12 +39,11 @@ std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, st
 /// the nearest one over all bits of those whose component has the other value of the bit, which
 /// takes two trees for each bit. In one tree of all vertices, a search from inside a large
 /// component would visit all of that component first.
-template <class Real>
-std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
+std::vector<Index> find_donors(std::span<const Vector3<double>> frame,
                                std::span<const Index> component) {
   constexpr double scale = 0x1p-200;  // with which squares of all accepted coordinates are in range
   std::vector<std::array<double, 3>> positions;
-  for (const auto& x : frame) positions.push_back(array_of(scale * in_double(x)));
+  for (const auto& x : frame) positions.push_back(array_of(scale * x));
   std::vector<Index> donors(frame.size(), -1);
   std::vector<double> squared_distances(frame.size(), std::numeric_limits<double>::infinity());
   const auto last = static_cast<std::uint32_t>(component.empty() ? 0 : std::ranges::max(component));
@@ -95,8 +94,5 @@ std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<dou
   }
   return ties;
 }
-
-template std::vector<Index> find_donors(std::span<const Vector3<float>>, std::span<const Index>);
-template std::vector<Index> find_donors(std::span<const Vector3<double>>, std::span<const Index>);
 
 }  // namespace dynmesh

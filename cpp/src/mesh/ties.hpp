@@ -12,8 +12,7 @@ namespace dynmesh {
 /// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Of
 /// several, any, but always the same one. The time is about k log k, times the logarithm of the
 /// number of components.
-template <class Real>
-std::vector<Index> find_donors(std::span<const Vector3<Real>> frame,
+std::vector<Index> find_donors(std::span<const Vector3<double>> frame,
                                std::span<const Index> component);
 
 /// Two vertices of different components whose difference is kept.

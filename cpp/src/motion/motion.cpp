@@ -2,161 +2,135 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
-#include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
-template <class Real>
-Motion<Real>::Motion(const Cells& cells, Frame first_frame, Index extra_iterations,
-                     Workers& workers, const Sweeps<Real>& sweeps)
-    : workers_(workers),
-      sweeps_(sweeps),
+
+Motion::Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bool revisit,
+               Workers& workers)
+    : cells_(cells),
+      workers_(workers),
       extra_iterations_(extra_iterations),
-      neighbours_(slots * cells.size()),
-      valence_(cells.size()),
-      weights_(2 * cells.size()),
-      before_(cells.size()),
-      after_(cells.size()),
-      visits_(cells.size()),
-      rows_(cells.size()) {
-  constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max() / sizeof(Vector3<Real>);
-  if (cells.size() > most) {
-    refuse("first_frame", "has ", cells.size(), " vertices, but method motion supports at most ",
-           most);
+      revisits_(revisit),
+      per_mean_edge_(
+          std::min(1 / mean_edge_length(cells, first_frame), std::numeric_limits<double>::max())),
+      rows_(cells.size()),
+      weights_(cells.neighbours.size()),
+      moved_(cells.size()),
+      means_(cells.size()) {
+  const auto k = static_cast<Index>(cells.size());
+  const Index length = workers.task_sharing().chunk;
+  for (Index first = 0; first < k; first += length) {
+    chunks_.push_back({first, std::min(first + length, k)});
   }
-  for (std::size_t j = 0; j < cells.size(); ++j) {
-    const auto cell = cells[j];
-    valence_[j] = static_cast<std::uint8_t>(std::min<std::size_t>(cell.size(), slots + 1));
-    // Empty slots refer to the vertex itself and have weight 0.
-    const auto neighbour = [&](std::size_t slot) {
-      const std::size_t i = slot < cell.size() ? static_cast<std::size_t>(cell[slot]) : j;
-      return static_cast<std::uint32_t>(i * sizeof(Vector3<Real>));
-    };
-    std::uint32_t* of_vertex = &neighbours_[slots * j];
-    if (cell.size() <= slots) {
-      for (std::size_t slot = 0; slot < slots; ++slot) of_vertex[slot] = neighbour(slot);
+}
+
+Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
+                       std::span<const std::uint8_t> known, Generations& generations) {
+  const std::span<Index> generation = generations.to_fill();
+  for_each_chunk([&](Chunk& chunk) { begin(chunk, previous, points, known, generation); });
+  const auto sum_of = [&](Index Chunk::*number) {
+    Index sum = 0;
+    for (const Chunk& chunk : chunks_) sum += chunk.*number;
+    return sum;
+  };
+  const auto iterate = [&](Index t) {
+    for_each_chunk([&](Chunk& chunk) { find_means(chunk, t, generation); });
+    return sum_of(&Chunk::reached);
+  };
+  const auto accept = [&] {
+    for_each_chunk([&](Chunk& chunk) {
+      const WeightedMotion* mean = &means_[chunk.first];
+      for (const Index j : rows_of(chunk)) moved_[j] = *mean++;
+    });
+  };
+  const Index unknown = sum_of(&Chunk::unknown);
+  Index reached = 0;
+  Index t = 0;  // at last T
+  while (reached < unknown) {
+    const Index now = iterate(t + 1);
+    if (now == reached) break;  // the others are disconnected, and this iteration does not count
+    reached = now;
+    ++t;
+    accept();
+  }
+  for (Index extra = 1; extra <= (revisits_ ? extra_iterations_ : 0); ++extra) {
+    iterate(t + extra);
+    accept();
+  }
+  for_each_chunk([&](Chunk& chunk) {
+    for (const Index j : rows_of(chunk)) {
+      if (generation[j] == Generations::disconnected) continue;
+      const auto& [x, y, z, weight] = moved_[j];
+      points[j] = previous[j] + (1 / weight) * Vector3<double>{x, y, z};  // eq. (3)
+    }
+  });
+  generations.set_counts(at(static_cast<Index>(previous.size()) - unknown), at(reached));
+  return t + extra_iterations_;
+}
+
+/// Finds the motions of the anchors of a chunk, and s_ij = 1 / |v_i - v_j|^2 of the unknown
+/// vertices. Lengths are in mean edges: eq. (4) depends only on ratios, and in this unit squares
+/// stay in range.
+void Motion::begin(Chunk& chunk, Frame previous, Frame points, std::span<const std::uint8_t> known,
+                   std::span<Index> generation) {
+  Index* row = &rows_[chunk.first];
+  for (Index v = chunk.first; v < chunk.last; ++v) {
+    const std::uint8_t is_known = known[v];
+    // Masks may be random, so that a branch would cost more than what it saves.
+    const Vector3<double>& now = is_known != 0 ? points[v] : previous[v];
+    const auto d = now - previous[v];
+    moved_[v] = {d.x, d.y, d.z, static_cast<double>(is_known)};
+    generation[v] = Index{is_known} - 1;
+    *row = v;
+    row += 1 - is_known;
+  }
+  chunk.unknown = static_cast<Index>(row - &rows_[chunk.first]);
+  static_assert(Generations::anchor == 0 && Generations::disconnected == -1);
+
+  double* const weights = weights_.data() + cells_.offsets[chunk.first];
+  double* end = weights;
+  for (const Index j : rows_of(chunk)) {
+    for (const Index i : cells_[j]) {
+      *end++ = squared_norm(per_mean_edge_ * (previous[i] - previous[j]));
+    }
+  }
+  for (double* s = weights; s != end; ++s) {
+    *s = 1 / std::clamp(*s, squared_length_floor, squared_length_ceiling);
+  }
+}
+
+/// Eq. (4) for the unknown vertices of a chunk, divided by t in numerator and denominator.
+void Motion::find_means(Chunk& chunk, Index t, std::span<Index> generation) {
+  const double* s = weights_.data() + cells_.offsets[chunk.first];
+  WeightedMotion* mean = &means_[chunk.first];
+  chunk.reached = 0;
+  for (const Index j : rows_of(chunk)) {
+    const auto cell = cells_[j];
+    Index& g = generation[j];
+    if (g >= 0 && !revisits_) {
+      *mean++ = moved_[j];
+      s += cell.size();
+      ++chunk.reached;
       continue;
     }
-    wide_.push_back(static_cast<Index>(j));
-    of_vertex[0] = static_cast<std::uint32_t>(wide_neighbours_.size());
-    of_vertex[2] = static_cast<std::uint32_t>(wide_neighbours_.size() + cell.size());
-    for (std::size_t slot = 0; slot < (cell.size() + 3) / 4 * 4; ++slot) {
-      wide_neighbours_.push_back(neighbour(slot));
+    WeightedMotion sum{};
+    for (const Index i : cell) {
+      const WeightedMotion& d = moved_[i];
+      sum.x += *s * d.x;
+      sum.y += *s * d.y;
+      sum.z += *s * d.z;
+      sum.weight += *s * d.weight;
+      ++s;
     }
-    of_vertex[1] = static_cast<std::uint32_t>(wide_neighbours_.size());
-  }
-  wide_weights_.resize(wide_neighbours_.size() / 4);
-  data_.neighbours = neighbours_.data();
-  data_.valence = valence_.data();
-  data_.wide = wide_.data();
-  data_.wide_neighbours = wide_neighbours_.data();
-  data_.inverse_mean_edge =
-      std::min(Real{1} / mean_edge_length(cells, first_frame), std::numeric_limits<Real>::max());
-  data_.weights = &weights_[0].x;
-  data_.wide_weights = reinterpret_cast<Real*>(wide_weights_.data());
-  data_.before = &before_[0].x;
-  data_.after = &after_[0].x;
-  data_.visits = visits_.data();
-  data_.rows = rows_.data();
-  const auto k = static_cast<Index>(cells.size());
-  const auto wide_before = [&](Index v) {
-    return static_cast<Index>(std::ranges::lower_bound(wide_, v) - wide_.begin());
-  };
-  const Index chunk = workers.task_sharing().chunk;
-  for (Index first = 0; first < k; first += chunk) {
-    const Index last = std::min(first + chunk, k);
-    chunks_.push_back({first, last, wide_before(first), wide_before(last), 0, 0, 0, 0});
+    const bool is_reached = sum.weight > 0;
+    if (g < 0 && is_reached) g = t;
+    chunk.reached += is_reached ? 1 : 0;
+    // In the next iteration, w = t + 1 - g, divided by t + 1.
+    const double w = is_reached ? (t + 1 - g) / (t + 1.0) / sum.weight : 0;
+    *mean++ = {w * sum.x, w * sum.y, w * sum.z, w * sum.weight};
   }
 }
-
-/// Executes one iteration and returns the number of satellites reached so far.
-template <class Real>
-Index Motion<Real>::sweep(Index t) {
-  workers_.for_each(n_chunks(),
-                    [&](Index c) { chunks_[c].reached = sweeps_.sweep(data_, chunks_[c], t); });
-  Index reached = 0;
-  for (const Rows& rows : chunks_) reached += rows.reached;
-  return reached;
-}
-
-template <class Real>
-Index Motion<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
-                             std::span<const std::uint8_t> known, Generations& generations) {
-  data_.known = known.data();
-  data_.previous = &previous[0].x;
-  data_.points = &points[0].x;
-  data_.generation = generations.to_fill().data();
-  workers_.for_each(n_chunks(), [&](Index c) { chunks_[c] = sweeps_.prepare(data_, chunks_[c]); });
-  Index unknown = 0;
-  for (const Rows& rows : chunks_) unknown += rows.usual + rows.narrow + rows.wide;
-
-  Index reached = 0;
-  Index last = 0;  // T
-  Index t = 0;
-  while (reached < unknown) {
-    const Index now = sweep(++t);
-    if (now == reached)
-      break;  // the other vertices are disconnected, and this iteration does not count
-    reached = now;
-    last = t;
-    std::swap(data_.before, data_.after);
-  }
-  Index sweeps_made = t;
-  for (t = last + 1; t <= last + extra_iterations_; ++t) {
-    if (t > sweeps_made) {
-      sweep(t);
-      sweeps_made = t;
-    }
-    std::swap(data_.before, data_.after);
-  }
-  workers_.for_each(n_chunks(), [&](Index c) { sweeps_.finish(data_, chunks_[c], sweeps_made); });
-  generations.set_counts(previous.size() - static_cast<std::size_t>(unknown),
-                         static_cast<std::size_t>(reached));
-  return last + extra_iterations_;
-}
-
-template <class Real>
-MotionOnce<Real>::MotionOnce(const Cells& cells, Frame first_frame, Index extra_iterations)
-    : cells_(cells),
-      extra_iterations_(extra_iterations),
-      mean_edge_(mean_edge_length(cells, first_frame)),
-      motions_(cells.size()) {}
-
-/// s_ij = 1 / |v_i - v_j|^2 is in units of the mean edge length. Eq. (4) depends only on ratios,
-/// and in these units the squares of very small and very large coordinates stay within the range of
-/// Real.
-template <class Real>
-Index MotionOnce<Real>::estimate(Frame previous, std::span<Vector3<Real>> points,
-                                 std::span<const std::uint8_t> known, Generations& generations) {
-  constexpr auto floor = static_cast<Real>(squared_length_floor);
-  constexpr auto ceiling = static_cast<Real>(squared_length_ceiling);
-  generations.classify(cells_, known);
-  const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < points.size(); ++v) motions_[v] = points[v] - previous[v];
-  for (const Index j : generations.satellites()) {
-    Vector3<Real> sum;
-    Real weights{};
-    for (const Index i : cells_[j]) {
-      if (generation[i] >= generation[j]) continue;  // not reached before this iteration
-      const Vector3<Real> edge = previous[i] - previous[j];
-      const Vector3<Real> scaled = {edge.x / mean_edge_, edge.y / mean_edge_, edge.z / mean_edge_};
-      // w_i is the number of the iteration for an anchor, and 1 for a satellite.
-      const auto w = static_cast<Real>(generation[i] == Generations::anchor ? generation[j] : 1);
-      const Real weight = w / std::clamp(squared_norm(scaled), floor, ceiling);
-      sum = sum + weight * motions_[i];
-      weights += weight;
-    }
-    motions_[j] = (Real{1} / weights) * sum;  // eq. (4)
-    points[j] = previous[j] + motions_[j];    // eq. (3)
-  }
-  return generations.last() + extra_iterations_;
-}
-
-template class Motion<float>;
-template class Motion<double>;
-template class MotionOnce<float>;
-template class MotionOnce<double>;
 
 }  // namespace dynmesh

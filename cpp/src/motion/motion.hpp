@@ -1,6 +1,5 @@
-/// The estimate of the paper, by the loops of sweeps.hpp: a satellite moves like the known vertices
-/// of its cell (section 3, "Geometry Completion Based on Topological Characteristics"), and is
-/// estimated again in every iteration.
+/// The estimate of the paper: a satellite moves like the known vertices of its cell (section 3,
+/// "Geometry Completion Based on Topological Characteristics").
 #pragma once
 
 #include <cstdint>
@@ -9,71 +8,67 @@
 #include <span>
 #include <vector>
 
-#include "kernels/kernels.hpp"
 #include "mesh/estimator.hpp"
 #include "mesh/generations.hpp"
+#include "support/geometry.hpp"
 #include "support/workers.hpp"
 
 namespace dynmesh {
 
-/// Allocates memory only in the constructor.
-template <class Real>
-class Motion final : public Estimator<Real> {
- public:
-  using typename Estimator<Real>::Frame;
-
-  /// `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations` >= 0 is the
-  /// number of iterations after the one that reaches the last satellite. The result does not depend
-  /// on the number of threads. Refuses meshes for which the 32-bit offsets of the loops do not
-  /// suffice: more than 268 million vertices in float, or 134 million in double.
-  Motion(const Cells& cells, Frame first_frame, Index extra_iterations, Workers& workers,
-         const Sweeps<Real>& sweeps = best_kernels().sweeps<Real>());
-
-  Index estimate(Frame previous, std::span<Vector3<Real>> points,
-                 std::span<const std::uint8_t> known, Generations& generations) override;
-
- private:
-  Index sweep(Index t);
-  [[nodiscard]] Index n_chunks() const { return static_cast<Index>(chunks_.size()); }
-
-  Workers& workers_;
-  const Sweeps<Real>& sweeps_;
-  Index extra_iterations_;
-  SweepData<Real> data_{};
-
-  std::vector<std::uint32_t> neighbours_;
-  std::vector<std::uint8_t> valence_;
-  std::vector<Index> wide_;
-  std::vector<std::uint32_t> wide_neighbours_;
-  std::vector<Vector3<Real>> wide_weights_;  // one for each four slots
-  std::vector<Vector3<Real>> weights_;       // two quads per vertex
-  std::vector<Vector3<Real>> before_;
-  std::vector<Vector3<Real>> after_;
-  std::vector<Real> visits_;
-  std::vector<Index> rows_;
-  std::vector<Rows> chunks_;
-};
-
-/// Method motion without `revisit`: each satellite is estimated once, when it is reached.
+/// In iteration t, each satellite of generation t or less receives the mean (4) of the motions in
+/// its cell that were known before. Generations follow from where there is such a mean.
 ///
-/// Allocates memory only in the constructor. The time is linear in the number of edges.
-template <class Real>
-class MotionOnce final : public Estimator<Real> {
+/// Allocates memory only in the constructor.
+class Motion final : public Estimator {
  public:
-  using typename Estimator<Real>::Frame;
+  /// `cells` and `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations`
+  /// >= 0 is the number of iterations after the one that reaches the last satellite. Without
+  /// `revisit`, a satellite is estimated only once, when it is reached, and extra iterations have
+  /// no effect. The result does not depend on the number of threads.
+  Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bool revisit,
+         Workers& workers);
 
-  /// `cells` must outlive this object. `first_frame` is frame 0. `extra_iterations` are counted,
-  /// but have no effect.
-  MotionOnce(const Cells& cells, Frame first_frame, Index extra_iterations);
-
-  Index estimate(Frame previous, std::span<Vector3<Real>> points,
+  Index estimate(Frame previous, std::span<Vector3<double>> points,
                  std::span<const std::uint8_t> known, Generations& generations) override;
 
  private:
+  /// The motion d of a vertex, times its weight w / t: that of anchors is always 1. All are 0 where
+  /// no motion is known.
+  struct alignas(4 * sizeof(double)) WeightedMotion {
+    double x, y, z, weight;
+  };
+  /// Vertices `first` to `last` - 1. The unknown ones among them are listed in `rows_` from `first`
+  /// on, and the weights s of their cells in `weights_` from where that of `first` begins.
+  struct Chunk {
+    Index first;
+    Index last;
+    Index unknown = 0;
+    Index reached = 0;
+  };
+
+  void begin(Chunk& chunk, Frame previous, Frame points, std::span<const std::uint8_t> known,
+             std::span<Index> generation);
+  void find_means(Chunk& chunk, Index t, std::span<Index> generation);
+  [[nodiscard]] std::span<const Index> rows_of(const Chunk& chunk) const {
+    return std::span(rows_).subspan(at(chunk.first), at(chunk.unknown));
+  }
+  /// Calls `work` for each chunk.
+  template <class Work>
+  void for_each_chunk(const Work& work) {
+    workers_.for_each(static_cast<Index>(chunks_.size()), [&](Index c) { work(chunks_[c]); });
+  }
+
   const Cells& cells_;
+  Workers& workers_;
   Index extra_iterations_;
-  Real mean_edge_;                      // h of frame 0
-  std::vector<Vector3<Real>> motions_;  // (k,) d of anchors and of satellites that are estimated
+  bool revisits_;
+  double per_mean_edge_;  // 1 / h
+  std::vector<Chunk> chunks_;
+  // Of a frame:
+  std::vector<Index> rows_;
+  std::vector<double> weights_;
+  std::vector<WeightedMotion> moved_;  // (k,)
+  std::vector<WeightedMotion> means_;  // of rows_, before they replace those of the last iteration
 };
 
 }  // namespace dynmesh

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "quality/limits.hpp"
+#include "support/default_arithmetic.hpp"
 
 namespace dynmesh {
 
@@ -23,6 +24,7 @@ Quality quality_of_frames(std::span<const Quality> frames) {
 }
 
 std::size_t falling_sight(std::span<const double> seen) {
+  const DefaultArithmetic arithmetic;
   constexpr std::size_t run = quality_limits.run;
   double best = 0;  // what all frames of an earlier run have
   for (std::size_t i = run; i + run <= seen.size(); ++i) {

@@ -202,7 +202,7 @@ bool Targets::determine_a_rotation() const {
 Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) const {
   std::vector<Vector3<double>> wanted(frame.begin(), frame.end());
   for (std::size_t i = 0; i < vertices.size(); ++i) wanted[at(vertices[i])] = positions[i];
-  return to_eigen(fit_rigid_motion<double>(vertices, frame, wanted));
+  return to_eigen(fit_rigid_motion(vertices, frame, wanted));
 }
 
 std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,

@@ -249,7 +249,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   }
   const auto errors = fine_.shape().error_bars().of_vertices();
   if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());
-  pose.motion = to_eigen(fit_rigid_motion<double>(template_.frame, pose.x));
+  pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
   judge(scan, pose);
   return pose;
 }

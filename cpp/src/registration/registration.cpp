@@ -9,6 +9,7 @@
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -112,8 +113,7 @@ Registration<Real> registration_of(const Pose& pose, double unit) {
   }
   result.observed = pose.observed;
   for (const double error : pose.standard_errors) {
-    result.standard_error.push_back(std::isinf(error) ? std::numeric_limits<Real>::infinity()
-                                                      : saturated<Real>(unit * error));
+    result.standard_error.push_back(saturated_or_infinite<Real>(unit * error));
   }
   Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> transform(result.transform.data());
   transform = pose.motion.matrix();
@@ -132,15 +132,16 @@ Registration<Real> registered(Faces faces, Points<const Real> positions,
                               const Landmarks<Real>& landmarks,
                               const RegistrationSettings& settings, const Training<Real>* training,
                               const ScanOf& scan_of) {
+  const DefaultArithmetic arithmetic;
   check_settings(TrackerSettings{.threads = settings.threads, .uncertainty = settings.uncertainty});
   Workers workers(settings.threads, task_sharing_of_tracking());
   Template given;
-  given.frame = widened(first_frame_of(positions, "template"));
+  given.frame = first_frame_of(positions, "template");
   const Topology topology = topology_of(faces, positions.count);
   given.faces = triangles_of(faces);
   const Targets targets = targets_of(landmarks, positions.count);
-  given.training = frames_of(training, positions);
-  const PointScan scan = scan_of(workers, mean_edge_length<double>(topology.cells, given.frame));
+  if (training != nullptr) given.training = frames_of(*training, given.frame);
+  const PointScan scan = scan_of(workers, mean_edge_length(topology.cells, given.frame));
   const double ratio = checked_ratio(scan, targets, given, settings.scale);
 
   PoseSearch search(given, topology, workers, settings, std::numeric_limits<Real>::epsilon());

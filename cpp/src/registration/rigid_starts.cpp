@@ -117,7 +117,7 @@ class Pairing {
       ours.push_back(surface_.points[pair.place]);
       theirs.push_back(scan_.points[pair.point]);
     }
-    return to_eigen(fit_rigid_motion<double>(ours, theirs));
+    return to_eigen(fit_rigid_motion(ours, theirs));
   }
   [[nodiscard]] Motion drawn_to_planes(const Motion& motion, const std::vector<Pair>& pairs) const {
     std::vector<Vector3<double>> ours;

@@ -9,36 +9,37 @@
 #include <dynmesh/types.hpp>
 #include <initializer_list>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "mesh/estimator.hpp"
 #include "stream/overlap.hpp"
 #include "support/checks.hpp"
 #include "support/geometry.hpp"
 
 namespace dynmesh {
 
-/// Refuses a position that is out of range. `kind` and `number` say which row or vertex it is.
+/// Returns a row, which must be in range. `kind` says whether it is a row or a vertex.
 template <class Real>
-void check_position(const char* argument, const char* kind, std::size_t number,
-                    const Vector3<Real>& v, const char* rule) {
-  if (is_in_range(v)) return;
+Vector3<double> checked_row(const char* argument, const char* kind,
+                            const Points<const Real>& points, std::size_t i, const char* rule) {
+  const Vector3<double> v = row(points, i);
+  if (is_in_range(v, largest_coordinate<Real>)) return v;
   const auto limit = sizeof(Real) == 4 ? " and below 1e18" : " and below 1e200";
-  refuse(argument, kind, " ", number, " is at ", to_text(v), ", but ", rule,
-         is_finite(v) ? limit : "");
+  refuse(argument, kind, " ", i, " is at ", to_text(v), ", but ", rule, is_finite(v) ? limit : "");
 }
 
 template <class Real>
-void check_known_position(std::size_t row, const Vector3<Real>& position) {
-  check_position("points", "row", row, position, "known positions must be finite");
+Vector3<double> known_row(const Points<const Real>& points, std::size_t i) {
+  return checked_row("points", "row", points, i, "known positions must be finite");
 }
 
 template <class Real>
-std::vector<Vector3<Real>> complete_frame(const char* argument, Points<const Real> points) {
-  std::vector<Vector3<Real>> frame(points.count);
+std::vector<Vector3<double>> complete_frame(const char* argument, Points<const Real> points) {
+  std::vector<Vector3<double>> frame(points.count);
   for (std::size_t v = 0; v < points.count; ++v) {
-    frame[v] = row(points, v);
-    check_position(argument, "vertex", v, frame[v], "this frame must be complete and finite");
+    frame[v] = checked_row(argument, "vertex", points, v, "this frame must be complete and finite");
   }
   return frame;
 }
@@ -61,8 +62,8 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 }
 
 template <class Real>
-std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
-                                          const char* argument = "first_frame") {
+std::vector<Vector3<double>> first_frame_of(Points<const Real> points,
+                                            const char* argument = "first_frame") {
   if (points.count == 0) refuse(argument, "has no vertices");
   if (points.count > at(std::numeric_limits<Index>::max())) {
     refuse(argument, "has ", points.count, " rows, more than 32-bit indices can count");
@@ -73,39 +74,40 @@ std::vector<Vector3<Real>> first_frame_of(Points<const Real> points,
 
 /// The root mean square distance of the vertices from their mean, which does not depend on their
 /// order or on how they are turned.
-template <class Real>
-double size_of(const Points<const Real>& frame) {
-  const double share = 1 / static_cast<double>(frame.count);
+inline double spread_of(std::span<const Vector3<double>> frame) {
+  const double share = 1 / static_cast<double>(frame.size());
   Vector3<double> mean;
-  for (std::size_t v = 0; v < frame.count; ++v) mean = mean + share * in_double(row(frame, v));
+  for (const auto& x : frame) mean = mean + share * x;
   double square = 0;
-  for (std::size_t v = 0; v < frame.count; ++v) {
-    square += share * squared_norm(in_double(row(frame, v)) - mean);
-  }
+  for (const auto& x : frame) square += share * squared_norm(x - mean);
   return std::sqrt(square);
 }
 
-/// Throws SettingError for a training sequence of another mesh, of too few frames, or in another
-/// unit of length, such as millimetres for metres. One whose size differs less is useless at worst,
-/// and then it is not used.
+/// The frames of a training sequence for a mesh with this frame 0. Throws SettingError for one of
+/// another mesh, of too few frames, or in another unit of length, such as millimetres for metres.
+/// One whose size differs less is useless at worst, and then it is not used.
 template <class Real>
-void check_training(const Training<Real>& training, const Points<const Real>& first_frame) {
-  if (training.n_vertices() != first_frame.count) {
+TrainingFrames frames_of(const Training<Real>& training,
+                         std::span<const Vector3<double>> first_frame) {
+  if (training.n_vertices() != first_frame.size()) {
     throw SettingError("training", joined("its frames have ", training.n_vertices(),
-                                          " vertices, but first_frame has ", first_frame.count));
+                                          " vertices, but first_frame has ", first_frame.size()));
   }
   if (training.n_added() < Training<Real>::fewest_frames) {
     throw SettingError("training",
                        joined("has ", training.n_added(), " frames, but at least 3 are needed"));
   }
   constexpr double most = 50;
+  TrainingFrames frames;
   double trained = 0;
   for (const auto& positions : training.frames()) {
-    trained += size_of(Points<const Real>(positions.data(), first_frame.count)) /
-               static_cast<double>(training.frames().size());
+    const Points<const Real> rows(positions.data(), first_frame.size());
+    auto& frame = frames.emplace_back();
+    for (std::size_t v = 0; v < rows.count; ++v) frame.push_back(row(rows, v));
+    trained += spread_of(frame) / static_cast<double>(training.frames().size());
   }
-  const double size = size_of(first_frame);
-  if (trained <= most * size && size <= most * trained) return;
+  const double size = spread_of(first_frame);
+  if (trained <= most * size && size <= most * trained) return frames;
   throw SettingError("training",
                      joined("its size, the root mean square distance from the centre, is ",
                             to_text(trained, 4), ", but that of first_frame is ", to_text(size, 4),

@@ -15,8 +15,7 @@ constexpr std::size_t fewest_donors = 4;  // that a component must have to follo
 
 }  // namespace
 
-template <class Real>
-Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
+Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
     : topology_(topology), rule_(rule), components_(topology.report.components) {
   for (std::size_t v = 0; v < first_frame.size(); ++v) {
     components_[topology.component[v]].members.push_back(static_cast<Index>(v));
@@ -34,10 +33,8 @@ Disconnected<Real>::Disconnected(const Topology& topology, DisconnectedRule rule
   chosen_.reserve(first_frame.size());
 }
 
-template <class Real>
-void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> points,
-                                  const Generations& generations,
-                                  std::span<const Quaternion> rotations) {
+void Disconnected::complete(Frame previous, std::span<Vector3<double>> points,
+                            const Generations& generations, std::span<const Quaternion> rotations) {
   if (generations.disconnected_vertices() == 0) return;
 
   const auto generation = generations.of_vertices();
@@ -46,7 +43,7 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
     if (generation[v] == Generations::anchor) ++components_[topology_.component[v]].anchors;
   }
 
-  const auto fit_to_chosen = [&] { return fit_rigid_motion<Real>(chosen_, previous, points); };
+  const auto fit_to_chosen = [&] { return fit_rigid_motion(chosen_, previous, points); };
   std::optional<RigidMotion> of_all_anchors;
   const auto motion_of = [&](std::size_t component) {
     chosen_.clear();
@@ -79,8 +76,5 @@ void Disconnected<Real>::complete(Frame previous, std::span<Vector3<Real>> point
     }
   }
 }
-
-template class Disconnected<float>;
-template class Disconnected<double>;
 
 }  // namespace dynmesh

@@ -3,6 +3,7 @@
 
 #include "stream/settings_table.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 
 namespace dynmesh {
 namespace {
@@ -24,6 +25,7 @@ void check_value(const Setting& setting, const std::optional<double>& value) {
 }  // namespace
 
 void check_settings(const Settings& settings) {
+  const DefaultArithmetic arithmetic;
   const Settings defaults;
   for_each_setting([&](const Setting& setting, auto member, auto...) {
     const bool is_given = settings.*member != defaults.*member;
@@ -36,6 +38,7 @@ void check_settings(const Settings& settings) {
 }
 
 void check_settings(const TrackerSettings& settings) {
+  const DefaultArithmetic arithmetic;
   for_each_setting<TrackerSettings>([&](const Setting& setting, auto member, auto...) {
     check_value(setting, settings.*member);
   });

@@ -40,19 +40,19 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
                   const StreamMesh& mesh, const Settings& settings);
 
 /// Refuses positions that are not finite, or too large.
-template <class Real>
-void check_stored_frame(const std::vector<Vector3<Real>>& frame) {
-  const auto wrong = std::ranges::find_if_not(frame, is_in_range<Real>);
+inline void check_stored_frame(std::span<const Vector3<double>> frame, double largest) {
+  const auto wrong =
+      std::ranges::find_if_not(frame, [&](const auto& v) { return is_in_range(v, largest); });
   if (wrong == frame.end()) return;
   refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
                " that is not finite, or too large");
 }
 /// Reads a frame and checks it.
-template <class Real>
-std::vector<Vector3<Real>> stored_frame(Reader& reader, std::size_t n_vertices) {
-  std::vector<Vector3<Real>> frame(n_vertices);
+inline std::vector<Vector3<double>> stored_frame(Reader& reader, std::size_t n_vertices,
+                                                 double largest) {
+  std::vector<Vector3<double>> frame(n_vertices);
   reader.read(frame);
-  check_stored_frame(frame);
+  check_stored_frame(frame, largest);
   return frame;
 }
 

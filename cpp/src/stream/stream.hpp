@@ -20,17 +20,11 @@
 namespace dynmesh {
 
 std::vector<Triangle> triangles_of(Faces faces);
-/// The frames of a training sequence for a template with this frame 0; none if it is null. Refuses
-/// one that does not fit.
-template <class Real>
-TrainingFrames frames_of(const Training<Real>* training, Points<const Real> first_frame);
 
 /// What all sequences of a completer or of a tracker have in common.
 struct StreamMesh {
-  /// Refuses a training sequence that does not fit the mesh.
-  template <class Real>
-  StreamMesh(Faces mesh_faces, Points<const Real> first_frame, Index threads,
-             const TaskSharing& sharing, const Training<Real>* training_frames = nullptr);
+  StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads, const TaskSharing& sharing,
+             TrainingFrames training_frames = {});
 
   TrainingFrames training;  ///< empty without training
   Topology topology;
@@ -42,29 +36,31 @@ struct StreamMesh {
 /// The last frames of a sequence, and the ages of the vertices.
 ///
 /// A frame: call `read` or set `current` and `current_known`, classify `generations`, estimate the
-/// satellites in `current`, and call `write` and `advance`. Allocates memory only in the
+/// satellites in `current`, and call `finish`, `advance` and `write`. Allocates memory only in the
 /// constructor.
-template <class Real>
 class Stream {
  public:
-  using Frame = std::vector<Vector3<Real>>;
+  using Frame = std::vector<Vector3<double>>;
 
-  /// Begins a sequence. `mesh` must outlive this object.
-  Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule);
+  /// Begins a sequence. `mesh` must outlive this object. `largest` is the largest coordinate of the
+  /// type in which positions are given.
+  Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule, double largest);
 
   /// Reads a row for each vertex. Without a mask, finite rows are known. Refuses known rows that
   /// are out of range.
+  template <class Real>
   void read(Points<const Real> rows, KnownMask mask);
-  /// Completes the disconnected vertices of `current`, and copies it to the caller's rows. Vertices
-  /// whose estimate has diverged are first reset to the previous frame, since a NaN would spread to
-  /// later frames. `rotations` are those of the components since the previous frame, or empty.
-  void write(Points<Real> completed, std::span<const Quaternion> rotations = {});
+  /// Completes the disconnected vertices of `current`. Then resets vertices whose estimate has
+  /// diverged to the previous frame, since a NaN would spread to later frames. `rotations` are
+  /// those of the components since the previous frame, or empty.
+  void finish(std::span<const Quaternion> rotations = {});
   /// Makes the current frame the previous one, and updates the ages.
   void advance();
+  /// Copies the last completed frame to the caller's rows.
+  template <class Real>
+  void write(Points<Real> completed) const;
 
   [[nodiscard]] std::size_t n_vertices() const { return first_frame.size(); }
-  /// Keeps the standard errors of the last frame, or nothing if they are empty.
-  void keep(std::span<const double> errors);
   /// The numbers of vertices in the report of the last frame.
   void count(FrameReport& report) const;
 
@@ -81,17 +77,17 @@ class Stream {
 
   Generations generations;
   Frame first_frame;
-  Frame previous;                    // the last completed frame, V
-  std::vector<std::uint8_t> known;   // its anchors
-  std::vector<Index> age;            // of its vertices
-  std::vector<Real> standard_error;  // of its vertices, or empty
-  Frame current;                     // the frame being completed
+  Frame previous;                   // the last completed frame, V
+  std::vector<std::uint8_t> known;  // its anchors
+  std::vector<Index> age;           // of its vertices
+  Frame current;                    // the frame being completed
   std::vector<std::uint8_t> current_known;
   std::size_t n_frames = 0;  // since frame 0
 
  private:
   StreamMesh& mesh_;
-  Disconnected<Real> disconnected_;
+  double largest_;
+  Disconnected disconnected_;
 };
 
 }  // namespace dynmesh

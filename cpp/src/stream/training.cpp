@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stream/arguments.hpp"
+#include "support/default_arithmetic.hpp"
 
 namespace dynmesh {
 
@@ -11,15 +12,15 @@ Training<Real>::Training(std::size_t n_vertices) : n_vertices_(n_vertices) {}
 
 template <class Real>
 void Training<Real>::add(Points<const Real> frame) {
+  const DefaultArithmetic arithmetic;
   const std::string name = "training: frame " + std::to_string(n_added_);
   check_rows(name.c_str(), frame, n_vertices_);
   std::vector<Real> positions;
   positions.reserve(3 * n_vertices_);
   for (std::size_t v = 0; v < n_vertices_; ++v) {
-    const Vector3<Real> x = row(frame, v);
-    check_position(name.c_str(), "vertex", v, x,
-                   "every frame of a training sequence must be complete and finite");
-    positions.insert(positions.end(), {x.x, x.y, x.z});
+    (void)checked_row(name.c_str(), "vertex", frame, v,
+                      "every frame of a training sequence must be complete and finite");
+    positions.insert(positions.end(), {frame(v, 0), frame(v, 1), frame(v, 2)});
   }
   if (n_added_ % interval_ == 0) {
     if (frames_.size() == most_frames) {

@@ -34,10 +34,9 @@ inline std::string to_text(double value, int digits = 9) {
   (void)std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
 }
-template <class Real>
-std::string to_text(const Vector3<Real>& v, int digits = 9) {
-  const auto text = [&](Real x) { return to_text(static_cast<double>(x), digits); };
-  return joined("(", text(v.x), ", ", text(v.y), ", ", text(v.z), ")");
+inline std::string to_text(const Vector3<double>& v, int digits = 9) {
+  return joined("(", to_text(v.x, digits), ", ", to_text(v.y, digits), ", ", to_text(v.z, digits),
+                ")");
 }
 
 /// Throws std::invalid_argument, with the name of an argument and texts and whole numbers that say
@@ -88,7 +87,7 @@ std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Rea
   check_rows(argument, points, n_vertices);
   std::vector<Vector3<double>> frame(n_vertices);
   for (std::size_t v = 0; v < n_vertices; ++v) {
-    frame[v] = in_double(row(points, v));
+    frame[v] = row(points, v);
     if (is_finite(frame[v])) continue;
     refuse(argument, "vertex ", v, " is at ", to_text(frame[v]),
            ", but this frame must be complete and finite");

@@ -11,8 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "support/length_limits.hpp"
-
 namespace dynmesh {
 
 /// Where an index is missing.
@@ -21,35 +19,26 @@ constexpr Index none = -1;
 /// An index, which is signed and has 32 bits, beside subscripts, which are not.
 constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-template <class Real>
-bool is_finite(const Vector3<Real>& v) {
+/// The bounds of squared lengths in squared mean edge lengths. Only outliers reach the upper one.
+inline constexpr double squared_length_floor = 1e-12;
+inline constexpr double squared_length_ceiling = 1e24;
+
+inline bool is_finite(const Vector3<double>& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// The largest coordinate that is accepted. The product of a larger one with the largest weights of
-/// eq. (4) could exceed the range of Real, and a position that is not finite would spread over the
-/// mesh permanently.
+/// The largest coordinate that is accepted in positions of this type. Products of larger ones with
+/// weights could exceed the range of numbers, and a position that is not finite would spread over
+/// the mesh permanently.
 template <class Real>
-constexpr Real largest_coordinate = sizeof(Real) == 4 ? Real(1e18) : Real(1e200);
+constexpr double largest_coordinate = sizeof(Real) == 4 ? 1e18 : 1e200;
 
-template <class Real>
-bool is_in_range(const Vector3<Real>& v) {
-  const auto small = [](Real x) {
-    return x <= largest_coordinate<Real> && -x <= largest_coordinate<Real>;
-  };
-  return small(v.x) && small(v.y) && small(v.z);
+inline bool is_in_range(const Vector3<double>& v, double largest) {
+  return (std::abs(v.x) <= largest) & (std::abs(v.y) <= largest) & (std::abs(v.z) <= largest);
 }
-
-template <class Real>
-Vector3<Real> row(const Points<const Real>& points, std::size_t i) {
-  return {points(i, 0), points(i, 1), points(i, 2)};
-}
-
-template <class Real>
-void put_row(const Points<Real>& points, std::size_t i, const Vector3<Real>& position) {
-  points(i, 0) = position.x;
-  points(i, 1) = position.y;
-  points(i, 2) = position.z;
+inline bool are_in_range(std::span<const Vector3<double>> frame,
+                         double largest = largest_coordinate<double>) {
+  return std::ranges::all_of(frame, [&](const auto& v) { return is_in_range(v, largest); });
 }
 
 /// Converts `x` to Real. If it is out of the range of Real, for which the conversion is undefined
@@ -61,30 +50,31 @@ constexpr Real saturated(double x) {
   return static_cast<Real>(std::clamp(x, -largest, largest));
 }
 
+/// The same, but infinity is preserved, as of standard errors.
 template <class Real>
-Vector3<Real> saturated(const Vector3<double>& v) {
-  return {saturated<Real>(v.x), saturated<Real>(v.y), saturated<Real>(v.z)};
+constexpr Real saturated_or_infinite(double x) {
+  const bool is_infinite = x == std::numeric_limits<double>::infinity();
+  return is_infinite ? std::numeric_limits<Real>::infinity() : saturated<Real>(x);
 }
 
+/// Rows become double where they enter, and their own type again where they leave.
 template <class Real>
-Vector3<double> in_double(const Vector3<Real>& v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+Vector3<double> row(const Points<const Real>& points, std::size_t i) {
+  return {static_cast<double>(points(i, 0)), static_cast<double>(points(i, 1)),
+          static_cast<double>(points(i, 2))};
+}
+template <class Real>
+void put_row(const Points<Real>& points, std::size_t i, const Vector3<double>& position) {
+  points(i, 0) = saturated<Real>(position.x);
+  points(i, 1) = saturated<Real>(position.y);
+  points(i, 2) = saturated<Real>(position.z);
 }
 
-template <class Real>
-std::vector<Vector3<double>> widened(const std::vector<Vector3<Real>>& frame) {
-  std::vector<Vector3<double>> result(frame.size());
-  std::ranges::transform(frame, result.begin(), in_double<Real>);
-  return result;
-}
-
-template <class Real>
-Real dot(const Vector3<Real>& a, const Vector3<Real>& b) {
+inline double dot(const Vector3<double>& a, const Vector3<double>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-template <class Real>
-Vector3<Real> cross(const Vector3<Real>& a, const Vector3<Real>& b) {
+inline Vector3<double> cross(const Vector3<double>& a, const Vector3<double>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -121,18 +111,16 @@ inline double mean_stretch(const Cells& cells, std::span<const Vector3<double>> 
 }
 
 /// Returns h, the mean edge length of `frame`, or 1 if it is zero or there are no edges.
-template <class Real>
-Real mean_edge_length(const Cells& cells, std::span<const Vector3<Real>> frame) {
+inline double mean_edge_length(const Cells& cells, std::span<const Vector3<double>> frame) {
   double sum = 0;
   for (std::size_t v = 0; v < cells.size(); ++v) {
     for (const Index n : cells[v]) {
       const auto edge = frame[n] - frame[v];
-      sum += std::hypot(static_cast<double>(edge.x), static_cast<double>(edge.y),
-                        static_cast<double>(edge.z));
+      sum += std::hypot(edge.x, edge.y, edge.z);
     }
   }
-  const auto mean = saturated<Real>(sum / static_cast<double>(cells.neighbours.size()));
-  return mean > 0 ? mean : Real{1};
+  const auto mean = saturated<double>(sum / static_cast<double>(cells.neighbours.size()));
+  return mean > 0 ? mean : 1;
 }
 
 /// Returns the median, or the mean of the middle two for an even number of values. Reorders

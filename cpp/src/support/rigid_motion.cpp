@@ -28,9 +28,9 @@ RigidMotion fit_rigid_motion(const Moments& moments) {
   return {rotation, from, to, spread[1]};
 }
 
-template <class Real>
-RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
-                             std::span<const Vector3<Real>> after) {
+RigidMotion fit_rigid_motion(std::span<const Index> vertices,
+                             std::span<const Vector3<double>> before,
+                             std::span<const Vector3<double>> after) {
   Moments moments;
   moments.number = static_cast<double>(vertices.size());
   for (const Index v : vertices) {
@@ -45,19 +45,11 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Ve
   return fit_rigid_motion(moments);
 }
 
-template <class Real>
-RigidMotion fit_rigid_motion(std::span<const Vector3<Real>> before,
-                             std::span<const Vector3<Real>> after) {
+RigidMotion fit_rigid_motion(std::span<const Vector3<double>> before,
+                             std::span<const Vector3<double>> after) {
   std::vector<Index> all(before.size());
   std::iota(all.begin(), all.end(), Index{0});
-  return fit_rigid_motion<Real>(all, before, after);
+  return fit_rigid_motion(all, before, after);
 }
-
-template RigidMotion fit_rigid_motion(std::span<const Vector3<double>>,
-                                      std::span<const Vector3<double>>);
-template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<float>>,
-                                      std::span<const Vector3<float>>);
-template RigidMotion fit_rigid_motion(std::span<const Index>, std::span<const Vector3<double>>,
-                                      std::span<const Vector3<double>>);
 
 }  // namespace dynmesh

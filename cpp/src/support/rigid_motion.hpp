@@ -9,10 +9,7 @@
 
 namespace dynmesh {
 
-template <class Real>
-Eigen::Vector3d to_eigen(const Vector3<Real>& v) {
-  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
-}
+inline Eigen::Vector3d to_eigen(const Vector3<double>& v) { return {v.x, v.y, v.z}; }
 
 inline Vector3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -25,11 +22,10 @@ struct RigidMotion {
   /// times after.
   double squared_across = 0;
 
-  template <class Real>
-  [[nodiscard]] Vector3<Real> apply(const Vector3<Real>& point) const {
+  [[nodiscard]] Vector3<double> apply(const Vector3<double>& point) const {
     const Eigen::Vector3d arm = to_eigen(point) - from;
-    return saturated<Real>(from_eigen(rotation.col(0) * arm.x() + rotation.col(1) * arm.y() +
-                                      rotation.col(2) * arm.z() + to));
+    return from_eigen(rotation.col(0) * arm.x() + rotation.col(1) * arm.y() +
+                      rotation.col(2) * arm.z() + to);
   }
 };
 
@@ -81,13 +77,12 @@ RigidMotion fit_rigid_motion(const Moments& moments);
 
 /// Returns the least-squares rigid motion from `before[v]` to `after[v]` over the given vertices,
 /// which must not be none.
-template <class Real>
-RigidMotion fit_rigid_motion(std::span<const Index> vertices, std::span<const Vector3<Real>> before,
-                             std::span<const Vector3<Real>> after);
+RigidMotion fit_rigid_motion(std::span<const Index> vertices,
+                             std::span<const Vector3<double>> before,
+                             std::span<const Vector3<double>> after);
 
 /// The same for all points.
-template <class Real>
-RigidMotion fit_rigid_motion(std::span<const Vector3<Real>> before,
-                             std::span<const Vector3<Real>> after);
+RigidMotion fit_rigid_motion(std::span<const Vector3<double>> before,
+                             std::span<const Vector3<double>> after);
 
 }  // namespace dynmesh

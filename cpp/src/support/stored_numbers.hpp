@@ -48,11 +48,8 @@ class Writer {
     const auto bytes = std::as_bytes(numbers);
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
-  template <class Real>
-  void write(const std::vector<Vector3<Real>>& frame) {
-    for (const Vector3<Real>& v : frame) {
-      write(std::span<const Real>(&v.x, 3));
-    }
+  void write(const std::vector<Vector3<double>>& frame) {
+    for (const auto& v : frame) write(std::span<const double>(&v.x, 3));
   }
   /// Appends a hash of everything written, and returns the bytes.
   std::vector<std::byte> take_sealed() {
@@ -95,11 +92,8 @@ class Reader {
       }
     }
   }
-  template <class Real>
-  void read(std::vector<Vector3<Real>>& frame) {
-    for (Vector3<Real>& v : frame) {
-      read(std::span<Real>(&v.x, 3));
-    }
+  void read(std::vector<Vector3<double>>& frame) {
+    for (auto& v : frame) read(std::span<double>(&v.x, 3));
   }
 
  private:

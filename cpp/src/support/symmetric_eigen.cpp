@@ -5,19 +5,26 @@
 namespace dynmesh {
 namespace {
 
-template <int options>
-using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, options, largest_symmetric,
-                            largest_symmetric>;
+/// `most` rows at most, or any number in memory.
+template <int most>
+void find_eigen(std::span<double> matrix, std::span<double> values) {
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most, most>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const auto n = static_cast<Eigen::Index>(values.size());
+  Eigen::Map<Rows> rows(matrix.data(), n, n);
+  const Matrix symmetric = rows;
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(symmetric);
+  rows = solver.eigenvectors().transpose();
+  Eigen::Map<Eigen::VectorXd>(values.data(), n) = solver.eigenvalues();
+}
 
 }  // namespace
 
 void symmetric_eigen(std::span<double> matrix, std::span<double> values) {
-  const auto n = static_cast<Eigen::Index>(values.size());
-  Eigen::Map<Small<Eigen::RowMajor>> rows(matrix.data(), n, n);
-  const Small<Eigen::ColMajor> symmetric = rows;
-  const Eigen::SelfAdjointEigenSolver<Small<Eigen::ColMajor>> solver(symmetric);
-  rows = solver.eigenvectors().transpose();
-  Eigen::Map<Eigen::VectorXd>(values.data(), n) = solver.eigenvalues();
+  const auto find = values.size() <= largest_without_memory
+                        ? find_eigen<static_cast<int>(largest_without_memory)>
+                        : find_eigen<Eigen::Dynamic>;
+  find(matrix, values);
 }
 
 }  // namespace dynmesh

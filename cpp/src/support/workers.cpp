@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #ifdef _WIN32
 #define WIN32_LEAN_AND_MEAN
@@ -111,6 +112,17 @@ void Workers::run(Index count, Piece piece, void* context) {
        done = done_.load(std::memory_order_acquire)) {
     await_change(done_, done);
   }
+  if (has_failed_.exchange(false)) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+/// Executes a piece of the current call, unless one of them has failed.
+void Workers::execute(Index i) noexcept {
+  if (has_failed_.load(std::memory_order_relaxed)) return;
+  try {
+    piece_(context_, i);
+  } catch (...) {
+    if (!has_failed_.exchange(true)) failure_ = std::current_exception();
+  }
 }
 
 void Workers::take_pieces(bool as_caller) {
@@ -119,7 +131,7 @@ void Workers::take_pieces(bool as_caller) {
     const std::uint64_t pieces = (ticket >> counter_bits) & counter_mask;
     const std::uint64_t i = ticket & counter_mask;
     if (i >= pieces) return;
-    piece_(context_, static_cast<Index>(i));
+    execute(static_cast<Index>(i));
     if (!as_caller) done_by_others.fetch_add(1, std::memory_order_relaxed);
     if (done_.fetch_add(1, std::memory_order_acq_rel) + 1 == pieces) wake_one(done_);
   }

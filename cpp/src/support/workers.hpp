@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/types.hpp>
+#include <exception>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -73,7 +74,9 @@ class Workers {
   }
 
   /// Calls `work(i)` for i = 0 ... count - 1 in any order, on any of the threads, and returns when
-  /// all calls are done. `count` is at most a million. `work` must not throw. Allocates no memory.
+  /// all calls are done. `count` is at most a million. If calls throw, one of their exceptions is
+  /// thrown when no thread uses `work` any more, and others may not have been made. Allocates no
+  /// memory.
   template <class Work>
   void for_each(Index count, Work&& work) {
     share(count, count >= sharing_.fewest_pieces, work);
@@ -127,6 +130,7 @@ class Workers {
 
   void run(Index count, Piece piece, void* context);
   void take_pieces(bool as_caller);
+  void execute(Index i) noexcept;
   void serve();
   void end();
 
@@ -138,6 +142,8 @@ class Workers {
   // one variable, so that a thread that is late cannot take a piece of another call.
   std::atomic<std::uint64_t> ticket_{0};
   std::atomic<std::uint32_t> done_{0};
+  std::atomic<bool> has_failed_{false};
+  std::exception_ptr failure_;  // the first one; written by the thread that sets `has_failed_`
   std::atomic<std::uint32_t> call_{0};  // the variable on which the other threads wait
   std::atomic<bool> ending_{false};
   std::vector<std::thread> threads_;

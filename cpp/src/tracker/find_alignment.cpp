@@ -11,6 +11,7 @@
 #include "stream/arguments.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "support/rigid_motion.hpp"
 #include "support/workers.hpp"
@@ -96,7 +97,8 @@ Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>
 
 template <class Real>
 Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<const Real> scan) {
-  const auto frame = widened(first_frame_of(first_frame));
+  const DefaultArithmetic arithmetic;
+  const auto frame = first_frame_of(first_frame);
   const Topology topology = topology_of(faces, frame.size());
   const auto points = checked_rows("scan", scan);
   if (points.empty()) refuse("scan", "has no points");
@@ -106,7 +108,7 @@ Alignment find_alignment(Faces faces, Points<const Real> first_frame, Points<con
   const std::size_t step = 1 + points.size() / most_points;
   for (std::size_t i = 0; i < points.size(); i += step) measured.points.push_back(points[i]);
   Workers alone(1);
-  const double mean_edge = mean_edge_length<double>(topology.cells, frame);
+  const double mean_edge = mean_edge_length(topology.cells, frame);
   measured.estimate_normals(mean_edge, alone);
   return align(triangles, frame, mean_edge, measured);
 }

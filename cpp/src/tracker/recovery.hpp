@@ -106,7 +106,7 @@ class Recovery {
     if (!is_wanted_) return;
     reader.read(good_);
     pause_ = reader.read<std::uint8_t>();
-    if (!std::ranges::all_of(good_, is_in_range<double>) ||
+    if (!are_in_range(good_) ||
         (pause_ != until_good && pause_ >= TrackingConstants().frames_between_recoveries)) {
       refuse_state("does not contain a valid last good frame");
     }

@@ -12,6 +12,7 @@
 #include "stream/state.hpp"
 #include "stream/stream.hpp"
 #include "support/checks.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/geometry.hpp"
 #include "tracker/recovery.hpp"
 #include "tracking/point_scan.hpp"
@@ -25,8 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-template <class Real>
-constexpr StateKind kind = {{'d', 'y', 'n', 't', 'r', 'a', 'c', 'B'}, "tracker", sizeof(Real)};
+constexpr StateFormat state_format = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'C'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -57,18 +57,16 @@ void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found
 /// One sequence of frames, tracked after the public functions have checked the arguments.
 template <class Real>
 struct Tracker<Real>::Parts {
-  using Frame = std::vector<Vector3<Real>>;
-
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame first_frame)
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
+        Stream::Frame first_frame)
       : mesh(std::move(of_all)),
         settings(chosen),
-        stream(*mesh, std::move(first_frame), DisconnectedRule::follow),
-        surface(mesh->faces, mesh->topology, mesh->workers, widened(stream.first_frame),
-                TrackingConstants{}, mesh->training, settings.uncertainty,
-                std::numeric_limits<Real>::epsilon()),
-        recovery(*mesh, widened(stream.first_frame), settings.recover),
-        completed(stream.n_vertices()) {
-    stream.keep(surface.shape().error_bars().of_vertices());
+        stream(*mesh, std::move(first_frame), DisconnectedRule::follow, largest_coordinate<Real>),
+        surface(mesh->faces, mesh->topology, mesh->workers, stream.first_frame, TrackingConstants{},
+                mesh->training, settings.uncertainty, std::numeric_limits<Real>::epsilon()),
+        recovery(*mesh, stream.first_frame, settings.recover),
+        standard_error(errors().size()) {
+    tell_errors(report);
     stream.count(report);
     Writer writer;
     write(writer);
@@ -91,43 +89,48 @@ struct Tracker<Real>::Parts {
     stream.generations.classify(mesh->topology.cells, stream.current_known);
     const auto generation = stream.generations.of_vertices();
     for (std::size_t v = 0; v < stream.current.size(); ++v) {
-      const Vector3<double>& x = found.x[v];
       const bool is_found = generation[v] != Generations::disconnected;
-      stream.current[v] = is_found ? saturated<Real>(x) : stream.previous[v];
+      stream.current[v] = is_found ? found.x[v] : stream.previous[v];
     }
-    stream.write(tracked);
+    stream.finish();
     surface.measure_errors(stream.generations, measure.quality == Quality::ruined);
-    std::ranges::transform(stream.current, completed.begin(), in_double<Real>);
-    surface.remember(completed, stream.generations.anchors() > 0);
+    surface.remember(stream.current, stream.generations.anchors() > 0);
+    recovery.remember(stream.current, measure, is_lost);
     stream.advance();
-    stream.keep(surface.shape().error_bars().of_vertices());
-    recovery.remember(completed, measure, is_lost);
+    stream.write(tracked);
     stream.count(made);
     made.iterations = static_cast<std::size_t>(found.iterations);
     made.stages.prior_weight = surface.shape().rest().prior_weight();
     made.stages.prior_share = surface.shape().rest().prior_share();
-    made.standard_error = mean_standard_error();
+    tell_errors(made);
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report = made;
     of_sensors = std::move(found.agreements.of_sensors);
     return report;
   }
 
-  /// The root mean square of the standard errors that are finite; 0 without any.
-  [[nodiscard]] double mean_standard_error() const {
+  [[nodiscard]] std::span<const double> errors() const {
+    return surface.shape().error_bars().of_vertices();
+  }
+  /// Tells the standard errors, and the root mean square of those that are finite; 0 without any.
+  void tell_errors(FrameReport& of_frame) {
+    std::ranges::transform(errors(), standard_error.begin(), saturated_or_infinite<Real>);
     double sum = 0;
     std::size_t n = 0;
-    for (const double value : surface.shape().error_bars().of_vertices()) {
+    for (const double value : errors()) {
       if (!std::isfinite(value)) continue;
       sum += value * value;
       ++n;
     }
-    return n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
+    of_frame.standard_error = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
   }
+
+  /// What a state is of.
+  static StateKind kind() { return {state_format, "tracker", sizeof(Real)}; }
 
   /// Writes everything that later frames depend on.
   void write(Writer& writer) const {
-    begin_state(writer, kind<Real>, *mesh, settings);
+    begin_state(writer, kind(), *mesh, settings);
     writer.write(stream.first_frame);
     for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
     write_fields(writer, stream);
@@ -151,19 +154,18 @@ struct Tracker<Real>::Parts {
     report.measure.quality = judged(report.measure);
     tell_quality(report);
     report.recovered = reader.read<std::uint8_t>() != 0;
-    surface.read_memory(reader, widened(stream.previous));
+    surface.read_memory(reader, stream.previous);
     recovery.read_memory(reader);
-    stream.keep(surface.shape().error_bars().of_vertices());
     stream.count(report);
-    report.standard_error = mean_standard_error();
+    tell_errors(report);
   }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
   TrackerSettings settings;
-  Stream<Real> stream;
+  Stream stream;
   SurfaceTracking surface;
   Recovery recovery;
-  std::vector<Vector3<double>> completed;  // the current frame in double precision
+  std::vector<Real> standard_error;  // (k,), or empty
   TrackingReport report;
   std::vector<Agreement> of_sensors;
   std::size_t state_size = 0;
@@ -172,9 +174,10 @@ struct Tracker<Real>::Parts {
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
                        const TrackerSettings& settings) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
+  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
                                            task_sharing_of_tracking());
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
@@ -182,10 +185,11 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame,
 template <class Real>
 Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
                        const Training<Real>& training) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings);
   auto frame = first_frame_of(first_frame);
-  auto mesh = std::make_shared<StreamMesh>(faces, first_frame, settings.threads,
-                                           task_sharing_of_tracking(), &training);
+  auto mesh = std::make_shared<StreamMesh>(faces, frame.size(), settings.threads,
+                                           task_sharing_of_tracking(), frames_of(training, frame));
   parts_ = std::make_unique<Parts>(std::move(mesh), settings, std::move(frame));
 }
 
@@ -198,12 +202,14 @@ Tracker<Real>& Tracker<Real>::operator=(Tracker&&) noexcept = default;
 
 template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
+  const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
   parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
 }
 
 template <class Real>
 TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   const PointScan measured =
       point_scan_of(scan, parts_->surface.mean_edge(), parts_->mesh->workers);
@@ -216,6 +222,7 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
 
 template <class Real>
 TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
   const TrackingConstants& constants = parts_->surface.constants();
@@ -226,6 +233,7 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
 
 template <class Real>
 TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
+  const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
   return parts_->track({}, tracked, start);
@@ -268,7 +276,7 @@ std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
     refuse("standard_error", "requires uncertainty");
   }
-  return parts_->stream.standard_error;
+  return parts_->standard_error;
 }
 template <class Real>
 const TrackingReport& Tracker<Real>::report() const {
@@ -294,9 +302,10 @@ std::vector<std::byte> Tracker<Real>::state() const {
 
 template <class Real>
 void Tracker<Real>::restore(std::span<const std::byte> state) {
-  Reader reader = open_state(state, state_size(), kind<Real>, *parts_->mesh, settings());
-  auto restored = std::make_unique<Parts>(parts_->mesh, parts_->settings,
-                                          stored_frame<Real>(reader, n_vertices()));
+  const DefaultArithmetic arithmetic;
+  Reader reader = open_state(state, state_size(), Parts::kind(), *parts_->mesh, settings());
+  auto restored = std::make_unique<Parts>(
+      parts_->mesh, parts_->settings, stored_frame(reader, n_vertices(), largest_coordinate<Real>));
   restored->read(reader);
   parts_ = std::move(restored);
 }

@@ -102,7 +102,7 @@ void CoarseSpace::add(Field residual, std::span<Vector3<double>> x, Workers& wor
   workers.for_each_short_chunk(
       static_cast<Index>(right.rows()),
       [&](Index first, Index last) {
-        right.middleRows(first, last - first) =
+        right.middleRows(first, last - first).noalias() =
             transposed_.middleRows(first, last - first) * matrix_of(residual);
       },
       vertices);

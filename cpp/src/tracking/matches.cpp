@@ -224,7 +224,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
   });
   const double density =
       std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
-                        (points_of_row * static_cast<double>(std::max(rows_.size(), 1UL))));
+                        (points_of_row * std::max(static_cast<double>(rows_.size()), 1.0)));
   for (SurfaceRow& row : rows_) {
     row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
   }

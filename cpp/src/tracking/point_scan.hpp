@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,7 +17,7 @@
 namespace dynmesh {
 
 /// Fill `points`, `normals` and `sensors`. The first search builds a tree of the points, which must
-/// not change from then on, and allocates memory.
+/// not change from then on, and allocates memory. Several threads may search at once.
 class PointScan {
  public:
   std::vector<Vector3<double>> points;   ///< (n,) finite
@@ -60,11 +62,15 @@ class PointScan {
   void set_normal(std::size_t i, const Vector3<double>& normal);
 
   [[nodiscard]] const PointTree<3>& tree() const {
-    if (!tree_) tree_ = std::make_unique<PointTree<3>>(arrays_of(points));
-    return *tree_;
+    std::call_once(search_->begun, [&] { search_->tree.emplace(arrays_of(points)); });
+    return *search_->tree;
   }
 
-  mutable std::unique_ptr<PointTree<3>> tree_;
+  struct Search {
+    std::once_flag begun;
+    std::optional<PointTree<3>> tree;
+  };
+  std::unique_ptr<Search> search_ = std::make_unique<Search>();
 };
 
 /// The value below which this share of the values is, interpolated linearly. There must be one.

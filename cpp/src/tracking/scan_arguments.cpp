@@ -104,6 +104,7 @@ struct Pixel {
 /// An image of larger pixels, each the median of `size` by `size` ones, of which at least half must
 /// have measured something. `depths` holds them.
 DepthImage reduced(const DepthImage& image, std::size_t size, std::vector<float>& depths) {
+  if (size == 1) return image;
   DepthImage small = image;
   small.height = image.height / size;
   small.width = image.width / size;
@@ -111,15 +112,16 @@ DepthImage reduced(const DepthImage& image, std::size_t size, std::vector<float>
   small.data = depths.data();
   small.row_stride = static_cast<std::ptrdiff_t>(small.width);
   small.column_stride = 1;
+  std::vector<double> measured;
   for (std::size_t p = 0; p < depths.size(); ++p) {
     const Pixel first = {p / small.width * size, p % small.width * size};
-    std::vector<double> measured;
+    measured.clear();
     for (std::size_t i = 0; i < size * size; ++i) {
       const float depth = measured_depth(image, first.row + i / size, first.column + i % size);
       if (depth > 0) measured.push_back(static_cast<double>(depth));
     }
     if (2 * measured.size() < size * size) continue;
-    depths[p] = static_cast<float>(quantile(std::move(measured), 0.5));
+    depths[p] = static_cast<float>(median(measured));
   }
   auto& k = small.intrinsics;
   const auto n = static_cast<double>(size);

@@ -28,8 +28,7 @@ std::vector<Vector3<double>> checked_rows(const char* argument, const Points<con
   check_view(argument, rows);
   std::vector<Vector3<double>> checked;
   for (std::size_t i = 0; i < rows.count; ++i) {
-    check_position(argument, "row", i, row(rows, i), "all rows must be finite");
-    checked.push_back(in_double(row(rows, i)));
+    checked.push_back(checked_row(argument, "row", rows, i, "all rows must be finite"));
   }
   return checked;
 }

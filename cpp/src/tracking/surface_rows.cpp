@@ -64,6 +64,7 @@ RowMatrix::RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices)
     const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
     matrix_.startVec(r);
     for (std::size_t s = 0; s < 3; ++s) {
+      if (row.shares[s] == 0) continue;  // rows of a single vertex have it in all corners
       for (Eigen::Index c = 0; c < 3; ++c) {
         const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
         matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
@@ -88,10 +89,11 @@ void RowMatrix::add_product(Field step, std::span<Vector3<double>> product,
                             Workers& workers) const {
   Eigen::VectorXd along(matrix_.rows());
   workers.for_each_short_chunk(static_cast<Index>(matrix_.rows()), [&](Index first, Index last) {
-    along.segment(first, last - first) = matrix_.middleRows(first, last - first) * vector_of(step);
+    along.segment(first, last - first).noalias() =
+        matrix_.middleRows(first, last - first) * vector_of(step);
   });
   workers.for_each_short_chunk(static_cast<Index>(step.size()), [&](Index first, Index last) {
-    vector_of(product.subspan(at(first), at(last - first))) +=
+    vector_of(product.subspan(at(first), at(last - first))).noalias() +=
         transposed_.middleRows(4 * first, 4 * (last - first)) * along;
   });
 }

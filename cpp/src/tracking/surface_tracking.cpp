@@ -180,7 +180,7 @@ void SurfaceTracking::write_memory(Writer& writer) const {
 void SurfaceTracking::read_memory(Reader& reader, Field last) {
   std::ranges::copy(last, last_.begin());
   reader.read(before_);
-  if (!std::ranges::all_of(before_, is_in_range<double>)) {
+  if (!are_in_range(before_)) {
     refuse_state("does not contain a valid last frame but one");
   }
   shape_.read_memory(reader, last_);

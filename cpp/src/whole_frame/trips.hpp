@@ -48,7 +48,7 @@ RigidMotion motion_to_base(const Window<Real>& window, std::size_t frame) {
     there.push_back(window.position(frame, v));
     here.push_back(window.position(window.base, v));
   }
-  return there.empty() ? RigidMotion{} : fit_rigid_motion<double>(there, here);
+  return there.empty() ? RigidMotion{} : fit_rigid_motion(there, here);
 }
 
 /// The known vertices of the base. A component of which it knows fewer than four vertices comes
@@ -157,7 +157,7 @@ std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
   const std::size_t k = window.n_vertices;
   std::vector<Real> frame(3 * k);  // the one that was completed last
   const Points<Real> points(frame.data(), k);
-  for (std::size_t v = 0; v < k; ++v) put_row(points, v, saturated<Real>(start[v]));
+  for (std::size_t v = 0; v < k; ++v) put_row(points, v, start[v]);
   Completer<Real> completer(faces, points, settings);
   const auto push = [&](std::size_t t) {
     step();
@@ -174,7 +174,7 @@ std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
 
     SideResult& result = results[trip % ways.size()] = {};
     for (std::size_t v = 0; v < k; ++v) {
-      result.positions.push_back(in_double(row(Points<const Real>(points), v)));
+      result.positions.push_back(row(Points<const Real>(points), v));
     }
     const auto errors = completer.standard_error();
     result.standard_error.assign(errors.begin(), errors.end());

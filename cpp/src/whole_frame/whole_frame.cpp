@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "stream/arguments.hpp"
+#include "support/default_arithmetic.hpp"
 #include "support/workers.hpp"
 #include "whole_frame/edge_lengths.hpp"
 #include "whole_frame/trips.hpp"
@@ -34,8 +35,8 @@ void read_frame(const FrameSource<Real>& source, std::size_t frame, std::vector<
   for (std::size_t v = 0; v < known.size(); ++v) {
     if (known[v] == 0) continue;
     known[v] = 1;
-    check_position(name.c_str(), "vertex", v, row(Points<const Real>(points), v),
-                   "known positions must be finite");
+    (void)checked_row(name.c_str(), "vertex", Points<const Real>(points), v,
+                      "known positions must be finite");
   }
 }
 
@@ -172,6 +173,7 @@ template <class Real>
 WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_frames,
                              const FrameSource<Real>& source, const WholeFrameSettings& settings,
                              const Progress& progress) {
+  const DefaultArithmetic arithmetic;
   check_settings(settings_of_completer(settings, true));
   if (n_vertices == 0) refuse("frames", "have no vertices");
   if (n_frames == 0) refuse("frames", "there are none");
@@ -216,7 +218,7 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   for (const double error : standard_errors(made.combination, cells, whole.known,
                                             made.is_smooth_fill ? whole.known : seen, length,
                                             settings.noise.has_value())) {
-    whole.standard_error.push_back(static_cast<Real>(error));
+    whole.standard_error.push_back(saturated_or_infinite<Real>(error));
   }
   whole.seen = std::move(survey.seen);
   whole.frame = base;

@@ -28,7 +28,7 @@ struct Window {
     return known[frame][vertex] != 0;
   }
   [[nodiscard]] Vector3<double> position(std::size_t frame, Index vertex) const {
-    return in_double(row(points(frame), at(vertex)));
+    return row(points(frame), at(vertex));
   }
   /// (k,) 1 for the vertices that at least one of these frames knows.
   template <class Frames>
