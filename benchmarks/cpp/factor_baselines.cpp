@@ -22,10 +22,10 @@
 #include <Eigen/PardisoSupport>
 #endif
 
+#include "base/workers.hpp"
 #include "detail_system.hpp"
-#include "factor/masked_factor.hpp"
+#include "linear/masked_factor.hpp"
 #include "meshes.hpp"
-#include "support/workers.hpp"
 
 namespace dynmesh {
 namespace {

@@ -23,10 +23,10 @@
 #include <io.h>
 #endif
 
-#include "stream/settings_table.hpp"
-#include "support/checks.hpp"
-#include "support/parse_number.hpp"
-#include "support/paths.hpp"
+#include "api/settings_table.hpp"
+#include "base/checks.hpp"
+#include "io/parse_number.hpp"
+#include "io/paths.hpp"
 
 namespace {
 

@@ -18,7 +18,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "stream/report_fields.hpp"
+#include "api/report_fields.hpp"
 
 namespace dynmesh {
 

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "mesh/mesh_files.hpp"
-#include "mesh/mesh_text.hpp"
+#include "base/checks.hpp"
+#include "io/mesh_files.hpp"
+#include "io/mesh_text.hpp"
 #include "quality/limits.hpp"
-#include "support/checks.hpp"
 
 namespace dynmesh {
 namespace {

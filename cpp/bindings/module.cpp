@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "arrays.hpp"
-#include "support/workers.hpp"
+#include "base/workers.hpp"
 
 namespace dynmesh {
 namespace {

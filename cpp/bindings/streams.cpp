@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 
+#include "api/one_at_a_time.hpp"
+#include "api/settings_table.hpp"
 #include "arrays.hpp"
-#include "stream/one_at_a_time.hpp"
-#include "stream/settings_table.hpp"
 
 namespace dynmesh {
 namespace {

@@ -9,7 +9,7 @@
 #include "meshes.hpp"
 #include "scans.hpp"
 #include "shared_work.hpp"
-#include "tracking/scan_arguments.hpp"
+#include "surface_fit/scan_arguments.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {

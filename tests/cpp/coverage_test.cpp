@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
 #include "meshes.hpp"
 #include "scans.hpp"
-#include "support/geometry.hpp"
-#include "tracking/surface_places.hpp"
+#include "surface_fit/surface_places.hpp"
 
 namespace dynmesh::testing {
 namespace {

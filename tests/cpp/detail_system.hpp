@@ -3,8 +3,8 @@
 
 #include <dynmesh/topology.hpp>
 
-#include "detail/detail_operator.hpp"
 #include "meshes.hpp"
+#include "shape/detail_operator.hpp"
 
 namespace dynmesh::testing {
 

@@ -8,10 +8,11 @@
 #include <random>
 #include <vector>
 
-#include "detail/detail_operator.hpp"
-#include "detail/rotations.hpp"
+#include "mesh/intrinsic_delaunay.hpp"
 #include "meshes.hpp"
 #include "motion/motion.hpp"
+#include "shape/detail_operator.hpp"
+#include "shape/rotations.hpp"
 #include "shared_work.hpp"
 
 namespace dynmesh::testing {

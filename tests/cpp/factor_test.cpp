@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "detail_system.hpp"
-#include "factor/masked_factor.hpp"
+#include "linear/masked_factor.hpp"
 #include "meshes.hpp"
 #include "shared_work.hpp"
 

@@ -1,5 +1,5 @@
 /// What sensors measured: points with normals, also of depth images.
-#include "tracking/point_scan.hpp"
+#include "surface_fit/point_scan.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,10 +9,10 @@
 #include <thread>
 #include <vector>
 
+#include "base/geometry.hpp"
+#include "base/workers.hpp"
 #include "scans.hpp"
-#include "support/geometry.hpp"
-#include "support/workers.hpp"
-#include "tracking/scan_arguments.hpp"
+#include "surface_fit/scan_arguments.hpp"
 
 namespace dynmesh::testing {
 namespace {

@@ -8,9 +8,9 @@
 #include <dynmesh/tracker.hpp>
 #include <vector>
 
+#include "base/geometry.hpp"
 #include "meshes.hpp"
-#include "support/geometry.hpp"
-#include "tracking/surface_places.hpp"
+#include "surface_fit/surface_places.hpp"
 
 namespace dynmesh::testing {
 

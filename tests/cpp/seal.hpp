@@ -6,7 +6,7 @@
 #include <cstring>
 #include <span>
 
-#include "support/stored_numbers.hpp"
+#include "base/stored_numbers.hpp"
 
 namespace dynmesh::testing {
 

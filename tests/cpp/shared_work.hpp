@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <dynmesh/types.hpp>
 
-#include "support/workers.hpp"
+#include "base/workers.hpp"
 
 namespace dynmesh::testing {
 

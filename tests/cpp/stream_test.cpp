@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
-#include "completer/outliers.hpp"
+#include "api/outliers.hpp"
+#include "base/geometry.hpp"
+#include "base/overlap.hpp"
 #include "mesh/ties.hpp"
 #include "meshes.hpp"
 #include "seal.hpp"
-#include "stream/overlap.hpp"
-#include "support/geometry.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {

@@ -14,14 +14,14 @@
 #include <thread>
 #include <vector>
 
+#include "api/one_at_a_time.hpp"
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/workers.hpp"
 #include "c_completer.hpp"
+#include "io/parse_number.hpp"
 #include "meshes.hpp"
 #include "shared_work.hpp"
-#include "stream/one_at_a_time.hpp"
-#include "support/geometry.hpp"
-#include "support/parse_number.hpp"
-#include "support/rigid_motion.hpp"
-#include "support/workers.hpp"
 
 namespace dynmesh::testing {
 namespace {

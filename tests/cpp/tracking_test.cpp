@@ -9,17 +9,17 @@
 #include <utility>
 #include <vector>
 
-#include "detail/shape_system.hpp"
+#include "base/geometry.hpp"
+#include "base/workers.hpp"
 #include "meshes.hpp"
 #include "scans.hpp"
+#include "shape/shape_system.hpp"
 #include "shared_work.hpp"
-#include "support/geometry.hpp"
-#include "support/workers.hpp"
-#include "tracking/cloth.hpp"
-#include "tracking/membrane.hpp"
-#include "tracking/point_scan.hpp"
-#include "tracking/surface_places.hpp"
-#include "tracking/surface_system.hpp"
+#include "surface_fit/cloth.hpp"
+#include "surface_fit/membrane.hpp"
+#include "surface_fit/point_scan.hpp"
+#include "surface_fit/surface_places.hpp"
+#include "surface_fit/surface_system.hpp"
 
 namespace dynmesh::testing {
 namespace {

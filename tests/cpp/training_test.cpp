@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "detail/modes.hpp"
-#include "detail/shape_library.hpp"
+#include "base/workers.hpp"
 #include "meshes.hpp"
-#include "support/workers.hpp"
+#include "shape/modes.hpp"
+#include "shape/shape_library.hpp"
 #include "training_data.hpp"
 
 namespace dynmesh::testing {

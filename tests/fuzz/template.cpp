@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "input.hpp"
-#include "mesh/mesh_files.hpp"
-#include "mesh/mesh_text.hpp"
+#include "io/mesh_files.hpp"
+#include "io/mesh_text.hpp"
 
 using namespace dynmesh;
 using namespace dynmesh::fuzz;

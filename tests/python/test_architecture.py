@@ -134,11 +134,12 @@ def test_no_folder_of_cpp_includes_a_higher_one_or_one_beside_it() -> None:
     TopologicalSorter(includes).prepare()
 
 
-def test_only_the_mesh_layer_includes_openmesh() -> None:
-    including = {
-        path.parent.name for path in CPP.rglob("*.?pp") if "<OpenMesh/" in path.read_text()
-    }
-    assert including == {"mesh"}
+@pytest.mark.parametrize(
+    ("header", "folder"), [("<OpenMesh/", "mesh"), ("<dynmesh/dynmesh.h>", "c")]
+)
+def test_one_folder_alone_includes_openmesh_or_the_c_interface(header: str, folder: str) -> None:
+    including = {path.parent.name for path in CPP.rglob("*.?pp") if header in path.read_text()}
+    assert including == {folder}
 
 
 def test_the_compiled_core_imports_errors_alone() -> None:

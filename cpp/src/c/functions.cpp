@@ -26,10 +26,10 @@
 #include <variant>
 #include <vector>
 
-#include "stream/one_at_a_time.hpp"
-#include "stream/report_fields.hpp"
-#include "stream/settings_table.hpp"
-#include "support/checks.hpp"
+#include "api/one_at_a_time.hpp"
+#include "api/report_fields.hpp"
+#include "api/settings_table.hpp"
+#include "base/checks.hpp"
 
 struct dynmesh_completer {
   static constexpr const char* name = "completer";
@@ -110,7 +110,7 @@ KnownMask mask_of(const dynmesh_mask& mask) {
 template <class InC, class Report>
 InC to_c(const Report& report) {
   InC converted = {};
-  for_each_field(report, [&](const char*, const auto& value, auto... member) {
+  for_each_field<InC>(report, [&](const char*, const auto& value, auto... member) {
     [[maybe_unused]] const auto assign = [&](auto to) {
       if constexpr (requires { converted.*to; }) {
         auto& field = converted.*to;
@@ -267,7 +267,7 @@ Settings settings_of(const dynmesh_settings* chosen) {
   if (chosen == nullptr) return settings;
   const dynmesh_settings& given = *chosen;
   check_settings_size("settings.size", given.size);
-  for_each_setting(
+  for_each_setting<Settings, dynmesh_settings>(
       [&]<class Value>(const Setting& setting, Value Settings::*member, auto member_in_c) {
         settings.*member = setting_from_c<Value>(setting.name, given.*member_in_c);
       });
@@ -487,13 +487,14 @@ dynmesh_status dynmesh_default_settings(dynmesh_settings* settings, int64_t size
     check_settings_size("size", size);
     const Settings defaults;
     settings->size = size;
-    for_each_setting([&](const Setting&, auto member, auto member_in_c) {
-      if constexpr (std::is_same_v<decltype(member_in_c), double dynmesh_settings::*>) {
-        settings->*member_in_c = (defaults.*member).value_or(std::nan(""));
-      } else {
-        settings->*member_in_c = static_cast<int32_t>(defaults.*member);
-      }
-    });
+    for_each_setting<Settings, dynmesh_settings>(
+        [&](const Setting&, auto member, auto member_in_c) {
+          if constexpr (std::is_same_v<decltype(member_in_c), double dynmesh_settings::*>) {
+            settings->*member_in_c = (defaults.*member).value_or(std::nan(""));
+          } else {
+            settings->*member_in_c = static_cast<int32_t>(defaults.*member);
+          }
+        });
   });
 }
 

@@ -3,10 +3,10 @@
 #include <dynmesh/baselines.hpp>
 #include <vector>
 
-#include "factor/interpolation.hpp"
-#include "support/checks.hpp"
-#include "support/default_arithmetic.hpp"
-#include "support/geometry.hpp"
+#include "base/checks.hpp"
+#include "base/default_arithmetic.hpp"
+#include "base/geometry.hpp"
+#include "linear/interpolation.hpp"
 
 namespace dynmesh {
 

@@ -3,9 +3,9 @@
 #include <dynmesh/metrics.hpp>
 #include <vector>
 
-#include "support/checks.hpp"
-#include "support/default_arithmetic.hpp"
-#include "support/geometry.hpp"
+#include "base/checks.hpp"
+#include "base/default_arithmetic.hpp"
+#include "base/geometry.hpp"
 
 namespace dynmesh {
 namespace {

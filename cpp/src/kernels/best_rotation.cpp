@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/symmetric_eigen.hpp"
 #include "kernels/rotation_kernels.hpp"
-#include "support/symmetric_eigen.hpp"
 
 namespace dynmesh {
 namespace {

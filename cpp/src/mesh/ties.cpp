@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "support/geometry.hpp"
-#include "support/point_tree.hpp"
+#include "base/geometry.hpp"
+#include "base/point_tree.hpp"
 
 namespace dynmesh {
 namespace {

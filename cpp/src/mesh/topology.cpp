@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "support/checks.hpp"
-#include "support/geometry.hpp"
+#include "base/checks.hpp"
+#include "base/geometry.hpp"
 
 namespace dynmesh {
 namespace {

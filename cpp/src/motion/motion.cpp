@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "support/geometry.hpp"
+#include "base/geometry.hpp"
 
 namespace dynmesh {
 

@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "mesh/estimator.hpp"
-#include "mesh/generations.hpp"
-#include "support/geometry.hpp"
-#include "support/workers.hpp"
+#include "base/geometry.hpp"
+#include "base/workers.hpp"
+#include "frame/estimator.hpp"
+#include "frame/generations.hpp"
 
 namespace dynmesh {
 

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <utility>
 
+#include "base/geometry.hpp"
 #include "quality/limits.hpp"
-#include "support/geometry.hpp"
-#include "tracking/constants.hpp"
+#include "surface_fit/constants.hpp"
 
 namespace dynmesh {
 namespace {

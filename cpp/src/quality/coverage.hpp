@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "tracking/point_scan.hpp"
+#include "surface_fit/point_scan.hpp"
 
 namespace dynmesh {
 

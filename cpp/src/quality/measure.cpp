@@ -5,10 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/checks.hpp"
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
 #include "quality/limits.hpp"
-#include "support/checks.hpp"
-#include "support/geometry.hpp"
-#include "tracking/point_scan.hpp"
+#include "surface_fit/point_scan.hpp"
 
 namespace dynmesh {
 namespace {

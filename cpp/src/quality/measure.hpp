@@ -7,7 +7,7 @@
 #include <dynmesh/types.hpp>
 #include <span>
 
-#include "tracking/matches.hpp"
+#include "surface_fit/matches.hpp"
 
 namespace dynmesh {
 

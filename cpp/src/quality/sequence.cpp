@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "base/default_arithmetic.hpp"
 #include "quality/limits.hpp"
-#include "support/default_arithmetic.hpp"
 
 namespace dynmesh {
 

@@ -6,10 +6,11 @@
 #include <limits>
 #include <utility>
 
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/shortest_paths.hpp"
+#include "base/statistics.hpp"
 #include "registration/rigid_starts.hpp"
-#include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
-#include "support/shortest_paths.hpp"
 
 namespace dynmesh {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "registration/constants.hpp"
-#include "tracking/point_scan.hpp"
+#include "surface_fit/point_scan.hpp"
 
 namespace dynmesh {
 

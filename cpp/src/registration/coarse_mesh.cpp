@@ -7,8 +7,9 @@
 #include <numeric>
 #include <set>
 
-#include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "mesh/clusters.hpp"
 
 namespace dynmesh {
 namespace {
@@ -62,10 +63,6 @@ std::vector<Triangle> faces_between(std::span<const Triangle> faces,
   return coarse;
 }
 
-Topology topology_of(const std::vector<Triangle>& faces, std::size_t n_vertices) {
-  return build_topology({faces.data()->data(), faces.size()}, n_vertices);
-}
-
 }  // namespace
 
 CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::size_t most_vertices) {
@@ -74,7 +71,7 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
   std::iota(mesh.of_vertex.begin(), mesh.of_vertex.end(), Index{0});
   mesh.faces.assign(faces.begin(), faces.end());
   mesh.positions.assign(frame.begin(), frame.end());
-  mesh.topology = topology_of(mesh.faces, frame.size());
+  mesh.topology = build_topology({mesh.faces.data()->data(), mesh.faces.size()}, frame.size());
   while (mesh.positions.size() > most_vertices) {
     const Cells& finer = mesh.topology.cells;
     const Clusters clusters = cluster_vertices(finer, mesh.positions);
@@ -86,7 +83,8 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
     for (const Index centre : clusters.centres) positions.push_back(mesh.positions[at(centre)]);
     mesh.positions = std::move(positions);
     if (mesh.faces.empty()) mesh.faces.push_back({0, 0, 0});
-    mesh.topology = topology_of(mesh.faces, mesh.positions.size());
+    mesh.topology =
+        build_topology({mesh.faces.data()->data(), mesh.faces.size()}, mesh.positions.size());
   }
   return mesh;
 }

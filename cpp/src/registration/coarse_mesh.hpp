@@ -6,9 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "detail/detail_operator.hpp"
-#include "detail/rotations.hpp"
-#include "kernels/kernels.hpp"
+#include "kernels/rotation_kernels.hpp"
 
 namespace dynmesh {
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "tracking/constants.hpp"
+#include "surface_fit/constants.hpp"
 
 namespace dynmesh {
 

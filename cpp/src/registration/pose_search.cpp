@@ -5,14 +5,15 @@
 #include <iterator>
 #include <utility>
 
-#include "mesh/generations.hpp"
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/statistics.hpp"
+#include "frame/generations.hpp"
 #include "quality/coverage.hpp"
 #include "quality/limits.hpp"
 #include "quality/measure.hpp"
 #include "registration/rigid_starts.hpp"
-#include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
-#include "tracking/cloth.hpp"
+#include "surface_fit/cloth.hpp"
 
 namespace dynmesh {
 namespace {
@@ -255,7 +256,7 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
 }
 
 void PoseSearch::judge(const PointScan& scan, Pose& pose) const {
-  const double size = size_of(template_.faces, pose.x);
+  const double size = size_of_surface(template_.faces, pose.x);
   const auto coverage = coverage_of({template_.faces, topology_.cells, template_.frame, pose.x,
                                      fine_.matches().normals(), is_sheet_, fine_.mean_edge(), size},
                                     scan);

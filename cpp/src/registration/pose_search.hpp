@@ -12,13 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/estimator.hpp"
+#include "base/training_frames.hpp"
+#include "base/workers.hpp"
 #include "registration/candidates.hpp"
 #include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
-#include "support/workers.hpp"
-#include "tracking/point_scan.hpp"
-#include "tracking/surface_tracking.hpp"
+#include "surface_fit/point_scan.hpp"
+#include "surface_fit/surface_tracking.hpp"
 
 namespace dynmesh {
 

@@ -3,18 +3,20 @@
 #include <dynmesh/registration.hpp>
 #include <limits>
 
+#include "base/arguments.hpp"
+#include "base/checks.hpp"
+#include "base/default_arithmetic.hpp"
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/statistics.hpp"
+#include "base/training_frames.hpp"
+#include "base/workers.hpp"
+#include "mesh/faces.hpp"
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/rigid_starts.hpp"
-#include "stream/arguments.hpp"
-#include "stream/stream.hpp"
-#include "support/checks.hpp"
-#include "support/default_arithmetic.hpp"
-#include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
-#include "support/workers.hpp"
-#include "tracking/point_scan.hpp"
-#include "tracking/scan_arguments.hpp"
+#include "surface_fit/point_scan.hpp"
+#include "surface_fit/scan_arguments.hpp"
 
 namespace dynmesh {
 namespace {
@@ -72,7 +74,7 @@ double checked_ratio(const PointScan& scan, const Targets& targets, const Templa
     refuse("points", "there are ", scan.size(), ", but a registration needs at least ",
            TrackingConstants{}.fewest);
   }
-  const double size = size_of(given.faces, given.frame);
+  const double size = size_of_surface(given.faces, given.frame);
   const double ratio = size > 0 ? size_of(scan.points) / size : 1;
   if (!(ratio > 0) || !std::isfinite(ratio)) {
     refuse("points", "all are at the same position, as far as can be computed");
@@ -137,7 +139,7 @@ Registration<Real> registered(Faces faces, Points<const Real> positions,
   Workers workers(settings.threads, task_sharing_of_tracking());
   Template given;
   given.frame = first_frame_of(positions, "template");
-  const Topology topology = topology_of(faces, positions.count);
+  const Topology topology = checked_topology(faces, positions.count);
   given.faces = triangles_of(faces);
   const Targets targets = targets_of(landmarks, positions.count);
   if (training != nullptr) given.training = frames_of(*training, given.frame);

@@ -11,10 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "support/geometry.hpp"
-#include "support/point_tree.hpp"
-#include "support/rigid_motion.hpp"
-#include "tracking/surface_rows.hpp"
+#include "base/geometry.hpp"
+#include "base/point_tree.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/statistics.hpp"
+#include "surface_fit/surface_rows.hpp"
 
 namespace dynmesh {
 namespace {
@@ -216,7 +217,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
   return sample;
 }
 
-double size_of(std::span<const Triangle> faces, Field x) {
+double size_of_surface(std::span<const Triangle> faces, Field x) {
   const auto points = sample_surface(faces, x, rigid_start_constants.places).points;
   return points.empty() ? 0 : size_of(points);
 }

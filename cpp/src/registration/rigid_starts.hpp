@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "registration/constants.hpp"
-#include "tracking/point_scan.hpp"
+#include "surface_fit/point_scan.hpp"
 
 namespace dynmesh {
 
@@ -23,7 +23,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
                              std::size_t n);
 
 /// As that of points, of even places; 0 if there is no area. Vertices without faces do not count.
-double size_of(std::span<const Triangle> faces, std::span<const Vector3<double>> x);
+double size_of_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x);
 
 /// At most about n points of the scan, as many for each area, wherever the sensor was near.
 PointScan sample_scan(const PointScan& scan, std::size_t n);

@@ -14,7 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "support/geometry.hpp"
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
 #include "whole_frame/window.hpp"
 
 namespace dynmesh {

@@ -14,11 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "factor/interpolation.hpp"
-#include "mesh/generations.hpp"
-#include "support/geometry.hpp"
-#include "support/rigid_motion.hpp"
-#include "support/workers.hpp"
+#include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
+#include "base/workers.hpp"
+#include "frame/generations.hpp"
+#include "linear/interpolation.hpp"
 #include "whole_frame/window.hpp"
 
 namespace dynmesh {

@@ -8,9 +8,10 @@
 #include <string>
 #include <utility>
 
-#include "stream/arguments.hpp"
-#include "support/default_arithmetic.hpp"
-#include "support/workers.hpp"
+#include "base/arguments.hpp"
+#include "base/default_arithmetic.hpp"
+#include "base/workers.hpp"
+#include "mesh/faces.hpp"
 #include "whole_frame/edge_lengths.hpp"
 #include "whole_frame/trips.hpp"
 #include "whole_frame/window.hpp"
@@ -182,7 +183,7 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
     refuse("frame", "must be less than the number of frames, which is ", n_frames, ", not ",
            *settings.frame);
   }
-  const Topology topology = topology_of(faces, n_vertices);
+  const Topology topology = checked_topology(faces, n_vertices);
   const Cells& cells = topology.cells;
   Workers workers(settings.threads);
 

@@ -6,7 +6,7 @@
 #include <dynmesh/types.hpp>
 #include <vector>
 
-#include "support/geometry.hpp"
+#include "base/geometry.hpp"
 
 namespace dynmesh {
 

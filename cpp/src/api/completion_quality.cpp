@@ -1,0 +1,193 @@
+#include "api/completion_quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
+#include "base/stored_numbers.hpp"
+
+namespace dynmesh {
+namespace {
+
+constexpr CompletionLimits limits;
+
+// An edge is measured for each tenth vertex, within these bounds.
+constexpr std::size_t vertices_per_edge = 10;
+constexpr std::size_t fewest_measured = 512;
+constexpr std::size_t most_measured = 5000;
+
+constexpr double longest_measured = 1e100;  // in mean edges; the ratio of two is finite
+
+int in_percent(double share) { return static_cast<int>(std::lround(100 * share)); }
+
+/// Writes a reason without allocating memory.
+template <class... Values>
+void give_reason(FrameReport& report, Quality quality, const char* format, Values... values) {
+  report.quality = quality;
+  (void)std::snprintf(report.reason.data(), report.reason.size(), format, values...);
+}
+
+/// How many times as large the anchors' part of one frame is as the same part of another: the root
+/// mean square distance from its centre, in any unit.
+template <class Real>
+double size_ratio(std::span<const Vector3<Real>> from, std::span<const Vector3<Real>> to,
+                  std::span<const Index> generation, double unit) {
+  const auto size = [&](std::span<const Vector3<Real>> frame) {
+    Vector3<double> sum;
+    double n = 0;
+    const auto for_each_anchor = [&](const auto& visit) {
+      for (std::size_t v = 0; v < frame.size(); ++v) {
+        if (generation[v] == 0) visit(unit * frame[v]);
+      }
+    };
+    for_each_anchor([&](const Vector3<double>& x) { sum = sum + x, ++n; });
+    const auto centre = (1 / n) * sum;
+    double squares = 0;
+    for_each_anchor([&](const Vector3<double>& x) { squares += squared_norm(x - centre); });
+    return std::sqrt(squares);
+  };
+  return size(to) / size(from);
+}
+
+}  // namespace
+
+template <class Real>
+CompletionQuality<Real>::CompletionQuality(const Cells& cells, Frame first_frame)
+    : first_frame_(first_frame), per_edge_(1 / mean_edge_length(cells, first_frame)) {
+  const std::size_t n_half_edges = cells.neighbours.size();
+  const std::size_t n = std::min(n_half_edges, std::clamp(first_frame.size() / vertices_per_edge,
+                                                          fewest_measured, most_measured));
+  if (!std::isfinite(per_edge_)) return;
+  double n_flat = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    // Evenly, but at changing places within a step: in a regular grid, half-edges at equal
+    // distances may all have the same direction.
+    const std::size_t first = i * n_half_edges / n;
+    const std::size_t last = (i + 1) * n_half_edges / n;
+    const std::size_t chosen = first + i * 7919 % (last - first);
+    const auto after = std::ranges::upper_bound(cells.offsets, static_cast<Index>(chosen));
+    Edge edge = {static_cast<Index>(after - cells.offsets.begin()) - 1, cells.neighbours[chosen], 0,
+                 0};
+    const double usual = length_of(edge, first_frame);
+    edge.shortest = std::max(0.0, (usual + limits.added) / limits.times - limits.added);
+    edge.longest = (usual + limits.added) * limits.times - limits.added;
+    edge.shortest *= edge.shortest;
+    edge.longest *= edge.longest;
+    edges_.push_back(edge);
+    n_flat += usual > 0 ? 0 : 1;
+  }
+  changes_.reserve(n);
+  if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
+}
+
+template <class Real>
+void CompletionQuality<Real>::judge(Frame previous, Frame completed, Generation generation,
+                                    FrameReport& report) {
+  if (n_judged_ < limits.judged_frames) {
+    const double change = change_at_anchors(generation, first_frame_, completed);
+    if (changes_.size() >= limits.fewest) {
+      const bool is_first = n_judged_ == 0;
+      if (!is_first) sum_of_steps_ += change_at_anchors(generation, previous, completed);
+      const double limit = is_first ? limits.clear_misfit : limits.misfit;
+      if (change > limit && change > limits.steps * sum_of_steps_) is_misfit_ = 1;
+      ++n_judged_;
+    }
+  }
+  tell(completed, generation, report);
+}
+
+template <class Real>
+void CompletionQuality<Real>::recall(Frame completed, Generation generation, FrameReport& report) {
+  if (n_judged_ < 0 || n_judged_ > limits.judged_frames || sum_of_steps_ < 0 || is_misfit_ > 1) {
+    refuse_state("holds a verdict that no frames can have left");
+  }
+  tell(completed, generation, report);
+}
+
+template <class Real>
+void CompletionQuality<Real>::tell(Frame completed, Generation generation, FrameReport& report) {
+  report.quality = Quality::good;
+  report.reason = {};
+  if (edges_.empty() || report.known == 0) return;
+  if (flat_share_ > limits.ruined_share) {
+    give_reason(report, Quality::ruined,
+                "%d %% of the edges have no length where completion started",
+                in_percent(flat_share_));
+    return;
+  }
+  const double share = share_out_of_range(completed, generation);
+  const bool is_ruined = share > limits.ruined_share;
+  const bool is_misfit =
+      is_misfit_ != 0 && change_at_anchors(generation, first_frame_, completed) > limits.misfit;
+  if (!is_ruined && !is_misfit) return;
+
+  const Quality quality = is_ruined ? Quality::ruined : Quality::doubtful;
+  const double ratio = size_ratio(first_frame_, completed, generation, per_edge_);
+  if (std::max(ratio, 1 / ratio) > limits.other_size) {
+    give_reason(report, quality,
+                "what is known is %.4g times as large as where completion started, as if that were "
+                "in another unit of length",
+                ratio);
+  } else if (is_ruined) {
+    give_reason(report, quality,
+                "%d %% of the edges are more than %g times as long or as short as where completion "
+                "started",
+                in_percent(share), limits.times);
+  } else {
+    give_reason(report, quality,
+                "most edges are over %d %% longer or shorter than where completion started, as if "
+                "that were of another subject",
+                in_percent(limits.misfit));
+  }
+}
+
+template <class Real>
+double CompletionQuality<Real>::square_of(const Edge& edge, Frame frame) const {
+  return squared_norm(per_edge_ * (frame[edge.a] - frame[edge.b]));
+}
+
+template <class Real>
+double CompletionQuality<Real>::length_of(const Edge& edge, Frame frame) const {
+  return std::min(std::sqrt(square_of(edge, frame)), longest_measured);
+}
+
+/// The share of the edges that are out of range, or of those at anchors if it is larger.
+template <class Real>
+double CompletionQuality<Real>::share_out_of_range(Frame frame, Generation generation) const {
+  std::size_t n_at_anchors = 0;
+  std::size_t n_outside = 0;
+  std::size_t n_outside_at_anchors = 0;
+  for (const Edge& edge : edges_) {
+    const double square = square_of(edge, frame);
+    const std::size_t is_outside = square < edge.shortest || square > edge.longest ? 1 : 0;
+    const std::size_t has_anchor = generation[edge.a] == 0 || generation[edge.b] == 0 ? 1 : 0;
+    n_outside += is_outside;
+    n_at_anchors += has_anchor;
+    n_outside_at_anchors += is_outside & has_anchor;
+  }
+  const auto share = [](std::size_t some, std::size_t all) {
+    return static_cast<double>(some) / static_cast<double>(all);
+  };
+  const double of_all = share(n_outside, edges_.size());
+  if (n_at_anchors < limits.fewest) return of_all;
+  return std::max(of_all, share(n_outside_at_anchors, n_at_anchors));
+}
+
+/// By which share of its length the median edge at an anchor became longer or shorter.
+template <class Real>
+double CompletionQuality<Real>::change_at_anchors(Generation generation, Frame from, Frame to) {
+  changes_.clear();
+  for (const Edge& edge : edges_) {
+    if (generation[edge.a] != 0 && generation[edge.b] != 0) continue;
+    const double was = length_of(edge, from) + limits.added;
+    const double is = length_of(edge, to) + limits.added;
+    changes_.push_back(std::max(was, is) / std::min(was, is) - 1);
+  }
+  return changes_.empty() ? 0 : median(changes_);
+}
+
+template class CompletionQuality<double>;
+
+}  // namespace dynmesh

@@ -1,0 +1,71 @@
+/// The state of a stream: its kind, what another stream must share to restore it, frame 0, the last
+/// frame and its report, the memory of the estimator, and a checksum. All numbers are little-endian
+/// and packed.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "api/stream.hpp"
+#include "base/geometry.hpp"
+#include "base/stored_numbers.hpp"
+
+namespace dynmesh {
+
+/// Begins a state: what it is of, and in the last character the version of its format.
+using StateFormat = std::array<char, 8>;
+
+/// What a state is of.
+struct StateKind {
+  StateFormat format;
+  const char* name;       ///< in messages
+  std::size_t real_size;  ///< of a coordinate, in bytes
+};
+
+/// Writes the beginning of a state: its kind, and what the stream that reads it must share.
+/// `Settings` are those of a completer or a tracker.
+template <class Settings>
+void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+                 const Settings& settings);
+
+/// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or
+/// not of `size` bytes.
+template <class Settings>
+Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
+                  const StreamMesh& mesh, const Settings& settings);
+
+/// Refuses positions that are not finite, or too large.
+inline void check_stored_frame(std::span<const Vector3<double>> frame, double largest) {
+  const auto wrong =
+      std::ranges::find_if_not(frame, [&](const auto& v) { return is_in_range(v, largest); });
+  if (wrong == frame.end()) return;
+  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+               " that is not finite, or too large");
+}
+/// Reads a frame and checks it.
+inline std::vector<Vector3<double>> stored_frame(Reader& reader, std::size_t n_vertices,
+                                                 double largest) {
+  std::vector<Vector3<double>> frame(n_vertices);
+  reader.read(frame);
+  check_stored_frame(frame, largest);
+  return frame;
+}
+
+/// What a state keeps of a report. Later numbers of vertices and the standard error follow from
+/// what else it keeps.
+template <class Report, class Visit>
+void for_each_stored_field(Report& report, const Visit& visit) {
+  visit(report.iterations);
+  visit(report.rejected);
+  visit(report.stages.blend);
+  visit(report.stages.prior_weight);
+  visit(report.stages.prior_share);
+  visit(report.stages.first_order_share);
+}
+
+}  // namespace dynmesh

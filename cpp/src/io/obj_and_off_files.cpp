@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "io/mesh_files.hpp"
+#include "io/mesh_text.hpp"
+#include "io/parse_number.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Line = std::span<const std::string_view>;
+
+/// What the two formats share: vertices, faces, and errors that name the line.
+struct Parser {
+  explicit Parser(std::string_view text) : text_(without_byte_order_mark(text)), lines_(text_) {}
+
+  [[noreturn]] void refuse(const std::string& why) const { refuse_line(text_, place_, why); }
+
+  [[nodiscard]] std::size_t n_vertices() const { return mesh_.positions.size() / 3; }
+
+  [[nodiscard]] double number(std::string_view word) const {
+    const std::optional<double> value = number_in(word);
+    if (!value) refuse(quoted(word) + " cannot be read as a double");
+    return *value;
+  }
+
+  [[noreturn]] void refuse_vertex(std::size_t n_coordinates) const {
+    refuse("a vertex has 3 coordinates, not " + std::to_string(n_coordinates));
+  }
+
+  void add_size(std::size_t n_corners) {
+    if (n_corners < 3) {
+      refuse("a face has " + std::to_string(n_corners) + " corners, but needs 3");
+    }
+    mesh_.sizes.push_back(static_cast<std::int64_t>(n_corners));
+  }
+
+  std::string_view text_;
+  Lines lines_;
+  std::string_view place_;  // of what is being read
+  PolygonMesh mesh_;
+};
+
+std::vector<std::string_view> first_comments(std::string_view text) {
+  std::vector<std::string_view> comments;
+  for (Lines lines(text); lines.next();) {
+    const std::string_view line = lines.line();
+    const auto first = std::ranges::find_if_not(line, is_blank);
+    if (first == line.end()) continue;
+    if (*first != '#') break;
+    comments.emplace_back(first + 1, line.end());
+  }
+  return comments;
+}
+
+class ObjParser : Parser {
+ public:
+  using Parser::Parser;
+
+  ObjFile parse() {
+    while (next_statement()) {
+      const Line values = std::span(words_).subspan(1);
+      if (words_[0] == "v") add_vertex(values);
+      if (words_[0] == "f") add_face(values);
+    }
+    if (largest_ >= static_cast<std::int64_t>(n_vertices())) {
+      place_ = place_of_largest_;
+      refuse("there is no vertex " + std::to_string(largest_ + 1) + ", only " +
+             std::to_string(n_vertices()));
+    }
+    return {std::move(mesh_), first_comments(text_)};
+  }
+
+ private:
+  /// Moves to the next statement: a line without comments, which is joined with the next one if it
+  /// ends with a backslash. Returns false if there is none.
+  bool next_statement() {
+    words_.clear();
+    while (words_.empty() && lines_.next()) {
+      place_ = lines_.line();
+      while (add_words(without_comment(lines_.line()), words_) && words_.back().ends_with('\\')) {
+        words_.back().remove_suffix(1);
+        if (words_.back().empty()) words_.pop_back();
+        if (!lines_.next()) refuse("continues after the end of the file");
+      }
+    }
+    return !words_.empty();
+  }
+
+  /// A position, optionally followed by a weight of 1 or a colour of 3 or 4 numbers.
+  void add_vertex(Line words) {
+    double fourth = 1;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      const double value = number(words[i]);
+      if (i < 3) mesh_.positions.push_back(value);
+      if (i == 3) fourth = value;
+    }
+    const std::size_t count = words.size();
+    if (count < 3 || count == 5 || count > 7) refuse_vertex(count);
+    if (count == 4 && fourth != 1) refuse("a vertex has a weight that is not 1");
+  }
+
+  void add_face(Line words) {
+    for (const auto word : words) {
+      const std::int64_t vertex = vertex_of(word);
+      mesh_.corners.push_back(vertex);
+      if (vertex <= largest_) continue;
+      largest_ = vertex;
+      place_of_largest_ = place_;
+    }
+    add_size(words.size());
+  }
+
+  /// Returns the vertex of a corner, counted from 0. Texture coordinate and normal may follow it,
+  /// as in "7/8/9". Negative numbers count back from the last vertex before this statement.
+  [[nodiscard]] std::int64_t vertex_of(std::string_view corner) const {
+    const std::string_view rest = corner.substr(corner.starts_with('+') ? 1 : 0);
+    const char* const last = rest.data() + rest.size();
+    std::int64_t number = 0;
+    const auto [end, error] = parse_number(rest.data(), last, number);
+    const std::string_view references(end, last);
+    const bool is_corner =
+        error != std::errc::invalid_argument &&
+        (references.empty() || (references.starts_with('/') &&
+                                references.find_first_not_of("/-0123456789") == references.npos));
+    if (!is_corner) refuse(quoted(corner) + " is not a corner, such as 7, 7/8, 7//9 or 7/8/9");
+    const auto before = static_cast<std::int64_t>(n_vertices());
+    if (error != std::errc() || number == 0 || number < -before) {
+      refuse("there is no vertex " + std::string(rest.data(), end) + ", with " +
+             std::to_string(before) + " before this line");
+    }
+    return number > 0 ? number - 1 : before + number;
+  }
+
+  std::vector<std::string_view> words_;  // of the statement
+  std::int64_t largest_ = -1;
+  std::string_view place_of_largest_;
+};
+
+/// Whether `word` is OFF or a variant of it, such as COFF or STOFF.
+bool begins_off(std::string_view word) {
+  if (!word.ends_with("OFF")) return false;
+  word.remove_suffix(3);
+  return word.find_first_not_of("CNST") == std::string_view::npos;
+}
+
+class OffParser : Parser {
+ public:
+  using Parser::Parser;
+
+  PolygonMesh parse() {
+    bool began = false;
+    for (std::vector<std::string_view> words; lines_.next(); words.clear()) {
+      place_ = lines_.line();
+      if (!add_words(without_comment(place_), words)) continue;
+      Line rest = words;
+      if (!began && begins_off(rest[0])) {
+        is_plain_ = rest[0] == "OFF";
+        rest = rest.subspan(1);
+      }
+      began = true;
+      if (rest.empty()) continue;
+      if (counts_.size() < 2) {
+        add_counts(rest);
+      } else if (n_vertices() < counts_[0]) {
+        add_vertex(rest);
+      } else if (mesh_.sizes.size() < counts_[1]) {
+        add_face(rest);
+      }
+    }
+    if (counts_.size() < 2) throw MalformedFile("ends before the numbers of vertices and faces");
+    if (n_vertices() < counts_[0] || mesh_.sizes.size() < counts_[1]) {
+      throw MalformedFile("declares " + std::to_string(counts_[0]) + " vertices and " +
+                          std::to_string(counts_[1]) + " faces, but ends after " +
+                          std::to_string(n_vertices()) + " and " +
+                          std::to_string(mesh_.sizes.size()));
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  [[nodiscard]] std::size_t count(std::string_view word) const {
+    const std::optional<std::size_t> value = count_in(word);
+    if (!value) refuse(quoted(word) + " is not a count");
+    return *value;
+  }
+
+  void add_counts(Line words) {
+    if (std::ranges::find(words, "BINARY") != words.end()) {
+      throw MalformedFile("binary OFF is not supported; convert it to text or to PLY");
+    }
+    for (const auto word : words) counts_.push_back(count(word));
+  }
+
+  void add_vertex(Line words) {
+    if (words.size() < 3 || (is_plain_ && words.size() > 3)) refuse_vertex(words.size());
+    for (const auto word : words.first(3)) mesh_.positions.push_back(number(word));
+  }
+
+  void add_face(Line words) {
+    const std::size_t size = count(words[0]);
+    add_size(size);
+    if (size > words.size() - 1) {
+      refuse("a face has " + std::to_string(size) + " corners, but lists " +
+             std::to_string(words.size() - 1));
+    }
+    for (const auto word : words.subspan(1, size)) {
+      const std::size_t vertex = count(word);
+      if (vertex >= counts_[0]) {
+        refuse("there is no vertex " + quoted(word) + ", counted from 0, of " +
+               std::to_string(counts_[0]));
+      }
+      mesh_.corners.push_back(static_cast<std::int64_t>(vertex));
+    }
+  }
+
+  std::vector<std::size_t> counts_;  // of vertices, faces and edges; that of edges is not used
+  bool is_plain_ = true;  // no normals, colours or texture coordinates after the positions
+};
+
+}  // namespace
+
+ObjFile parse_obj(std::string_view text) { return ObjParser(text).parse(); }
+
+PolygonMesh parse_off(std::string_view text) { return OffParser(text).parse(); }
+
+}  // namespace dynmesh

@@ -1,0 +1,80 @@
+#include "shape/cluster_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "base/geometry.hpp"
+
+namespace dynmesh {
+
+ClusterPairs::ClusterPairs(const Clusters& clusters, std::span<const Vector3<double>> first_frame)
+    : beside_(clusters.neighbours),
+      steps_(clusters.size()),
+      region_(clusters.size()),
+      distances_(clusters.size()),
+      next_(clusters.size()),
+      pair_of_(clusters.size()) {
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    const Vector3<double>& centre = first_frame[clusters.centres[c]];
+    for (const Index d : beside_[c]) {
+      lengths_.push_back(std::sqrt(squared_norm(first_frame[clusters.centres[d]] - centre)));
+    }
+  }
+  pairs_.reserve(lengths_.size() / 2);
+}
+
+std::span<const ClusterPair> ClusterPairs::find(std::span<const std::uint8_t> has_anchors) {
+  find_regions(has_anchors);
+  std::ranges::fill(pair_of_, std::size_t{0});
+  pairs_.clear();
+  for (Index c = 0; c < static_cast<Index>(region_.size()); ++c) {
+    if (has_anchors[c] != 0) pair_with_others(c);
+  }
+  return pairs_;
+}
+
+/// Gives each cluster the region of one of its neighbours that is a step nearer.
+void ClusterPairs::find_regions(std::span<const std::uint8_t> has_anchors) {
+  steps_.classify(beside_, has_anchors);
+  const auto steps = steps_.of_vertices();
+  for (Index c = 0; c < static_cast<Index>(region_.size()); ++c) {
+    region_[c] = has_anchors[c] != 0 ? c : none;
+    distances_[c] = 0;
+    next_[c] = none;
+  }
+  for (const Index c : steps_.satellites()) {
+    for (Index e = beside_.offsets[c]; e < beside_.offsets[c + 1]; ++e) {
+      const Index d = beside_.neighbours[e];
+      if (steps[d] != steps[c] - 1) continue;
+      const std::pair way(distances_[d] + lengths_[e], region_[d]);
+      if (region_[c] != none && std::pair(distances_[c], region_[c]) <= way) continue;
+      std::tie(distances_[c], region_[c]) = way;
+    }
+    next_[c] = next_[region_[c]];
+    next_[region_[c]] = c;
+  }
+}
+
+/// Pairs a region with those of higher numbers that it touches.
+void ClusterPairs::pair_with_others(Index region) {
+  const std::size_t first_pair = pairs_.size();
+  for (Index c = region; c != none; c = next_[c]) {
+    for (Index e = beside_.offsets[c]; e < beside_.offsets[c + 1]; ++e) {
+      const Index d = beside_.neighbours[e];
+      const Index other = region_[d];
+      if (other <= region) continue;
+      const double path = distances_[c] + lengths_[e] + distances_[d];
+      std::size_t& pair = pair_of_[other];
+      if (pair > first_pair) {
+        pairs_[pair - 1].path = std::min(pairs_[pair - 1].path, path);
+      } else {
+        pairs_.push_back({region, other, path});
+        pair = pairs_.size();
+      }
+    }
+  }
+}
+
+}  // namespace dynmesh

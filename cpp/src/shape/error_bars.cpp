@@ -1,0 +1,205 @@
+#include "shape/error_bars.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/geometry.hpp"
+#include "shape/constants.hpp"
+#include "shape/random_signs.hpp"
+
+namespace dynmesh {
+
+ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy)
+    : cells_(cells), workers_(workers) {
+  if (!are_wanted) return;
+  const std::size_t k = cells.size();
+  smoother_ = smoother_of(cells);
+  for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
+  noise_.resize(are_noisy ? members * k : 0);
+  energies_.resize(k);
+  sizes_.resize(k, 1.0);
+  standard_errors_.resize(k);
+  newest_.resize(k);
+  averaged_.resize(k);
+}
+
+/// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
+/// those of the frame before. T = e + eta are then the errors of the shape that the frame is to
+/// have.
+void ErrorBars::draw_changes(const Clusters& clusters) {
+  const std::uint64_t of_vertices = mixed(frame_);
+  const std::uint64_t of_clusters = mixed(of_vertices);
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    const std::uint64_t own = mixed(of_vertices + v);
+    const std::uint64_t shared = mixed(of_clusters + at(clusters.of_vertex[v]));
+    for (std::size_t i = 0; i < members; ++i) {
+      targets_[members * v + i] =
+          signs_of(own, i) + uncertainty_constants.shared_change * signs_of(shared, i);
+    }
+  });
+  smooth(smoother_, static_cast<int>(members), uncertainty_constants.smoothings, targets_, next_,
+         workers_);
+  const double kept = frame_ == 0 ? 0 : uncertainty_constants.persistence;
+  const double fresh = std::sqrt(1 - kept * kept);
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      changes_[i] = kept * changes_[i] + fresh * targets_[i];
+      targets_[i] = errors_[i] + sizes_[v] * changes_[i];
+    }
+  });
+  ++frame_;
+}
+
+/// Makes up the noise of the anchors. lambda, their weight, is the squared ratio of the errors of
+/// the shape and of the anchors.
+void ErrorBars::set_noise(const Anchors& anchors) {
+  double sum = 0;
+  for (const Vector3<double>& target : targets_) sum += squared_norm(target);
+  const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
+  const std::uint64_t of_frame = ~mixed(frame_);  // other bits than those of the changes
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    const std::uint64_t signs = mixed(of_frame + v);
+    const double weight = anchors.weights[v];
+    const double deviation = weight > 0 ? size / std::sqrt(weight) : 0;
+    for (std::size_t i = 0; i < members; ++i) {
+      noise_[members * v + i] = deviation * signs_of(signs, i);
+    }
+  });
+}
+
+/// Compares the residuals of the frame with those of the members, at each vertex and in sum.
+Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    Energy& energy = newest_[v] = {};
+    if (anchors.counts[v] == 0) return;
+    energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
+    if (anchors.are_noisy()) {
+      const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
+      energy.x += anchors.weights[v] * squared_norm(off);
+    }
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      energy.y += squared_norm(next_[i] - targets_[i]) / members;
+      if (anchors.are_noisy()) {
+        const auto off = anchors.observable(v, steps[i] - noise_[i]);
+        energy.y += anchors.weights[v] * squared_norm(off) / members;
+      }
+    }
+  });
+  return std::accumulate(newest_.begin(), newest_.end(), Energy{});
+}
+
+/// Adds the newest energies, which are those of changes of the current sizes, to the energies
+/// around each vertex.
+void ErrorBars::learn_sizes() {
+  workers_.for_each_in_chunks(sizes_.size(),
+                              [&](std::size_t v) { newest_[v].y /= sizes_[v] * sizes_[v]; });
+  smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
+  workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    energies_[v] = uncertainty_constants.kept_of_sizes * energies_[v] + newest_[v];
+  });
+  find_sizes();
+}
+
+/// The size of the changes around each vertex, compared with the mean, which tells busy parts from
+/// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
+/// closer to 1 where there is little energy to tell.
+void ErrorBars::find_sizes() {
+  const Energy mean = std::accumulate(energies_.begin(), energies_.end(), Energy{});
+  const double ratio = mean.x / mean.y;
+  const double prior = uncertainty_constants.pull * mean.x / static_cast<double>(energies_.size());
+  workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
+    const double size = std::sqrt((energies_[v].x + prior) / (ratio * energies_[v].y + prior));
+    const double largest = uncertainty_constants.largest_size;
+    sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
+  });
+}
+
+/// Finds the standard errors from the `steps` of the members, and the next memory, which is what
+/// the members look like after the frame: K D where an anchor ties them, T where no anchor does.
+/// `next_` holds K D.
+void ErrorBars::end_frame(Field steps, double scale, const Generations& generations) {
+  const auto generation = generations.of_vertices();
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    const bool is_disconnected = generation[v] == Generations::disconnected;
+    double sum = 0;
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      sum += squared_norm(steps[i]);
+      errors_[i] = is_disconnected ? targets_[i] : next_[i];
+    }
+    const double variance = sum / (3 * members);
+    const double found = std::sqrt(scale * variance);
+    const bool is_fixed = generation[v] == Generations::anchor && variance == 0;
+    const bool is_known = !is_disconnected && std::isfinite(found);
+    standard_errors_[v] = is_fixed ? 0 : is_known ? found : infinite;
+  });
+}
+
+void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
+                       const Generations& generations, ShapeSystem& system,
+                       const Clusters& clusters) {
+  draw_changes(clusters);
+  if (anchors.are_noisy()) set_noise(anchors);
+  const Field steps = system.solve<members, members>(
+      [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
+      [&](std::size_t v, std::size_t f) { return noise_[members * v + f]; }, anchors);
+  system.apply(steps, static_cast<int>(members), next_);
+
+  const Energy energy = compare(frame, steps, anchors);
+  if (!(energy.y < largest_member)) {
+    // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
+    // error.
+    for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
+    std::ranges::fill(energies_, Energy{});
+    std::ranges::fill(sizes_, 1.0);
+    energy_ = {};
+    frame_ = 0;
+    return pass(generations, clusters);
+  }
+  double scale = infinite;
+  if (std::isfinite(energy.x)) {
+    // A motion that has just begun shows in this frame alone, one that has ended has left its
+    // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
+    energy_ = uncertainty_constants.kept_of_scale * energy_ + energy;
+    const auto ratio = [](const Energy& e) { return e.y > 0 ? e.x / e.y : 0; };
+    scale = std::max(ratio(energy), ratio(energy_));
+    // Where rounding errors happen to be large says nothing about the subject.
+    const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
+    if (energy.x <= counted * frame.rounding) {
+      for (Energy& at_vertex : newest_) at_vertex.x = 0;
+    }
+    learn_sizes();
+  }
+  end_frame(steps, scale, generations);
+}
+
+void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
+  draw_changes(clusters);
+  std::ranges::fill(next_, Vector3<double>{});
+  end_frame(next_, infinite, generations);  // 0 for anchors, infinite for all others
+}
+
+void ErrorBars::widen(const Generations& generations, double size) {
+  const auto generation = generations.of_vertices();
+  for (std::size_t v = 0; v < standard_errors_.size(); ++v) {
+    if (generation[v] == Generations::anchor) continue;
+    standard_errors_[v] = std::hypot(standard_errors_[v], size);
+  }
+}
+
+void ErrorBars::write_memory(Writer& writer) const {
+  write_fields(writer, *this);
+  writer.write(of_vertices());
+}
+
+void ErrorBars::read_memory(Reader& reader) {
+  read_fields(reader, *this);
+  reader.read(std::span(standard_errors_));  // infinite for disconnected vertices
+  const auto is_error = [](double x) { return x >= 0; };
+  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.x < 0 || energy_.y < 0) {
+    refuse_state("holds standard errors that are none");
+  }
+  if (exist()) find_sizes();
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,127 @@
+/// A second prediction beside that of detail, for surfaces that keep their edges; see
+/// docs/method.md, "The first-order step". It keeps the edges of the last frame, as far as
+/// rotations can.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/workers.hpp"
+#include "frame/generations.hpp"
+#include "kernels/kernels.hpp"
+#include "linear/masked_factor.hpp"
+#include "shape/detail_operator.hpp"
+#include "shape/shape_system.hpp"
+
+namespace dynmesh {
+
+/// Moves the completed vertices of a frame of detail by a share of the first-order step. In some
+/// frames anchors are left out, and what both predict of them decides on the shares. Components
+/// that have shown little so far form one group with a common share; each of the others is a group
+/// of its own.
+///
+/// The step is one iteration of as-rigid-as-possible deformation (Sorkine and Alexa 2007) of the
+/// last frame G. R_i is the rotation that best maps the edges of vertex i in G to those in X. The
+/// free vertices then minimise sum_ij w_ij |X_i - X_j - (R_i + R_j) (G_i - G_j) / 2|^2 with all
+/// others fixed. The edges and the weights w are those of C, so the result does not depend on the
+/// scale of the mesh.
+///
+/// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
+/// the same for any number of threads.
+class FirstOrder {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology` and
+  /// `workers` must outlive this object.
+  FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
+             Workers& workers, bool is_noisy);
+
+  /// Counts a frame. Called once for each frame after frame 0.
+  void count_frame() { ++frame_; }
+
+  /// A frame that detail has completed, (k,) each.
+  struct Frame {
+    Field last;                    ///< the completed frame before
+    std::span<Vector3<double>> x;  ///< the completed positions
+    Field shape;                   ///< the shape that K X was to have
+  };
+  /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
+  /// test. If memory is exhausted, the frame stays as it is.
+  double improve(const Frame& frame, const Anchors& anchors, const Generations& generations,
+                 ShapeSystem& system);
+
+  /// What later frames depend on.
+  template <class Self, class Visit>
+  static void fields(Self& self, const Visit& visit) {
+    for (auto& [gains, share] : self.components_) {
+      visit(gains.sums);
+      visit(gains.squares);
+      visit(gains.count);
+      visit(share);
+    }
+    visit(self.frame_);
+  }
+
+ private:
+  static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
+
+  /// How much smaller the errors are with each share than with detail alone.
+  struct Gains {
+    std::array<double, n_shares> sums{};
+    std::array<double, n_shares> squares{};
+    double count = 0;  // the number of errors
+
+    void add(const Gains& other, double kept = 1);
+  };
+  struct Component {
+    Gains gains;  // of earlier tests, the less the older
+    double share = 0;
+  };
+  /// The anchors of a component, and how many of them are left out.
+  struct Drawn {
+    double anchors = 0;
+    double left_out = 0;
+  };
+
+  [[nodiscard]] bool is_due() const;
+  bool draw(const Generations& generations);
+  void leave_out(const Anchors& anchors, const Generations& generations);
+  void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
+            ShapeSystem& system);
+  void learn(Field first_order, Field observed, double rounding);
+  [[nodiscard]] static double best_share(const Gains& gains, const Gains& newest);
+  double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
+  std::span<Vector3<double>> find_step(Field positions, Field last,
+                                       std::span<Vector3<double>> scratch);
+  void fit_rotations(Field positions, Field last);
+  [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
+
+  const Topology& topology_;
+  Workers& workers_;
+  DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
+  MaskedFactor factor_;
+  Rounding rounding_;
+  std::vector<double> sizes_;  // of the components, in vertices
+  std::vector<Component> components_;
+  std::uint64_t frame_ = 0;  // since frame 0
+
+  // Of one frame:
+  Anchors kept_;  // the anchors that are not left out
+  std::vector<Drawn> drawn_;
+  std::vector<Index> nearby_;
+  std::vector<std::uint8_t> is_left_out_, is_free_;
+  std::vector<Vector3<double>> of_detail_;  // the predictions of detail
+  std::vector<Gains> newest_;
+  // Of the step:
+  std::vector<Vector3<double>> edges_;
+  std::vector<Quaternion> quaternions_;
+  std::vector<Covariance> covariances_;
+};
+
+}  // namespace dynmesh

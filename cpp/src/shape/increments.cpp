@@ -1,0 +1,298 @@
+#include "shape/increments.hpp"
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/geometry.hpp"
+#include "linear/conjugate_gradients.hpp"
+#include "shape/constants.hpp"
+
+namespace dynmesh {
+namespace {
+
+double dot(const Quaternion& a, const Quaternion& b) {
+  return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// a + scale * b
+Quaternion plus(const Quaternion& a, double scale, const Quaternion& b) {
+  return {a.w + scale * b.w, a.x + scale * b.x, a.y + scale * b.y, a.z + scale * b.z};
+}
+
+Quaternion normalized(const Quaternion& q) { return plus({}, 1 / std::sqrt(dot(q, q)), q); }
+
+/// The rotation about a vector by its length.
+Quaternion turn_about(const Vector3<double>& vector) {
+  const double angle = std::sqrt(squared_norm(vector));
+  const double scale = angle > 1e-12 ? std::sin(angle / 2) / angle : 0.5;
+  return {std::cos(angle / 2), scale * vector.x, scale * vector.y, scale * vector.z};
+}
+
+Quaternion quaternion_of(const RigidMotion& motion) {
+  const Eigen::Quaterniond q(motion.rotation);
+  return {q.w(), q.x(), q.y(), q.z()};
+}
+
+/// The matrix of beta sum g |omega_c - omega_d|^2, plus a weight that holds what nothing else does.
+SparseMatrix couplings_of(const Clusters& clusters, std::span<const Tie> ties) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  const auto couple = [&](Index c, Index d, double g) {
+    const double weight = increment_constants.coupling * g;
+    for (const auto& [i, j] : {std::array{c, d}, std::array{d, c}}) {
+      entries.emplace_back(i, i, weight);
+      entries.emplace_back(i, j, -weight);
+    }
+  };
+  const auto n = static_cast<Index>(clusters.size());
+  for (Index c = 0; c < n; ++c) {
+    entries.emplace_back(c, c, increment_constants.hold);
+    for (const Index d : clusters.neighbours[c]) {
+      if (c < d) couple(c, d, 1);
+    }
+  }
+  for (const Tie& tie : ties) {
+    couple(clusters.of_vertex[tie.i], clusters.of_vertex[tie.j], tie.weight);
+  }
+  SparseMatrix matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+}  // namespace
+
+Increments::Increments(const Topology& topology, const Clusters& clusters, Field first_frame,
+                       double mean_edge, double noise, Workers& workers)
+    : topology_(topology),
+      clusters_(clusters),
+      workers_(workers),
+      mean_edge_(mean_edge),
+      squared_noise_(3 * noise * noise),
+      ties_(find_ties(topology, first_frame, mean_edge, increment_constants.tie)),
+      couplings_(couplings_of(clusters, ties_)),
+      factor_(couplings_, workers),
+      generation_(first_frame.size(), Generations::disconnected),
+      anchors_(clusters.size()),
+      cluster_pairs_(clusters, first_frame),
+      has_anchors_(clusters.size()),
+      has_none_(clusters.size()),
+      moments_(clusters.size()),
+      moments_of_components_(topology.report.components),
+      arms_(clusters.size()),
+      first_(moments_of_components_.size()),
+      next_first_(first_.size()),
+      equations_(clusters.size()),
+      increments_(clusters.size()),
+      of_components_(first_.size()) {
+  for (const Index centre : clusters.centres) component_of_.push_back(topology.component[centre]);
+  for (auto* field : {&omega_, &step_, &residual_, &preconditioned_, &direction_, &product_}) {
+    field->resize(clusters.size());
+  }
+  factor_.reserve();
+}
+
+std::span<const Quaternion> Increments::find(Field previous, Field observed,
+                                             const Generations& generations) {
+  find_pairs(generations);
+  find_moments(previous, observed);
+  find_arms();
+  find_first();
+  std::ranges::fill(omega_, Vector3<double>{});
+  for (std::size_t c = 0; c < increments_.size(); ++c) {
+    increments_[c] = first_[component_of_[c]].rotation;
+  }
+  for (int n = 0; n < increment_constants.iterations; ++n) {
+    find_equations();
+    if (take_step() < increment_constants.settled) break;
+  }
+  for (std::size_t c = 0; c < increments_.size(); ++c) {
+    of_components_[component_of_[c]] = increments_[c];
+  }
+  return increments_;
+}
+
+/// Finds what depends on the mask only, if it is not that of the last frame.
+void Increments::find_pairs(const Generations& generations) {
+  if (std::ranges::equal(generation_, generations.of_vertices())) return;
+  std::ranges::copy(generations.of_vertices(), generation_.begin());
+  std::ranges::fill(anchors_, 0.0);
+  for (std::size_t v = 0; v < generation_.size(); ++v) {
+    if (generation_[v] == Generations::anchor) ++anchors_[clusters_.of_vertex[v]];
+  }
+  for (std::size_t c = 0; c < anchors_.size(); ++c) {
+    has_anchors_[c] = anchors_[c] > 0 ? 1 : 0;
+    has_none_[c] = 1 - has_anchors_[c];
+  }
+  pairs_ = cluster_pairs_.find(has_anchors_);
+  factor_.factorize(has_none_);
+}
+
+/// 1 for clusters that touch, less for those that are far from each other on the surface.
+double Increments::nearness(const ClusterPair& pair) const {
+  const double distance = pair.path / (increment_constants.reach * mean_edge_);
+  return 1 / (1 + distance * distance);
+}
+
+void Increments::find_moments(Field previous, Field observed) {
+  const auto find = [&](std::size_t c) {
+    Moments& moments = moments_[c] = {};
+    if (anchors_[c] == 0) return;
+    const auto for_each_anchor = [&](const auto& visit) {
+      for (const Index v : clusters_.members[static_cast<Index>(c)]) {
+        if (generation_[v] == Generations::anchor) {
+          visit(to_eigen(previous[v]), to_eigen(observed[v]));
+        }
+      }
+    };
+    for_each_anchor([&](const auto& before, const auto& now) {
+      moments.before += before;
+      moments.now += now;
+    });
+    moments.number = anchors_[c];
+    moments.before /= anchors_[c];
+    moments.now /= anchors_[c];
+    for_each_anchor([&](const auto& before, const auto& now) {
+      moments.arms.add(1, before - moments.before, now - moments.now);
+    });
+  };
+  workers_.for_each_in_chunks(moments_.size(), find, Clusters::typical_size);
+  std::ranges::fill(moments_of_components_, Moments{});
+  for (std::size_t c = 0; c < moments_.size(); ++c) {
+    moments_of_components_[component_of_[c]].add(moments_[c]);
+  }
+}
+
+/// Weighs the arms by their mean square, and adds those from cluster to cluster.
+void Increments::find_arms() {
+  const double floor = std::pow(increment_constants.least_length * mean_edge_, 2);
+  for (std::size_t c = 0; c < arms_.size(); ++c) {
+    const Moments& moments = moments_[c];
+    const double square = anchors_[c] > 1 ? moments.arms.before.trace() / anchors_[c] : 0;
+    const double weight = 1 / (std::max(square, floor) + squared_noise_);
+    arms_[c] = {weight * moments.arms.before, weight * moments.arms.now};
+  }
+  for (const ClusterPair& pair : pairs_) {
+    const Moments& a = moments_[pair.a];
+    const Moments& b = moments_[pair.b];
+    const Eigen::Vector3d p = b.before - a.before;
+    const Eigen::Vector3d q = b.now - a.now;
+    const double noise = squared_noise_ / a.number + squared_noise_ / b.number;
+    const double weight = nearness(pair) / (std::max(p.squaredNorm(), floor) + noise) / 2;
+    Arms arms;
+    arms.add(weight, p, q);
+    for (const Index c : {pair.a, pair.b}) arms_[c].add(arms);
+  }
+}
+
+/// Finds R of each component: that of its anchors if they are not near a line; else that of what it
+/// is tied to; and if that has none, that of all anchors of the frame.
+void Increments::find_first() {
+  for (std::size_t i = 0; i < first_.size(); ++i) {
+    first_[i] = first_of(moments_of_components_[i], increment_constants.least_across * mean_edge_);
+  }
+  const auto is_missing = [](const First& first) { return !first.is_known; };
+  for (auto missing = std::ranges::count_if(first_, is_missing); missing > 0;) {
+    follow_ties();
+    const auto left = std::ranges::count_if(first_, is_missing);
+    if (left == missing) break;
+    missing = left;
+  }
+  if (std::ranges::none_of(first_, is_missing)) return;
+  Moments all;
+  for (const Moments& moments : moments_of_components_) all.add(moments);
+  First of_all = first_of(all, 0);
+  if (is_missing(of_all)) of_all = {{1, 0, 0, 0}, true};
+  std::ranges::replace_if(first_, is_missing, of_all);
+}
+
+/// The rotation of anchors, known if they are farther from a line than this.
+Increments::First Increments::first_of(const Moments& moments, double least_across) {
+  if (moments.number < 3) return {};
+  const RigidMotion motion = fit_rigid_motion(moments);
+  if (!(motion.squared_across > least_across * least_across)) return {};
+  return {quaternion_of(motion), true};
+}
+
+/// Lets components without R take the mean of those that they are tied to.
+void Increments::follow_ties() {
+  std::ranges::copy(first_, next_first_.begin());
+  for (const Tie& tie : ties_) {
+    for (const auto& [v, other] : {std::array{tie.i, tie.j}, std::array{tie.j, tie.i}}) {
+      const First& followed = first_[topology_.component[other]];
+      if (first_[topology_.component[v]].is_known || !followed.is_known) continue;
+      Quaternion& sum = next_first_[topology_.component[v]].rotation;
+      // q and -q are the same rotation.
+      sum = plus(sum, dot(sum, followed.rotation) < 0 ? -1 : 1, followed.rotation);
+    }
+  }
+  for (First& first : next_first_) {
+    if (first.is_known || dot(first.rotation, first.rotation) == 0) continue;
+    first = {normalized(first.rotation), true};
+  }
+  std::swap(first_, next_first_);
+}
+
+/// H = sum w (|y|^2 1 - y y^T) and s = sum w y x q, where y = D p.
+void Increments::find_equations() {
+  for (std::size_t c = 0; c < equations_.size(); ++c) {
+    const auto& [w, x, y, z] = increments_[c];
+    const Eigen::Matrix3d turn = Eigen::Quaterniond(w, x, y, z).toRotationMatrix();
+    const Eigen::Matrix3d y_y = turn * arms_[c].before * turn.transpose();
+    const Eigen::Matrix3d q_y = arms_[c].now * turn.transpose();
+    const Eigen::Matrix3d h = y_y.trace() * Eigen::Matrix3d::Identity() - y_y;
+    const auto i = static_cast<Index>(c);
+    equations_[c] = {h,
+                     (h + couplings_.coeff(i, i) * Eigen::Matrix3d::Identity()).inverse(),
+                     {q_y(2, 1) - q_y(1, 2), q_y(0, 2) - q_y(2, 0), q_y(1, 0) - q_y(0, 1)}};
+  }
+}
+
+/// Adds the step to omega that solves (H + couplings) step = s - couplings omega, found by
+/// conjugate gradients, and turns R by omega. Returns the length of the longest step.
+double Increments::take_step() {
+  const OperatorData couplings = {couplings_.outerIndexPtr(), couplings_.innerIndexPtr(),
+                                  couplings_.valuePtr(), nullptr};
+  const auto couple = [&](std::span<const Vector3<double>> x) {  // sets the product
+    best_kernels().rotations.multiply(couplings, x.data(), 1, nullptr, product_.data(), 0,
+                                      static_cast<Index>(x.size()));
+  };
+  couple(omega_);
+  for (std::size_t c = 0; c < omega_.size(); ++c) {
+    step_[c] = {};
+    residual_[c] = equations_[c].s - product_[c];
+  }
+  const auto without = factor_.order();
+  const auto precondition = [&] {
+    for (std::size_t c = 0; c < omega_.size(); ++c) {
+      preconditioned_[c] = from_eigen(equations_[c].inverse * to_eigen(residual_[c]));
+    }
+    if (without.empty()) return;
+    for (std::size_t r = 0; r < without.size(); ++r) product_[r] = residual_[without[r]];
+    factor_.solve(std::span(product_).first(without.size()), 1);
+    for (std::size_t r = 0; r < without.size(); ++r) preconditioned_[without[r]] = product_[r];
+  };
+  const auto multiply = [&] {
+    couple(direction_);
+    for (std::size_t c = 0; c < product_.size(); ++c) {
+      const Eigen::Vector3d of_arms = equations_[c].h * to_eigen(direction_[c]);
+      product_[c] = product_[c] + from_eigen(of_arms);
+    }
+  };
+  const auto advance = [&](const std::array<double, 1>& length) {
+    for (std::size_t c = 0; c < step_.size(); ++c) step_[c] = step_[c] + length[0] * direction_[c];
+  };
+  const ConjugateVectors<Vector3<double>> vectors = {residual_, preconditioned_, direction_,
+                                                     product_};
+  conjugate_gradients<1>(vectors, increment_constants.steps, increment_constants.reduced,
+                         precondition, multiply, advance, workers_);
+  double longest = 0;
+  for (std::size_t c = 0; c < omega_.size(); ++c) {
+    omega_[c] = omega_[c] + step_[c];
+    increments_[c] = product(turn_about(omega_[c]), first_[component_of_[c]].rotation);
+    longest = std::max(longest, squared_norm(step_[c]));
+  }
+  return std::sqrt(longest);
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,124 @@
+/// Modes: how the shape of each part of the surface varies.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/geometry.hpp"
+#include "base/workers.hpp"
+#include "kernels/kernels.hpp"
+#include "shape/constants.hpp"
+
+namespace dynmesh {
+
+/// The parts that hold each vertex, with weights. Vertex i has the entries offsets[i] to
+/// offsets[i + 1] - 1. Part 0 is global: it holds every vertex with weight 1. The weights of the
+/// others add up to 1 at every vertex that a seed reaches, and do not reach across components.
+struct SurfaceParts {
+  Index n_parts = 1;
+  std::vector<Index> offsets = {0};  ///< (k + 1,)
+  std::vector<Index> parts;          ///< of the entries
+  std::vector<double> weights;       ///< of the entries
+
+  /// k
+  [[nodiscard]] std::size_t size() const { return offsets.size() - 1; }
+};
+
+/// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
+/// all vertices. The weight of a seed decreases with the shortest distance along the edges.
+SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
+                            Index local_parts = training_constants.local_parts);
+
+/// Sums over the vertices. They are added up in chunks, which do not depend on the number of
+/// threads, and are short, so that sums of float are as accurate as their terms. Allocates memory
+/// only in the constructor.
+template <class Real>
+class VertexSums {
+ public:
+  VertexSums() = default;
+  VertexSums(std::size_t n_vertices, std::size_t most_sums)
+      : k_(static_cast<Index>(n_vertices)),
+        n_chunks_((k_ + chunk - 1) / chunk),
+        partial_sums_(at(n_chunks_) * most_sums),
+        sums_(most_sums) {}
+
+  /// Computes `n_sums` of them: `add(sums, first, last)` adds the terms of the vertices `first` to
+  /// `last` - 1. The result is valid until the next call.
+  template <class Add>
+  std::span<const double> find(std::size_t n_sums, Workers& workers, const Add& add) {
+    workers.share(n_chunks_, workers.are_worth_it(k_), [&](Index i) {
+      Real* sums = &partial_sums_[at(i) * n_sums];
+      std::fill_n(sums, n_sums, Real{});
+      add(sums, i * chunk, std::min(k_, (i + 1) * chunk));
+    });
+    std::ranges::fill(sums_, 0.0);
+    for (std::size_t i = 0; i < at(n_chunks_); ++i) {
+      for (std::size_t j = 0; j < n_sums; ++j) {
+        sums_[j] += static_cast<double>(partial_sums_[i * n_sums + j]);
+      }
+    }
+    return std::span(sums_).first(n_sums);
+  }
+
+ private:
+  static constexpr Index chunk = 256;
+
+  Index k_ = 0;
+  Index n_chunks_ = 0;
+  std::vector<Real> partial_sums_;  // of each chunk
+  std::vector<double> sums_;
+};
+
+/// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
+/// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
+///
+/// Coefficients are arrays of `n_coefficients()` numbers. Those beyond the modes of a part belong
+/// to modes of zero and have no effect.
+class Modes {
+ public:
+  /// No modes.
+  Modes() = default;
+  /// None yet, to be set by `form`.
+  Modes(SurfaceParts parts, double mean_edge);
+
+  /// Sets `size` modes to combinations of shapes, which are in `unit()`.
+  void form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
+            Workers& workers);
+
+  [[nodiscard]] const SurfaceParts& parts() const { return parts_; }
+  /// A power of two near the mean edge length.
+  [[nodiscard]] double unit() const { return unit_; }
+
+  /// The number of modes, all parts together.
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t n_coefficients() const { return n_coefficients_; }
+  /// The number of shapes, whose squared coefficients are at most this; 0 without.
+  [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
+
+  /// combined = B a.
+  void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
+               Workers& workers);
+  /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
+  void project(std::span<const Vector3<double>> field, std::span<double> projected,
+               std::span<const double> weights, std::span<double> squares, Workers& workers);
+
+ private:
+  [[nodiscard]] ModeData data() const {
+    return {parts_.offsets.data(), parts_.parts.data(), values_.data()};
+  }
+
+  SurfaceParts parts_;
+  std::size_t size_ = 0;
+  std::size_t n_coefficients_ = 0;
+  std::size_t n_frames_ = 0;
+  double unit_ = 1;
+  std::vector<float> values_;  // in this unit, so that their squares are in the range of float
+  std::vector<float> coefficients_;  // as float
+  VertexSums<float> sums_;           // one or two for each coefficient
+};
+
+}  // namespace dynmesh

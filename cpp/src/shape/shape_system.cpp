@@ -1,0 +1,134 @@
+#include "shape/shape_system.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "linear/conjugate_gradients.hpp"
+
+namespace dynmesh {
+
+ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
+                         std::span<const Vector3<double>> first_frame, std::vector<double> membrane)
+    : cells_(cells),
+      workers_(workers),
+      operator_(build_detail_operator(faces, cells, first_frame)),
+      membrane_(std::move(membrane)),
+      resistance_(cells.size(), 1.0),
+      factor_(normal_matrix(operator_, membrane_), workers),
+      scaled_residual_(3 * cells.size()),
+      solution_(3 * cells.size()),
+      steps_(cells.size()) {}
+
+void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
+  apply_operator(operator_, x, fields, detail, workers_);
+}
+
+void ShapeSystem::factorize(const Anchors& anchors) {
+  factor_.factorize(anchors.is_solved, anchors.weights);
+}
+
+/// Sets the solution to K^T of the residual at the vertices that are solved for.
+void ShapeSystem::multiply_transposed(int fields) {
+  const auto rows = solved();
+  OperatorData c = data_of(operator_);
+  c.scale = nullptr;
+  workers_.for_each_short_chunk(static_cast<Index>(rows.size()), [&](Index first, Index last) {
+    best_kernels().rotations.multiply(c, scaled_residual_.data(), fields, rows.data(),
+                                      solution_.data(), first, last);
+  });
+}
+
+void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    scaled_residual_[v] = resistance_[v] * operator_.scale[v] * detail[v];
+  });
+  multiply_transposed(1);
+  scatter(solution_, 1, x);
+}
+
+void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
+  apply(x, 1, scaled_residual_);
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    scaled_residual_[v] =
+        resistance_[v] * operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
+  });
+  multiply_transposed(1);
+  scatter(solution_, 1, product);
+}
+
+void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
+  const auto order = solved();
+  workers_.for_each_in_chunks(order.size(),
+                              [&](std::size_t r) { solution_[r] = right_side[at(order[r])]; });
+  factor_.precondition(solution_, 1);
+  scatter(solution_, 1, x);
+}
+
+/// Brings rows into the order of vertices; those that are not solved for are 0.
+void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const {
+  const auto order = solved();
+  if (order.size() < cells_.size()) std::ranges::fill(x, Vector3<double>{});
+  workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
+    for (std::size_t f = 0; f < width; ++f) x[width * at(order[r]) + f] = rows[width * r + f];
+  });
+}
+
+ShapeSystem::Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
+  const auto steps = side_by_side(std::span(steps_)).first(width * cells_.size());
+  scatter(rows, width, steps);
+  return steps;
+}
+
+// Planes tie the three coordinates together, so that the system has 3 k unknowns and is not
+// factored. N + weights, which has k, bounds it from above and is a good preconditioner of
+// conjugate gradients.
+
+void ShapeSystem::take_planes(int steps) {
+  for (auto* fields : {&residual_, &direction_, &found_}) fields->resize(3 * cells_.size());
+  plane_steps_ = steps;
+}
+
+/// Replaces the solution, which is the right-hand side, by the result of the steps.
+template <int fields>
+ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
+  constexpr auto width = static_cast<std::size_t>(fields);
+  const std::size_t n = width * solved().size();
+  const std::span residual(residual_.data(), n), direction(direction_.data(), n);
+  const std::span found(found_.data(), n), solution(solution_.data(), n);
+  std::ranges::copy(solution, residual.begin());
+  std::ranges::fill(found, Vector3<double>{});
+  const auto precondition = [&] {
+    std::ranges::copy(residual, solution.begin());
+    factor_.precondition(solution_, fields);
+  };
+  const auto multiply = [&] { multiply_with_planes(width, anchors); };
+  const auto advance = [&](const std::array<double, width>& lengths) {
+    for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
+  };
+  const ConjugateVectors<Vector3<double>> vectors = {residual, solution, direction, solution};
+  conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance, workers_);
+  return scatter_steps(found, width);
+}
+
+template ShapeSystem::Field ShapeSystem::descend_to_planes<1>(const Anchors&);
+template ShapeSystem::Field ShapeSystem::descend_to_planes<3>(const Anchors&);
+
+/// solution = (N + weights of the planes) direction.
+void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors) {
+  const auto rows = solved();
+  const Field steps = scatter_steps(direction_, width);
+  apply(steps, static_cast<int>(width), {scaled_residual_.data(), steps.size()});
+  workers_.for_each_in_chunks(steps.size(), [&](std::size_t i) {
+    scaled_residual_[i] = operator_.scale[i / width] * scaled_residual_[i];
+  });
+  multiply_transposed(static_cast<int>(width));
+  workers_.for_each_in_chunks(rows.size(), [&](std::size_t r) {
+    const std::size_t v = at(rows[r]);
+    for (std::size_t i = width * r; i < width * (r + 1); ++i) {
+      solution_[i] = solution_[i] + anchors.weights[v] * anchors.observable(v, direction_[i]);
+    }
+  });
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,191 @@
+/// The linear systems of method detail, which find the positions with a given detail K X, and the
+/// anchors of a frame.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/geometry.hpp"
+#include "base/workers.hpp"
+#include "frame/generations.hpp"
+#include "kernels/kernels.hpp"
+#include "linear/masked_factor.hpp"
+#include "shape/detail_operator.hpp"
+
+namespace dynmesh {
+
+/// The anchors of successive frames, in double precision. Allocates memory only in the constructor.
+///
+/// Exact anchors are fixed at `observed` and are not solved for. Noisy anchors are solved for like
+/// satellites, with a weighted penalty on their distance from `observed`.
+struct Anchors {
+  std::vector<Vector3<double>>
+      observed;  ///< (k,) the given position of an anchor, the last position of any other vertex
+  std::vector<std::uint8_t> is_solved;  ///< (k,) 1 for satellites and noisy anchors, else 0
+  std::vector<double>
+      weights;  ///< (k,) lambda for noisy anchors, else 0; empty if anchors are exact
+  std::vector<double> counts;  ///< (k,) 1 in components that contain an anchor, else 0
+  std::size_t number = 0;      ///< the number of anchors
+  std::size_t n_solved = 0;    ///< the number of vertices that are solved for
+  /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
+  /// a point of the plane. Empty if they observe positions.
+  std::span<const Vector3<double>> normals;
+
+  Anchors(std::size_t n_vertices, bool are_noisy)
+      : observed(n_vertices),
+        is_solved(n_vertices),
+        weights(are_noisy ? n_vertices : 0),
+        counts(n_vertices) {}
+
+  [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
+  [[nodiscard]] bool are_planes() const { return !normals.empty(); }
+  /// The part of a displacement of vertex v that a noisy anchor can tell.
+  [[nodiscard]] Vector3<double> observable(std::size_t v, const Vector3<double>& x) const {
+    return are_planes() ? dot(normals[v], x) * normals[v] : x;
+  }
+  [[nodiscard]] bool any_solved() const { return n_solved > 0; }
+  [[nodiscard]] bool is_anchor(std::size_t v) const {
+    return are_noisy() ? weights[v] > 0 : counts[v] > 0 && is_solved[v] == 0;
+  }
+
+  /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.
+  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<double>> points,
+                 const Generations& generations, double lambda) {
+    const auto generation = generations.of_vertices();
+    number = generations.anchors();
+    n_solved = generations.reached() + (are_noisy() ? number : 0);
+    for (std::size_t v = 0; v < generation.size(); ++v) {
+      const bool is_anchor = generation[v] == Generations::anchor;
+      observed[v] = is_anchor ? points[v] : previous[v];
+      is_solved[v] = generation[v] > 0 || (is_anchor && are_noisy()) ? 1 : 0;
+      counts[v] = generation[v] != Generations::disconnected ? 1 : 0;
+      if (are_noisy()) weights[v] = is_anchor ? lambda : 0;
+    }
+  }
+};
+
+/// K of frame 0, and N = K^T K restricted to the vertices that are solved for. Fields have one or
+/// three Vector3 for each vertex, side by side.
+///
+/// Allocates memory in the constructor, and in `factorize` if the factor is larger than ever
+/// before.
+class ShapeSystem {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `cells` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane
+  /// at the vertices, which `multiply` adds.
+  ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
+              std::span<const Vector3<double>> first_frame, std::vector<double> membrane = {});
+
+  [[nodiscard]] const DetailOperator& k() const { return operator_; }
+  /// (k,) mu.
+  [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
+  /// N + mu C of all vertices.
+  [[nodiscard]] SparseMatrix normal() const { return normal_matrix(operator_, membrane_); }
+
+  /// detail = K x.
+  void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
+  void apply(std::span<const ShapeTerms> x, std::span<ShapeTerms> detail) const {
+    apply(side_by_side(x), 3, side_by_side(detail));
+  }
+
+  /// Factors N, plus the weights of noisy anchors, restricted to the vertices that are solved for.
+  void factorize(const Anchors& anchors);
+
+  /// The vertices that are solved for.
+  [[nodiscard]] std::span<const Index> solved() const { return factor_.order(); }
+
+  /// Returns the steps D that bring K (x + D) closest to K x + residual, for each of one or three
+  /// fields: N D = K^T residual. `residual(v, field)` is the wanted value minus the current one. In
+  /// the first field, noisy anchors also move from x towards their observed positions. Steps are 0
+  /// for vertices that are not solved for. The result is valid until the next call.
+  template <int fields, class Residual>
+  Field solve(const Residual& residual, Field x, const Anchors& anchors) {
+    const auto to_observed = [&](std::size_t v, std::size_t) { return anchors.observed[v] - x[v]; };
+    return solve<fields, 1>(residual, to_observed, anchors);
+  }
+
+  /// The same with another pull: in the first `pulled` fields, the step of noisy anchors is drawn
+  /// to `pull(v, field)`, which is not called if anchors are exact.
+  template <int fields, int pulled, class Residual, class Pull>
+  Field solve(const Residual& residual, const Pull& pull, const Anchors& anchors) {
+    workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+      for (std::size_t f = 0; f < fields; ++f) {
+        scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
+      }
+    });
+    multiply_transposed(fields);
+    if (anchors.are_noisy()) {
+      const auto rows = solved();
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        const std::size_t v = at(rows[r]);
+        for (std::size_t f = 0; f < pulled; ++f) {
+          Vector3<double>& value = solution_[fields * r + f];
+          value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
+        }
+      }
+    }
+    if (anchors.are_planes()) return descend_to_planes<fields>(anchors);
+    factor_.solve(solution_, fields);
+    return scatter_steps(solution_, fields);
+  }
+
+  /// Returns the step that brings K (x + D) closest to the shape of the last frame, and those that
+  /// a unit of each of the other two terms adds. `kx` is K x.
+  std::span<const ShapeTerms> solve_terms(std::span<const ShapeTerms> wanted, Field x, Field kx,
+                                          const Anchors& anchors) {
+    const auto residual = [&](std::size_t v, std::size_t term) {
+      return term == 0 ? wanted[v].last - kx[v] : term == 1 ? wanted[v].to_rest : wanted[v].change;
+    };
+    solve<3>(residual, x, anchors);
+    return steps_;
+  }
+  /// Exchanges the array of the last result of `solve_terms` with `kept`, (k,), where it stays
+  /// valid.
+  void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
+
+  /// (k,) W, the weights of the rows of K in the two products below; 1 at first.
+  [[nodiscard]] std::span<double> resistance() { return resistance_; }
+  /// While all vertices are solved for, with fields (k,): K^T W of a detail, K^T W K + mu C of
+  /// positions, where mu is the weight of the membrane, and what the factor of N in single
+  /// precision makes of a right-hand side.
+  void apply_transposed(Field detail, std::span<Vector3<double>> x);
+  void multiply(Field x, std::span<Vector3<double>> product);
+  void precondition(Field right_side, std::span<Vector3<double>> x);
+
+  /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
+  [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
+
+  /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
+  /// gradients.
+  void take_planes(int steps);
+
+ private:
+  void multiply_transposed(int fields);
+  void scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const;
+  Field scatter_steps(Field rows, std::size_t width);
+  template <int fields>
+  Field descend_to_planes(const Anchors& anchors);
+  void multiply_with_planes(std::size_t width, const Anchors& anchors);
+
+  const Cells& cells_;
+  Workers& workers_;
+  DetailOperator operator_;  // K
+  std::vector<double> membrane_;
+  std::vector<double> resistance_;  // W
+  MaskedFactor factor_;             // of N
+  std::vector<Vector3<double>>
+      scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
+  std::vector<Vector3<double>> solution_;  // in the order of elimination
+  std::vector<ShapeTerms> steps_;          // in the order of vertices, for up to three fields
+  // For planes, in the order of elimination:
+  int plane_steps_ = 0;
+  std::vector<Vector3<double>> residual_, direction_, found_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,161 @@
+#include "surface_fit/cloth.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/geometry.hpp"
+#include "base/symmetric_eigen.hpp"
+
+namespace dynmesh {
+namespace {
+
+using Field = std::span<const Vector3<double>>;
+
+/// The mean square of how far the planes move in the rigid motion that they notice least, where it
+/// moves the vertices by 1.
+double slippage(std::span<const std::size_t> vertices, Field x, Field normals) {
+  const double n = static_cast<double>(vertices.size());
+  Vector3<double> centre;
+  for (const std::size_t v : vertices) centre = centre + (1 / n) * x[v];
+  double square = 0;
+  for (const std::size_t v : vertices) square += squared_norm(x[v] - centre) / n;
+  if (!(square > 0) || !std::isfinite(square)) return 1;
+  Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const std::size_t v : vertices) {
+    const auto turn = cross((1 / std::sqrt(square)) * (x[v] - centre), normals[v]);
+    const Eigen::Vector<double, 6> row(turn.x, turn.y, turn.z, normals[v].x, normals[v].y,
+                                       normals[v].z);
+    sum += row * row.transpose() / n;
+  }
+  std::array<double, 6> values{};
+  symmetric_eigen({sum.data(), 36}, values);
+  return values[0];
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
+                                      std::span<const Index> component) {
+  std::vector<double> n_boundary(component.size()), n_vertices(component.size());  // by component
+  const auto next = next_sides(faces);
+  for (std::size_t side = 0; side < next.size(); ++side) {
+    if (next[side] == side) n_boundary[component[faces[side / 3][(side + 1) % 3]]] += 1;
+  }
+  for (const Index of : component) n_vertices[of] += 1;
+  std::vector<std::uint8_t> is_sheet;
+  for (const Index of : component) {
+    is_sheet.push_back(n_boundary[of] * n_boundary[of] >= n_vertices[of] ? 1 : 0);
+  }
+  return is_sheet;
+}
+
+std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
+                                     std::span<const Index> component, Field first_frame,
+                                     const TrackingConstants& constants) {
+  std::vector<std::uint8_t> is_cloth = find_sheets(faces, component);
+  const auto normals = vertex_normals(faces, first_frame);
+  std::vector<std::vector<std::size_t>> sheets(component.size());  // by component
+  for (std::size_t v = 0; v < component.size(); ++v) {
+    if (is_cloth[v] != 0) sheets[component[v]].push_back(v);
+  }
+  for (const auto& vertices : sheets) {
+    if (vertices.empty()) continue;
+    const bool slides = slippage(vertices, first_frame, normals) < constants.largest_slippage;
+    for (const std::size_t v : vertices) is_cloth[v] = slides ? 1 : 0;
+  }
+  return is_cloth;
+}
+
+Boundary::Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
+                   std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants)
+    : topology_(topology),
+      constants_(constants),
+      mean_edge_(mean_edge),
+      next_sides_(next_sides(faces)),
+      is_cloth_(is_cloth),
+      is_boundary_(is_cloth.size()) {
+  for (std::size_t side = 0; side < next_sides_.size(); ++side) {
+    if (next_sides_[side] != side) continue;
+    for (const std::size_t end : {side + 1, side + 2}) {
+      is_boundary_[faces[side / 3][end % 3]] = 1;
+    }
+  }
+}
+
+/// Whether a place is on the boundary: a vertex or a side of it.
+bool Boundary::contains(const Place& place) const {
+  if (is_boundary_[place.nearest_corner()] == 0) return false;
+  const auto n_zero = std::ranges::count(place.shares, 0.0);
+  const auto zero = std::ranges::find(place.shares, 0.0) - place.shares.begin();
+  const std::size_t side = 3 * place.face + static_cast<std::size_t>(zero);
+  return n_zero == 2 || (n_zero == 1 && next_sides_[side] == side);
+}
+
+/// The unit direction in which the surface ends at a vertex of its boundary; 0 where it has none.
+Vector3<double> Boundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
+  Vector3<double> sum;
+  for (const Index other : topology_.cells[vertex]) {
+    sum = sum + (1 / mean_edge_) * (x[vertex] - x[other]);
+  }
+  sum = sum - dot(sum, normals[vertex]) * normals[vertex];
+  const double length = std::sqrt(squared_norm(sum));
+  return length > 0 ? (1 / length) * sum : Vector3<double>{};
+}
+
+void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
+  const std::size_t n = rows.size();
+  std::vector<Vector3<double>> conormals(x.size());
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    if (is_boundary_[v] != 0) conormals[v] = conormal(v, x, normals);
+  }
+  const auto outwards = [&](const SurfaceRow& row) {
+    const auto offset = row.point - row.on(x);
+    return offset - dot(offset, row.normal) * row.normal;
+  };
+  // Of the points around a boundary vertex, along its conormal: the outermost place of one that is
+  // not far, and how far points lie beyond it.
+  std::vector<double> outermost(x.size(), -std::numeric_limits<double>::infinity());
+  std::vector<double> beyond(x.size());
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      const auto v = rows[r].corners[s];
+      if (is_boundary_[v] == 0) continue;
+      const double along = dot(conormals[v], rows[r].on(x) - x[v]) / mean_edge_;
+      if (rows[r].squared < mean_edge_ * mean_edge_) outermost[v] = std::max(outermost[v], along);
+      if (!contains(rows[r]) || rows[r].shares[s] == 0) continue;
+      beyond[v] = std::max(beyond[v], std::sqrt(squared_norm(outwards(rows[r]))) / mean_edge_);
+    }
+  }
+  for (std::size_t r = 0; r < n; ++r) {
+    if (!contains(rows[r])) continue;
+    SurfaceRow row = rows[r];
+    const auto direction = outwards(row);
+    const double length = std::sqrt(squared_norm(direction));
+    // Where the points go on farther, it is the template that ends, as at a cut limb.
+    bool draws = length > 0;
+    for (std::size_t s = 0; s < 3; ++s) {
+      draws = draws && (row.shares[s] == 0 || beyond[row.corners[s]] < constants_.farthest_end);
+    }
+    if (!draws) continue;
+    row.normal = (1 / length) * direction;
+    row.weight *= constants_.boundary_weight;
+    rows.push_back(row);
+  }
+  for (std::uint32_t v = 0; v < x.size(); ++v) {
+    const double end = outermost[v];
+    // That of a body, which keeps no lengths, would follow single points.
+    if (is_cloth_[v] == 0) continue;
+    if (!(end > -constants_.farthest_end && end < -constants_.resolution)) continue;
+    SurfaceRow row;
+    row.corners = {v, v, v};
+    row.normal = conormals[v];
+    row.point = x[v] + mean_edge_ * (end + constants_.resolution) * conormals[v];
+    row.weight = constants_.boundary_weight;
+    rows.push_back(row);
+  }
+}
+
+}  // namespace dynmesh

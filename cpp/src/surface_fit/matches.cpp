@@ -1,0 +1,315 @@
+#include "surface_fit/matches.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// So many points along the curve are matched one after the other, each from the place of the one
+/// before it: always the same ones, so that results are the same for any number of threads.
+constexpr std::size_t in_a_row = 256;
+
+/// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
+std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
+                                  std::span<const Vector3<double>> frame, double mean_edge) {
+  std::vector<double> volumes(topology.report.components);
+  std::vector<Vector3<double>> origins(volumes.size());
+  for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
+  for (const Triangle& face : faces) {
+    const Index c = topology.component[face[0]];
+    const auto arm = [&](std::size_t s) { return (1 / mean_edge) * (frame[face[s]] - origins[c]); };
+    volumes[c] += dot(arm(0), cross(arm(1), arm(2)));
+  }
+  for (double& volume : volumes) volume = volume < 0 ? -1 : 1;
+  return volumes;
+}
+
+/// The numbers of points in an order in which neighbours are near (Morton 1966), so that their
+/// places are near in memory as well.
+std::vector<std::uint32_t> along_curve(std::span<const Vector3<double>> points, double cell) {
+  Vector3<double> least = points.empty() ? Vector3<double>{} : points[0];
+  for (const auto& p : points) {
+    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
+  }
+  constexpr int bits = 10;
+  const auto spread = [&](double coordinate) {
+    const auto number = static_cast<std::uint32_t>(std::min(coordinate / cell, 1023.0));
+    std::uint32_t spaced = 0;
+    for (int bit = 0; bit < bits; ++bit) spaced |= (number >> bit & 1U) << (3 * bit);
+    return spaced;
+  };
+  std::vector<std::uint64_t> keys(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto p = points[i] - least;
+    const std::uint64_t code = spread(p.x) | spread(p.y) << 1U | spread(p.z) << 2U;
+    keys[i] = code << 32U | i;
+  }
+  std::ranges::sort(keys);
+  std::vector<std::uint32_t> order(points.size());
+  for (std::size_t r = 0; r < order.size(); ++r) order[r] = static_cast<std::uint32_t>(keys[r]);
+  return order;
+}
+
+/// An agreement that has numbers of points in the place of shares, and a sum of squares in that of
+/// the distance.
+Agreement no_points() { return {0, 0, 0, 0}; }
+
+void average(Agreement& sums, double mean_edge) {
+  const auto n = static_cast<double>(sums.points);
+  sums.distance = mean_edge * std::sqrt(sums.distance / (n - sums.far_share));
+  sums.far_share /= n;
+  sums.disagreeing /= n;
+}
+
+/// (n,) which of the points of a scan are of no surface, such as outliers: they are not near the
+/// mesh, and have fewer points around them than most.
+std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std::uint8_t> is_near,
+                                      const TrackingConstants& constants) {
+  const std::size_t n = is_near.size();
+  std::vector<std::uint8_t> strays(n);
+  if (std::ranges::find(is_near, 0) == is_near.end()) return strays;
+  constexpr std::size_t enough = 256;
+  std::vector<double> usual;
+  for (std::size_t i = 0; i < n; i += 1 + n / enough) {
+    usual.push_back(scan.squared_spacing(i));
+  }
+  const double limit =
+      constants.stray_spacing * constants.stray_spacing * quantile(std::move(usual), 0.5);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_near[i] == 0 && scan.squared_spacing(i) > limit) strays[i] = 1;
+  }
+  return strays;
+}
+
+}  // namespace
+
+Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
+                 const TrackingConstants& constants, Field first_frame, double mean_edge,
+                 std::span<const std::uint8_t> is_cloth, const Clusters& clusters)
+    : faces_(faces),
+      topology_(topology),
+      workers_(workers),
+      constants_(constants),
+      mean_edge_(mean_edge),
+      is_cloth_(is_cloth),
+      clusters_(clusters),
+      is_sheet_(find_sheets(faces, topology.component)),
+      outside_(find_outsides(faces, topology, first_frame, mean_edge)),
+      boundary_(faces, topology, mean_edge, is_cloth, constants),
+      places_(faces, first_frame),
+      normals_(first_frame.size()) {}
+
+void Matches::begin(const PointScan& measurement) {
+  measurement_ = &measurement;
+  order_ = along_curve(measurement.points, mean_edge_);
+  found_.assign(order_.size(), {});
+  points_.clear();
+  for (const std::uint32_t i : order_) {
+    points_.push_back({measurement.points[i], measurement.normals[i], measurement.is_undecided(i)});
+  }
+}
+
+void Matches::find_normals(Field x) {
+  normals_ = vertex_normals(faces_, x);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    normals_[v] = outside_[topology_.component[v]] * normals_[v];
+  }
+}
+
+/// The normal of the surface at a place, on the side of that of the point; 0 if they disagree. A
+/// point without a normal agrees everywhere.
+Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) const {
+  auto normal = place.on(normals_);
+  const double length = std::sqrt(squared_norm(normal));
+  if (!(length > 0) || !place.any()) return {};
+  const auto& measured = points_[point].normal;
+  double cosine = dot(normal, measured) / length;
+  const bool is_either = is_sheet_[place.corners[0]] != 0 || points_[point].is_undecided;
+  if (is_either && cosine < 0) {
+    normal = -1.0 * normal;
+    cosine = -cosine;
+  }
+  const bool agrees = cosine > constants_.agreement || squared_norm(measured) == 0;
+  return agrees ? (1 / length) * normal : Vector3<double>{};
+}
+
+/// The nearest place within the radius, whatever its normal. The point walks over X from the place
+/// of the last search, or of a neighbour, and only if this does not explain it, all of X is
+/// searched.
+Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
+                                const Search& search) const {
+  const auto& position = points_[point].position;
+  Place within = {.squared = std::pow(constants_.radius * mean_edge_, 2)};
+  if (from.any()) {
+    const Place place = places_.walk(x, position, from.face);
+    if (place.squared < std::pow(search.walked * mean_edge_, 2)) {
+      const auto normal = agreeing_normal(place, point);
+      if (squared_norm(normal) > 0) return {place, normal};
+    }
+    if (place.squared < within.squared) within = place;
+  }
+  const Place place = places_.nearest(x, position, within, [](const Place&) { return true; });
+  if (!(place.squared < std::pow(constants_.radius * mean_edge_, 2))) return {};
+  return {place, agreeing_normal(place, point)};
+}
+
+const Matches::Rows& Matches::find(Field x, const Search& search) {
+  find_normals(x);
+  places_.follow(x);
+  const double squared_near = std::pow(constants_.near * mean_edge_, 2);
+  const double spacing = static_cast<double>(points_.size()) / static_cast<double>(x.size());
+  const std::size_t every =
+      search.is_sparse ? std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row) : 1;
+  rows_.assign(points_.size(), {});
+  const auto find_in_a_row = [&](std::size_t first) {
+    Place before;
+    for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); i += every) {
+      Match match = nearest(x, i, found_[i].any() ? found_[i] : before, search);
+      found_[i] = match.place;
+      if (!found_[i].any()) continue;
+      before = found_[i];
+      if (search.looks_farther && squared_norm(match.normal) == 0 &&
+          found_[i].squared > squared_near) {
+        // Something else is nearer, as the other side of a thin limb is. Where a surface moves to a
+        // point, the point lies along its normal; a foot lies beside what agrees with a floor.
+        match.place = places_.nearest(
+            x, points_[i].position, {.squared = std::pow(constants_.radius * mean_edge_, 2)},
+            [&](const Place& place) { return squared_norm(agreeing_normal(place, i)) > 0; });
+        match.normal = agreeing_normal(match.place, i);
+        const double along = std::abs(dot(match.place.on(x) - points_[i].position, match.normal));
+        if (along < constants_.along * std::sqrt(match.place.squared)) match.normal = {};
+      }
+      if (squared_norm(match.normal) == 0) continue;
+      const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
+      const auto mean = sign * points_[i].normal + match.normal;
+      rows_[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
+    }
+  };
+  const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
+  const auto find_blocks = [&](Index first, Index last) {
+    for (Index block = first; block < last; ++block) find_in_a_row(at(block) * in_a_row);
+  };
+  workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
+  std::erase_if(rows_, [](const SurfaceRow& row) { return row.weight == 0; });
+  weigh(x, search, static_cast<double>(every));
+  return rows_;
+}
+
+/// Points that are denser than the vertices count together as much as these. Each row stands for
+/// `points_of_row` points.
+void Matches::weigh(Field x, const Search& search, double points_of_row) {
+  const auto usual = search.scale == 0 ? usual_distances() : std::vector<double>{};
+  std::vector<std::uint8_t> touched(normals_.size());
+  std::vector<double> sums(topology_.report.components);
+  const auto component = [&](const SurfaceRow& row) { return topology_.component[row.corners[0]]; };
+  for (SurfaceRow& row : rows_) {
+    const double distance = std::sqrt(row.squared) / mean_edge_;
+    const double ratio =
+        distance /
+        (usual.empty() ? search.scale : usual[clusters_.of_vertex[row.nearest_corner()]]);
+    const double far = 1 + ratio * ratio;
+    row.weight = points_of_row / (usual.empty() ? far : far * far);
+    sums[component(row)] += row.weight;
+    for (const auto corner : row.corners) touched[corner] = 1;
+  }
+  if (!usual.empty()) boundary_.draw(x, normals_, rows_);
+  std::erase_if(rows_, [&](const SurfaceRow& row) {
+    return sums[component(row)] < static_cast<double>(constants_.fewest);
+  });
+  const double density =
+      std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
+                        (points_of_row * std::max(static_cast<double>(rows_.size()), 1.0)));
+  for (SurfaceRow& row : rows_) {
+    row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
+  }
+}
+
+/// (k,) the distance of each vertex from the nearest of its points; infinite without any.
+std::vector<double> Matches::nearest_distances() const {
+  std::vector<double> distances(normals_.size(), std::numeric_limits<double>::infinity());
+  for (const SurfaceRow& row : rows_) {
+    double& nearest = distances[row.nearest_corner()];
+    nearest = std::min(nearest, std::sqrt(row.squared) / mean_edge_);
+  }
+  return distances;
+}
+
+/// (clusters,) the distance at which points count a quarter: where the surface has not arrived yet,
+/// all are far, and where it has, those that are far are of something else.
+std::vector<double> Matches::usual_distances() const {
+  const auto nearest = nearest_distances();
+  std::vector<std::vector<double>> distances(clusters_.size());
+  for (std::size_t v = 0; v < nearest.size(); ++v) {
+    if (std::isfinite(nearest[v])) distances[clusters_.of_vertex[v]].push_back(nearest[v]);
+  }
+  std::vector<double> usual(clusters_.size(), constants_.resolution);
+  for (std::size_t c = 0; c < usual.size(); ++c) {
+    auto around = distances[c];
+    for (const Index other : clusters_.neighbours[c]) {
+      around.insert(around.end(), distances[other].begin(), distances[other].end());
+    }
+    if (around.empty()) continue;
+    usual[c] = std::clamp(constants_.usual_distances * quantile(std::move(around), 0.5),
+                          constants_.resolution, constants_.largest_scale);
+  }
+  return usual;
+}
+
+double Matches::distance_of(double share) const {
+  auto distances = nearest_distances();
+  std::erase_if(distances, [](double distance) { return !std::isfinite(distance); });
+  return distances.empty() ? 0 : quantile(std::move(distances), share);
+}
+
+void Matches::follow(Field x) {
+  find_normals(x);
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (found_[i].any()) found_[i].squared = squared_norm(points_[i].position - found_[i].on(x));
+  }
+}
+
+double Matches::distance_of_far() const {
+  const double squared_widest = std::pow(constants_.radius * mean_edge_, 2);
+  double sum = 0;
+  double n = 0;
+  for (const Place& place : found_) {
+    if (!is_far(place)) continue;
+    sum += std::min(place.squared, squared_widest);
+    n += 1;
+  }
+  return n > 0 ? std::sqrt(sum / n) : 0;
+}
+
+Agreements Matches::agreements() const {
+  const PointScan& scan = *measurement_;
+  std::vector<std::uint8_t> is_near(found_.size());
+  for (std::size_t i = 0; i < found_.size(); ++i) is_near[order_[i]] = is_far(found_[i]) ? 0 : 1;
+  const auto strays = find_strays(scan, is_near, constants_);
+  Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (strays[order_[i]] != 0) continue;
+    const auto add_to = [&](Agreement& sums) {
+      ++sums.points;
+      if (is_far(found_[i])) {
+        ++sums.far_share;
+        return;
+      }
+      sums.disagreeing += squared_norm(agreeing_normal(found_[i], i)) > 0 ? 0 : 1;
+      sums.distance += found_[i].squared / (mean_edge_ * mean_edge_);
+    };
+    add_to(found.all);
+    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(order_[i])]);
+  }
+  average(found.all, mean_edge_);
+  for (Agreement& sums : found.of_sensors) average(sums, mean_edge_);
+  return found;
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,127 @@
+/// Which place of a tracked surface each measured point lies at.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/tracker.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/workers.hpp"
+#include "shape/rotations.hpp"
+#include "surface_fit/cloth.hpp"
+#include "surface_fit/constants.hpp"
+#include "surface_fit/point_scan.hpp"
+#include "surface_fit/surface_places.hpp"
+#include "surface_fit/surface_rows.hpp"
+
+namespace dynmesh {
+
+/// How points are matched and weighed; lengths are in mean edges.
+struct Search {
+  /// A place that is this near, and agrees with its point, is taken for the nearest one if no place
+  /// around it is nearer.
+  double walked = 0;
+  double weight = 1;
+  double cloth_weight = 1;
+  /// Whether a point that disagrees with its nearest place looks for another place, as the surface
+  /// still bends towards it; otherwise it is of something else.
+  bool looks_farther = false;
+  bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
+  double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+};
+
+/// How well a surface explains what was measured of it: all points, and those of each sensor.
+struct Agreements {
+  Agreement all;
+  std::vector<Agreement> of_sensors;
+};
+
+/// The matches of the points of one frame with a surface X. Places that were found before in the
+/// frame are where the next search begins.
+class Matches {
+ public:
+  using Field = std::span<const Vector3<double>>;
+  using Rows = std::vector<SurfaceRow>;
+
+  /// Begins a sequence. All arguments but `first_frame` must outlive this object. (k,) `is_cloth`
+  /// are the vertices whose lengths are kept.
+  Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
+          const TrackingConstants& constants, Field first_frame, double mean_edge,
+          std::span<const std::uint8_t> is_cloth, const Clusters& clusters);
+
+  /// Begins a frame. `measurement` must outlive it.
+  void begin(const PointScan& measurement);
+
+  /// Matches the points with X. The result is valid until the next call.
+  const Rows& find(Field x, const Search& search);
+  [[nodiscard]] const Rows& rows() const { return rows_; }
+  /// The distance within which this share of the vertices with a point has one. Where something
+  /// else was measured beside the surface, its points are many, but few of them are the nearest.
+  [[nodiscard]] double distance_of(double share) const;
+
+  /// Lets the nearest places of the points, whatever their normals, follow X without a search.
+  void follow(Field x);
+  /// Visits those that are not far from their points, and whose normals agree.
+  template <class Visit>
+  void for_each_near(const Visit& visit) const {
+    for (std::size_t i = 0; i < found_.size(); ++i) {
+      if (is_far(found_[i])) continue;
+      if (squared_norm(agreeing_normal(found_[i], i)) > 0) visit(found_[i]);
+    }
+  }
+  /// (k,) of the surface, outwards and of unit length.
+  [[nodiscard]] Field normals() const { return normals_; }
+  /// The root mean square distance of the far points; one without a place is as far as any search
+  /// goes. 0 if none is far.
+  [[nodiscard]] double distance_of_far() const;
+  /// How well X explains the points, on the side that the sensors see, and of sheets on both.
+  [[nodiscard]] Agreements agreements() const;
+
+ private:
+  /// Whether its point is far from the surface: more than one mean edge, as reports promise. Nearer
+  /// points that agree tell which vertices are observed.
+  [[nodiscard]] bool is_far(const Place& place) const {
+    return place.squared > mean_edge_ * mean_edge_;
+  }
+  [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
+  void find_normals(Field x);
+  /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.
+  struct Match {
+    Place place;
+    Vector3<double> normal;
+  };
+  [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
+                              const Search& search) const;
+  void weigh(Field x, const Search& search, double points_of_row);
+  [[nodiscard]] std::vector<double> nearest_distances() const;
+  [[nodiscard]] std::vector<double> usual_distances() const;
+
+  std::span<const Triangle> faces_;
+  const Topology& topology_;
+  Workers& workers_;
+  const TrackingConstants& constants_;
+  double mean_edge_;
+  std::span<const std::uint8_t> is_cloth_;
+  const Clusters& clusters_;
+  std::vector<std::uint8_t> is_sheet_;
+  std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
+  Boundary boundary_;
+  SurfacePlaces places_;
+
+  const PointScan* measurement_ = nullptr;
+  std::vector<std::uint32_t> order_;  // of the points, along a curve
+  struct Point {
+    Vector3<double> position, normal;
+    bool is_undecided;
+  };
+  // In this order:
+  std::vector<Point> points_;
+  std::vector<Place> found_;
+  std::vector<Vector3<double>> normals_;
+  Rows rows_;
+};
+
+}  // namespace dynmesh

@@ -1,0 +1,132 @@
+#include "surface_fit/point_scan.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// How many points tell a local plane at least, the one in question included, and how many at most
+/// where they are denser than the mesh. Fewer follow the noise, more round off edges.
+constexpr std::size_t plane_points = 12;
+constexpr std::size_t most_plane_points = 96;
+
+/// Points whose variance across a line is a smaller share of that along it lie on this line.
+constexpr double collinear = 0.2;
+
+/// The unit normal of the plane that fits the points best; 0 if they lie on a line, as the points
+/// of one line of a line scanner do: across it, only noise or its bends would tell the plane.
+Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
+                             std::span<const std::uint32_t> chosen) {
+  Vector3<double> mean;
+  for (const auto i : chosen) mean = mean + points[i];
+  mean = (1 / static_cast<double>(chosen.size())) * mean;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const auto i : chosen) {
+    const auto arm = points[i] - mean;
+    const Eigen::Vector3d a(arm.x, arm.y, arm.z);
+    covariance += a * a.transpose();
+  }
+  const double size = covariance.trace();
+  if (!(size > 0) || !std::isfinite(size)) return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance / size);
+  if (!(solver.eigenvalues()[1] > collinear * solver.eigenvalues()[2])) return {};
+  const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+  return {normal.x(), normal.y(), normal.z()};
+}
+
+}  // namespace
+
+void PointScan::estimate_normals(double radius, Workers& workers) {
+  normals.resize(points.size());
+  undecided.resize(points.size());
+  // Copies of few points tell no plane.
+  const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
+  auto distinct = points;
+  std::ranges::sort(distinct, {}, place);
+  const auto is_copy = [&](const auto& a, const auto& b) { return place(a) == place(b); };
+  distinct.erase(std::unique(distinct.begin(), distinct.end(), is_copy), distinct.end());
+  const PointTree<3> tree(arrays_of(distinct));
+  workers.for_each_in_chunks(points.size(), [&](std::size_t i) {
+    std::array<std::uint32_t, most_plane_points> numbers{};
+    std::array<double, most_plane_points> squared{};
+    const auto find = [&](std::size_t n) {
+      return tree.nearest(array_of(points[i]), std::span(numbers).first(n),
+                          std::span(squared).first(n));
+    };
+    std::size_t n = find(plane_points);
+    if (n == plane_points && squared[n - 1] < radius * radius) {
+      n = find(most_plane_points);
+      while (n > plane_points && squared[n - 1] > radius * radius) --n;
+    }
+    set_normal(i, plane_normal(distinct, std::span(numbers).first(n)));
+  });
+}
+
+/// The cosine between the normal of a point and the direction to a sensor; 0 where there is none.
+double PointScan::cosine_to(const Vector3<double>& sensor, std::size_t i) const {
+  const auto view = sensor - points[i];
+  const double length = std::sqrt(squared_norm(view));
+  return length > 0 ? dot(normals[i], view) / length : 0;
+}
+
+void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
+  normals[i] = normal;
+  double least = 1;  // of the cosines between the normal and the sensors
+  double most = -1;
+  for (const auto& sensor : sensors) {
+    const double cosine = cosine_to(sensor, i);
+    least = std::min(least, cosine);
+    most = std::max(most, cosine);
+  }
+  undecided[i] = most <= 0 || least >= 0 ? 0 : 1;
+  if (sensors.empty()) undecided[i] = 1;
+  if (most <= 0) normals[i] = -1.0 * normal;
+}
+
+std::size_t PointScan::sensor_of(std::size_t i) const {
+  if (!sensor_numbers.empty()) return sensor_numbers[i];
+  std::size_t found = 0;
+  double most = -1;
+  for (std::size_t s = 0; sensors.size() > 1 && s < sensors.size(); ++s) {
+    const double cosine = cosine_to(sensors[s], i);
+    const double turned = is_undecided(i) ? std::abs(cosine) : cosine;
+    if (!(turned > most)) continue;
+    most = turned;
+    found = s;
+  }
+  return found;
+}
+
+double PointScan::squared_spacing(std::size_t i) const {
+  const auto around = nearest_to(i, 5);  // itself first
+  if (around.size() < 5) return std::numeric_limits<double>::infinity();
+  return squared_norm(points[around.back()] - points[i]);
+}
+
+std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t count) const {
+  std::vector<std::uint32_t> numbers(count);
+  std::vector<double> distances(count);
+  numbers.resize(tree().nearest(array_of(points[number]), numbers, distances));
+  return numbers;
+}
+
+bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
+                           double radius, double agreement) const {
+  bool any = false;
+  tree().search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
+    const double cosine = dot(normals[i], normal);
+    any = any || (is_undecided(i) ? std::abs(cosine) : cosine) >= agreement ||
+          squared_norm(normals[i]) == 0;
+    return any ? 0 : radius * radius;
+  });
+  return any;
+}
+
+}  // namespace dynmesh

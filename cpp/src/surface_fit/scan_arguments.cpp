@@ -1,0 +1,198 @@
+#include "surface_fit/scan_arguments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/checks.hpp"
+#include "base/geometry.hpp"
+#include "base/statistics.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// How far the rows of a rotation may be from orthonormal. Poses are often stored with six digits.
+constexpr double rounding = 1e-3;
+
+/// Larger images are a mistake.
+constexpr std::size_t most_pixels = 1U << 28U;
+
+template <class... Parts>
+[[noreturn]] void refuse_image(const char* argument, std::size_t number, const Parts&... why) {
+  refuse(argument, "of image ", number, " ", why...);
+}
+
+/// Checks a matrix whose entries must be finite, and 0 or 1 where `expected` says so.
+void check_entries(const char* argument, std::size_t number, std::span<const double> matrix,
+                   std::size_t columns, const char* expected, const char* form) {
+  for (std::size_t e = 0; e < matrix.size(); ++e) {
+    const bool is_good = expected[e] == 'x' ? std::abs(matrix[e]) <= largest_coordinate<double>
+                                            : matrix[e] == expected[e] - '0';
+    if (is_good) continue;
+    refuse_image(argument, number, "must be ", form, " with finite numbers below 1e200, but row ",
+                 e / columns, ", column ", e % columns, " is ", to_text(matrix[e]));
+  }
+}
+
+void check_intrinsics(std::size_t number, const std::array<double, 9>& k) {
+  check_entries("intrinsics", number, k, 3, "xxx0xx001", "[[fx, s, cx], [0, fy, cy], [0, 0, 1]]");
+  if (k[0] > 0 && k[4] > 0) return;
+  refuse_image("intrinsics", number, "are singular: the focal lengths are ", to_text(k[0]), " and ",
+               to_text(k[4]), " pixels, but must be positive");
+}
+
+/// Columns 0 to 2 of a pose are the directions right, down and ahead; column 3 is the position.
+Vector3<double> axis(const std::array<double, 16>& pose, std::size_t column) {
+  return {pose[column], pose[4 + column], pose[8 + column]};
+}
+
+void check_pose(std::size_t number, const std::array<double, 16>& pose) {
+  check_entries("pose", number, pose, 4, "xxxxxxxxxxxx0001", "[[R, t], [0, 0, 0, 1]]");
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double length = squared_norm(axis(pose, c));
+    if (std::abs(length - 1) <= rounding) continue;
+    refuse_image("pose", number, "is not rigid: an axis has the squared length ", to_text(length),
+                 ", not 1");
+  }
+  const double volume = dot(axis(pose, 0), cross(axis(pose, 1), axis(pose, 2)));
+  if (std::abs(volume - 1) <= rounding) return;
+  refuse_image("pose", number, "is not rigid: its determinant is ", to_text(volume), ", not 1");
+}
+
+float depth_at(const DepthImage& image, std::size_t row, std::size_t column) {
+  return image.data[static_cast<std::ptrdiff_t>(row) * image.row_stride +
+                    static_cast<std::ptrdiff_t>(column) * image.column_stride];
+}
+
+void check_depth_image(std::size_t number, const DepthImage& image) {
+  if (image.height == 0 || image.width == 0 || image.height > most_pixels / image.width) {
+    refuse_image("depth", number, "has ", image.height, " rows and ", image.width,
+                 " columns, which is no image");
+  }
+  check_pointer("depth", image.data, image.height);
+  if ((image.height > 1 && image.row_stride == 0) ||
+      (image.width > 1 && image.column_stride == 0)) {
+    refuse_image("depth", number, "has a stride of 0, with which its pixels would be the same");
+  }
+  check_intrinsics(number, image.intrinsics);
+  check_pose(number, image.pose);
+  for (std::size_t r = 0; r < image.height; ++r) {
+    for (std::size_t c = 0; c < image.width; ++c) {
+      const float depth = depth_at(image, r, c);
+      if (!(depth < 0)) continue;
+      refuse_image("depth", number, "row ", r, ", column ", c, " is ",
+                   to_text(static_cast<double>(depth)),
+                   ", but depths are positive, or 0 or NaN where nothing was measured");
+    }
+  }
+}
+
+/// The depth of a pixel; 0 where nothing was measured. Far beyond what any sensor measures, squares
+/// would not be finite.
+float measured_depth(const DepthImage& image, std::size_t row, std::size_t column) {
+  const float depth = depth_at(image, row, column);
+  return depth > 0 && depth < 1e18F ? depth : 0;
+}
+
+struct Pixel {
+  std::size_t row, column;
+
+  bool operator==(const Pixel&) const = default;
+};
+
+/// An image of larger pixels, each the median of `size` by `size` ones, of which at least half must
+/// have measured something. `depths` holds them.
+DepthImage reduced(const DepthImage& image, std::size_t size, std::vector<float>& depths) {
+  if (size == 1) return image;
+  DepthImage small = image;
+  small.height = image.height / size;
+  small.width = image.width / size;
+  depths.assign(small.height * small.width, 0.0F);
+  small.data = depths.data();
+  small.row_stride = static_cast<std::ptrdiff_t>(small.width);
+  small.column_stride = 1;
+  std::vector<double> measured;
+  for (std::size_t p = 0; p < depths.size(); ++p) {
+    const Pixel first = {p / small.width * size, p % small.width * size};
+    measured.clear();
+    for (std::size_t i = 0; i < size * size; ++i) {
+      const float depth = measured_depth(image, first.row + i / size, first.column + i % size);
+      if (depth > 0) measured.push_back(static_cast<double>(depth));
+    }
+    if (2 * measured.size() < size * size) continue;
+    depths[p] = static_cast<float>(median(measured));
+  }
+  auto& k = small.intrinsics;
+  const auto n = static_cast<double>(size);
+  for (const std::size_t e : {0, 1, 4}) k[e] /= n;
+  for (const std::size_t e : {2, 5}) k[e] = (k[e] - (n - 1) / 2) / n;
+  return small;
+}
+
+/// The point that a pixel measured.
+Vector3<double> point_of(const DepthImage& image, const Pixel& pixel) {
+  const auto& k = image.intrinsics;
+  const auto depth = static_cast<double>(measured_depth(image, pixel.row, pixel.column));
+  const double y = (static_cast<double>(pixel.row) - k[5]) / k[4];
+  const double x = (static_cast<double>(pixel.column) - k[2] - k[1] * y) / k[0];
+  return axis(image.pose, 3) + depth * x * axis(image.pose, 0) + depth * y * axis(image.pose, 1) +
+         depth * axis(image.pose, 2);
+}
+
+/// The pixel beside one if it measured the same surface; otherwise that one itself.
+Pixel beside(const DepthImage& image, const Pixel& pixel, const Pixel& other, double jump) {
+  // The row and column before the first are unsigned numbers that have wrapped to beyond the last.
+  if (other.row >= image.height || other.column >= image.width) return pixel;
+  const float here = measured_depth(image, pixel.row, pixel.column);
+  const float there = measured_depth(image, other.row, other.column);
+  const bool is_near = there > 0 && std::abs(static_cast<double>(there - here)) <= jump;
+  return is_near ? other : pixel;
+}
+
+}  // namespace
+
+PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::size_t most) {
+  for (std::size_t i = 0; i < images.size(); ++i) check_depth_image(i, images[i]);
+  double measured = 0;
+  for (const DepthImage& image : images) {
+    for (std::size_t r = 0; r < image.height; ++r) {
+      for (std::size_t c = 0; c < image.width; ++c) measured += measured_depth(image, r, c) > 0;
+    }
+  }
+  const auto size = static_cast<std::size_t>(
+      std::max(1.0, std::floor(std::sqrt(measured / static_cast<double>(most)))));
+  PointScan scan;
+  std::vector<float> depths;
+  for (const DepthImage& full : images) {
+    const DepthImage image = reduced(full, size, depths);
+    const auto sensor = axis(image.pose, 3);
+    const auto number = static_cast<std::uint32_t>(scan.sensors.size());
+    scan.sensors.push_back(sensor);
+    for (std::size_t row = 0; row < image.height; ++row) {
+      for (std::size_t column = 0; column < image.width; ++column) {
+        if (!(measured_depth(image, row, column) > 0)) continue;
+        const Pixel here = {row, column};
+        const Pixel left = beside(image, here, {row, column - 1}, jump);
+        const Pixel right = beside(image, here, {row, column + 1}, jump);
+        const Pixel above = beside(image, here, {row - 1, column}, jump);
+        const Pixel below = beside(image, here, {row + 1, column}, jump);
+        if (left == right || above == below) continue;
+        const auto point = point_of(image, here);
+        const auto normal = cross(point_of(image, below) - point_of(image, above),
+                                  point_of(image, right) - point_of(image, left));
+        const double length = std::sqrt(squared_norm(normal));
+        const bool is_plane = length > 0 && std::isfinite(length);
+        const bool is_away = dot(normal, sensor - point) < 0;
+        scan.points.push_back(point);
+        scan.normals.push_back(is_plane ? ((is_away ? -1 : 1) / length) * normal
+                                        : Vector3<double>{});
+        scan.sensor_numbers.push_back(number);
+      }
+    }
+  }
+  return scan;
+}
+
+}  // namespace dynmesh

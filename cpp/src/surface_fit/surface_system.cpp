@@ -1,0 +1,99 @@
+#include "surface_fit/surface_system.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/geometry.hpp"
+#include "linear/conjugate_gradients.hpp"
+
+namespace dynmesh {
+namespace {
+
+/// The matrix of the energies of a shape and of ties.
+SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
+  for (const auto& [i, j, weight, kept] : ties) {
+    const auto [a, b] = std::array{static_cast<Index>(i), static_cast<Index>(j)};
+    normal.coeffRef(a, a) += weight;
+    normal.coeffRef(b, b) += weight;
+    normal.coeffRef(a, b) -= weight;
+    normal.coeffRef(b, a) -= weight;
+  }
+  return normal;
+}
+
+}  // namespace
+
+SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
+                             const TrackingConstants& constants, std::vector<Tie> ties,
+                             Field first_frame, const Clusters& clusters, Workers& workers)
+    : shape_(shape),
+      constants_(constants),
+      workers_(workers),
+      ties_(std::move(ties)),
+      coarse_(cells, first_frame, clusters, tied(shape.normal(), ties_)),
+      anchors_(cells.size(), true) {
+  std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
+  anchors_.n_solved = cells.size();
+}
+
+/// (k,) the weights that hold the vertices.
+std::vector<double> SurfaceSystem::held(std::span<const Landmark> landmarks) const {
+  std::vector<double> weights;
+  for (const double mu : shape_.membrane()) weights.push_back(constants_.hold * mu);
+  for (const Landmark& landmark : landmarks) weights[landmark.vertex] += landmark.weight;
+  return weights;
+}
+
+void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                              double factor) {
+  const auto weights = held(landmarks);
+  std::ranges::copy(weights, anchors_.weights.begin());
+  for (const SurfaceRow& row : rows) {
+    const double weight = constants_.preconditioned * factor * row.weight;
+    for (std::size_t s = 0; s < 3; ++s) anchors_.weights[row.corners[s]] += weight * row.shares[s];
+  }
+  for (const Tie& tie : ties_) {
+    anchors_.weights[tie.i] += tie.weight;
+    anchors_.weights[tie.j] += tie.weight;
+  }
+  shape_.factorize(anchors_);
+  coarse_.factorize(rows, factor, weights);
+}
+
+void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                          std::span<Vector3<double>> x, std::span<Vector3<double>> force) {
+  const auto weights = held(landmarks);
+  const RowMatrix matrix(rows, x.size());
+  matrix.add_forces(rows, x, force);
+  for (const Landmark& l : landmarks) {
+    force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
+  }
+  std::vector<Vector3<double>> steps(x.size()), direction(x.size()), product(x.size());
+  const auto precondition = [&] {
+    shape_.precondition(force, product);
+    coarse_.add(force, product, workers_);
+  };
+  const auto multiply_direction = [&] {
+    shape_.multiply(direction, product);
+    for (const Tie& tie : ties_) {
+      const auto tied = tie.weight * (direction[tie.i] - direction[tie.j]);
+      product[tie.i] = product[tie.i] + tied;
+      product[tie.j] = product[tie.j] - tied;
+    }
+    matrix.add_product(direction, product, workers_);
+    workers_.for_each_in_chunks(product.size(), [&](std::size_t v) {
+      product[v] = product[v] + weights[v] * direction[v];
+    });
+  };
+  const auto advance = [&](const std::array<double, 1>& length) {
+    workers_.for_each_in_chunks(
+        steps.size(), [&](std::size_t v) { steps[v] = steps[v] + length[0] * direction[v]; });
+  };
+  const ConjugateVectors<Vector3<double>> vectors = {force, product, direction, product};
+  conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
+                         multiply_direction, advance, workers_);
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,65 @@
+/// The linear system of a surface that is drawn to measured points while its shape resists.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "mesh/ties.hpp"
+#include "shape/rotations.hpp"
+#include "shape/shape_system.hpp"
+#include "surface_fit/coarse_space.hpp"
+#include "surface_fit/constants.hpp"
+#include "surface_fit/surface_rows.hpp"
+
+namespace dynmesh {
+
+/// A position to which a vertex is drawn.
+struct Landmark {
+  std::size_t vertex = 0;
+  Vector3<double> target;
+  double weight = 0;
+};
+
+/// A = N + mu C + ties + rows + landmarks, and a small weight that holds each vertex where nothing
+/// else does. The rows tie the three coordinates together, so A has 3 k unknowns, and is solved by
+/// conjugate gradients. Their preconditioner is the factor of N + mu C with the mean weights of the
+/// rows at the vertices on the diagonal, which has k, and a coarse space.
+class SurfaceSystem {
+ public:
+  using Field = std::span<const Vector3<double>>;
+
+  /// `shape`, `constants` and `workers` must outlive this object.
+  SurfaceSystem(ShapeSystem& shape, const Cells& cells, const TrackingConstants& constants,
+                std::vector<Tie> ties, Field first_frame, const Clusters& clusters,
+                Workers& workers);
+
+  [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
+
+  /// Factors the preconditioner for rows whose weights are multiplied by `factor`. It serves for
+  /// others with about these weights, until the shape's system is factored for something else.
+  void factorize(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+                 double factor);
+  /// Returns to the last factor, after the shape's system was factored for something else.
+  void factorize_again() { shape_.factorize(anchors_); }
+
+  /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
+  /// forces of the rows and landmarks at X.
+  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+             std::span<Vector3<double>> x, std::span<Vector3<double>> force);
+
+ private:
+  [[nodiscard]] std::vector<double> held(std::span<const Landmark> landmarks) const;
+
+  ShapeSystem& shape_;
+  const TrackingConstants& constants_;
+  Workers& workers_;
+  std::vector<Tie> ties_;
+  CoarseSpace coarse_;
+  Anchors anchors_;  // all vertices are solved for
+};
+
+}  // namespace dynmesh
