@@ -52,31 +52,34 @@ std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
   return is_sheet;
 }
 
-std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
-                                     std::span<const Index> component, Field first_frame,
-                                     const TrackingConstants& constants) {
-  std::vector<std::uint8_t> is_cloth = find_sheets(faces, component);
+std::vector<Material> find_materials(std::span<const Triangle> faces, const Topology& topology,
+                                     Field first_frame, const TrackingConstants& constants) {
+  const auto is_sheet = find_sheets(faces, topology.component);
   const auto normals = vertex_normals(faces, first_frame);
-  std::vector<std::vector<std::size_t>> sheets(component.size());  // by component
-  for (std::size_t v = 0; v < component.size(); ++v) {
-    if (is_cloth[v] != 0) sheets[component[v]].push_back(v);
+  std::vector<std::vector<std::size_t>> vertices(topology.report.components);
+  for (std::size_t v = 0; v < first_frame.size(); ++v) {
+    vertices[topology.component[v]].push_back(v);
   }
-  for (const auto& vertices : sheets) {
-    if (vertices.empty()) continue;
-    const bool slides = slippage(vertices, first_frame, normals) < constants.largest_slippage;
-    for (const std::size_t v : vertices) is_cloth[v] = slides ? 1 : 0;
+  std::vector<Material> materials;
+  for (const auto& of : vertices) {
+    Material material = {is_sheet[of[0]] != 0, false, constants.pull, constants.membrane, 1};
+    if (material.is_sheet && slippage(of, first_frame, normals) < constants.largest_slippage) {
+      material = {true, true, constants.cloth_pull, constants.cloth_membrane,
+                  constants.cloth_weights};
+    }
+    materials.push_back(material);
   }
-  return is_cloth;
+  return materials;
 }
 
 Boundary::Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
-                   std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants)
+                   std::span<const Material> materials, const TrackingConstants& constants)
     : topology_(topology),
       constants_(constants),
       mean_edge_(mean_edge),
       next_sides_(next_sides(faces)),
-      is_cloth_(is_cloth),
-      is_boundary_(is_cloth.size()) {
+      materials_(materials),
+      is_boundary_(topology.component.size()) {
   for (std::size_t side = 0; side < next_sides_.size(); ++side) {
     if (next_sides_[side] != side) continue;
     for (const std::size_t end : {side + 1, side + 2}) {
@@ -147,7 +150,7 @@ void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     const double end = outermost[v];
     // That of a body, which keeps no lengths, would follow single points.
-    if (is_cloth_[v] == 0) continue;
+    if (!materials_[topology_.component[v]].slides) continue;
     if (!(end > -constants_.farthest_end && end < -constants_.resolution)) continue;
     SurfaceRow row;
     row.corners = {v, v, v};

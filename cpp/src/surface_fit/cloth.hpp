@@ -1,5 +1,5 @@
-/// Which parts of a surface are sheets, which of these are cloth, and where the surface ends,
-/// compared with where the measured points end.
+/// How the components of a surface behave, and where the surface ends, compared with where the
+/// measured points end.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,20 @@ namespace dynmesh {
 std::vector<std::uint8_t> find_sheets(std::span<const Triangle> faces,
                                       std::span<const Index> component);
 
-/// (k,) whether the component of each vertex is cloth: a sheet that is free to slide, since its own
-/// planes do not determine a rigid motion of it (slippage, Gelfand and Guibas 2004). Masks and cut
-/// bodies are sheets whose shape holds them.
-std::vector<std::uint8_t> find_cloth(std::span<const Triangle> faces,
-                                     std::span<const Index> component,
+/// How a component behaves; docs/reference/tracking.md has the equations.
+struct Material {
+  bool is_sheet = false;
+  /// Whether it is cloth: a sheet that is free to slide, since its own planes do not determine a
+  /// rigid motion of it (slippage, Gelfand and Guibas 2004). Masks and cut bodies are sheets whose
+  /// shape holds them.
+  bool slides = false;
+  double pull = 0;          ///< the share of frame 0 in the shape that is wanted
+  double membrane = 0;      ///< mu, the weight of the shape of triangles
+  double point_weight = 1;  ///< how many times more its points weigh
+};
+
+/// (components,) as frame 0 tells.
+std::vector<Material> find_materials(std::span<const Triangle> faces, const Topology& topology,
                                      std::span<const Vector3<double>> first_frame,
                                      const TrackingConstants& constants);
 
@@ -34,9 +43,9 @@ class Boundary {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// All arguments must outlive this object. (k,) `is_cloth` are the vertices of cloth.
+  /// All arguments must outlive this object.
   Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
-           std::span<const std::uint8_t> is_cloth, const TrackingConstants& constants);
+           std::span<const Material> materials, const TrackingConstants& constants);
 
   /// Adds to the rows of points those that draw the boundary of X: outwards to the points whose
   /// place is on it, and that of cloth inwards where it lies beyond the last point. `normals` (k,)
@@ -51,7 +60,7 @@ class Boundary {
   const TrackingConstants& constants_;
   double mean_edge_;
   std::vector<std::uint32_t> next_sides_;
-  std::span<const std::uint8_t> is_cloth_;
+  std::span<const Material> materials_;
   std::vector<std::uint8_t> is_boundary_;  // (k,)
 };
 

@@ -92,17 +92,16 @@ std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std
 
 Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
                  const TrackingConstants& constants, Field first_frame, double mean_edge,
-                 std::span<const std::uint8_t> is_cloth, const Clusters& clusters)
+                 std::span<const Material> materials, const Clusters& clusters)
     : faces_(faces),
       topology_(topology),
       workers_(workers),
       constants_(constants),
       mean_edge_(mean_edge),
-      is_cloth_(is_cloth),
+      materials_(materials),
       clusters_(clusters),
-      is_sheet_(find_sheets(faces, topology.component)),
       outside_(find_outsides(faces, topology, first_frame, mean_edge)),
-      boundary_(faces, topology, mean_edge, is_cloth, constants),
+      boundary_(faces, topology, mean_edge, materials, constants),
       places_(faces, first_frame),
       normals_(first_frame.size()) {}
 
@@ -131,7 +130,7 @@ Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) 
   if (!(length > 0) || !place.any()) return {};
   const auto& measured = points_[point].normal;
   double cosine = dot(normal, measured) / length;
-  const bool is_either = is_sheet_[place.corners[0]] != 0 || points_[point].is_undecided;
+  const bool is_either = material_of(place).is_sheet || points_[point].is_undecided;
   if (is_either && cosine < 0) {
     normal = -1.0 * normal;
     cosine = -cosine;
@@ -227,7 +226,7 @@ void Matches::weigh(Field x, const Search& search, double points_of_row) {
       std::min(1.0, static_cast<double>(std::ranges::count(touched, 1)) /
                         (points_of_row * std::max(static_cast<double>(rows_.size()), 1.0)));
   for (SurfaceRow& row : rows_) {
-    row.weight *= density * (is_cloth_[row.corners[0]] != 0 ? search.cloth_weight : search.weight);
+    row.weight *= density * (usual.empty() ? 1 : material_of(row).point_weight * search.weight);
   }
 }
 

@@ -25,12 +25,12 @@ struct Search {
   /// around it is nearer.
   double walked = 0;
   double weight = 1;
-  double cloth_weight = 1;
   /// Whether a point that disagrees with its nearest place looks for another place, as the surface
   /// still bends towards it; otherwise it is of something else.
   bool looks_farther = false;
   bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
-  double scale = 0;  ///< the distance at which a point counts half; 0: what is usual around it
+  /// The distance at which a point counts half, whatever the material; 0: what is usual around it.
+  double scale = 0;
 };
 
 /// How well a surface explains what was measured of it: all points, and those of each sensor.
@@ -46,11 +46,10 @@ class Matches {
   using Field = std::span<const Vector3<double>>;
   using Rows = std::vector<SurfaceRow>;
 
-  /// Begins a sequence. All arguments but `first_frame` must outlive this object. (k,) `is_cloth`
-  /// are the vertices whose lengths are kept.
+  /// Begins a sequence. All arguments but `first_frame` must outlive this object.
   Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
           const TrackingConstants& constants, Field first_frame, double mean_edge,
-          std::span<const std::uint8_t> is_cloth, const Clusters& clusters);
+          std::span<const Material> materials, const Clusters& clusters);
 
   /// Begins a frame. `measurement` must outlive it.
   void begin(const PointScan& measurement);
@@ -86,6 +85,9 @@ class Matches {
   [[nodiscard]] bool is_far(const Place& place) const {
     return place.squared > mean_edge_ * mean_edge_;
   }
+  [[nodiscard]] const Material& material_of(const Place& place) const {
+    return materials_[topology_.component[place.corners[0]]];
+  }
   [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
   void find_normals(Field x);
   /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.
@@ -104,9 +106,8 @@ class Matches {
   Workers& workers_;
   const TrackingConstants& constants_;
   double mean_edge_;
-  std::span<const std::uint8_t> is_cloth_;
+  std::span<const Material> materials_;
   const Clusters& clusters_;
-  std::vector<std::uint8_t> is_sheet_;
   std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
   Boundary boundary_;
   SurfacePlaces places_;

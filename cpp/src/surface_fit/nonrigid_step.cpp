@@ -11,13 +11,12 @@
 namespace dynmesh {
 namespace {
 
-/// (k,) `of_cloth` for the vertices of cloth, `of_bodies` for others.
-std::vector<double> chosen(std::span<const std::uint8_t> is_cloth, double of_cloth,
-                           double of_bodies) {
-  std::vector<double> values(is_cloth.size());
-  std::ranges::transform(is_cloth, values.begin(),
-                         [&](std::uint8_t cloth) { return cloth != 0 ? of_cloth : of_bodies; });
-  return values;
+/// (k,) mu.
+std::vector<double> membrane_of(std::span<const Index> component,
+                                std::span<const Material> materials) {
+  std::vector<double> mu;
+  for (const Index of : component) mu.push_back(materials[of].membrane);
+  return mu;
 }
 
 std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_frame,
@@ -31,11 +30,12 @@ std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_fra
 
 NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
                            Workers& workers, const TrackingConstants& constants, Field first_frame,
-                           double mean_edge, std::span<const std::uint8_t> is_cloth,
+                           double mean_edge, std::span<const Material> materials,
                            const TrainingFrames& training, bool has_uncertainty, double epsilon)
     : topology_(topology),
+      materials_(materials),
       system_(faces, topology.cells, workers, first_frame,
-              chosen(is_cloth, constants.cloth_membrane, constants.membrane)),
+              membrane_of(topology.component, materials)),
       rotations_(topology.cells, workers, first_frame, mean_edge),
       rounding_(system_.k(), mean_edge, epsilon),
       shape_(shape_of(first_frame, system_)),
@@ -44,12 +44,10 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
                            workers),
             shape_),
       error_bars_(topology.cells, workers, has_uncertainty, true),
-      membrane_(faces, first_frame, mean_edge,
-                chosen(is_cloth, constants.cloth_membrane, constants.membrane), workers),
+      membrane_(faces, first_frame, mean_edge, system_.membrane(), workers),
       surface_system_(system_, topology.cells, constants,
                       find_ties(topology, first_frame, mean_edge, constants.tie_weight),
                       first_frame, rotations_.clusters(), workers),
-      pulls_(chosen(is_cloth, constants.cloth_pull, constants.pull)),
       anchors_(first_frame.size(), true),
       wanted_(first_frame.size()),
       turned_(first_frame.size()),
@@ -86,7 +84,8 @@ bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landma
     surface_system_.factorize_again();
   }
   for (std::size_t v = 0; v < x.size(); ++v) {
-    wanted_[v] = shape_[v] + pulls_[v] * (rest_.shape()[v] - shape_[v]);
+    const double pull = materials_[topology_.component[v]].pull;
+    wanted_[v] = shape_[v] + pull * (rest_.shape()[v] - shape_[v]);
   }
   rotations_.turn(wanted_, turned_);
   find_forces(x);

@@ -16,6 +16,7 @@
 #include "shape/error_bars.hpp"
 #include "shape/rotations.hpp"
 #include "shape/shape_system.hpp"
+#include "surface_fit/cloth.hpp"
 #include "surface_fit/constants.hpp"
 #include "surface_fit/membrane.hpp"
 #include "surface_fit/rest_shape.hpp"
@@ -32,12 +33,11 @@ class NonrigidStep {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `topology`, `workers` and `constants` must outlive this object. (k,) `is_cloth` are the
-  /// vertices whose lengths are kept. `training` is a training sequence, or empty. `epsilon` is
-  /// that of the type in which positions are given.
+  /// `topology`, `workers`, `constants` and `materials` must outlive this object. `training` is a
+  /// training sequence, or empty. `epsilon` is that of the type in which positions are given.
   NonrigidStep(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
                const TrackingConstants& constants, Field first_frame, double mean_edge,
-               std::span<const std::uint8_t> is_cloth, const TrainingFrames& training,
+               std::span<const Material> materials, const TrainingFrames& training,
                bool has_uncertainty, double epsilon);
 
   /// Lets the shape yield from now on where |K X - Q m| is more than so many times its median: it
@@ -96,6 +96,7 @@ class NonrigidStep {
   void find_shape(Field frame);
 
   const Topology& topology_;
+  std::span<const Material> materials_;
   ShapeSystem system_;
   Rotations rotations_;
   Rounding rounding_;
@@ -105,7 +106,6 @@ class NonrigidStep {
   Membrane membrane_;
   SurfaceSystem surface_system_;
   double yield_beyond_ = std::numeric_limits<double>::infinity();
-  std::vector<double> pulls_;       // (k,) the share of frame 0 in the wanted shape
   std::vector<double> remembered_;  // the fields, as of the last frame
 
   // Of the current frame:

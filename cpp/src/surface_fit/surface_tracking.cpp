@@ -40,13 +40,13 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
     : constants_(constants),
       faces_(std::move(faces)),
       mean_edge_(mean_edge_length(topology.cells, first_frame)),
-      is_cloth_(find_cloth(faces_, topology.component, first_frame, constants_)),
-      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_, training,
+      materials_(find_materials(faces_, topology, first_frame, constants_)),
+      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, materials_, training,
              has_uncertainty, epsilon),
-      matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, is_cloth_,
+      matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, materials_,
                shape_.rotations().clusters()),
-      is_all_cloth_(std::ranges::count(is_cloth_, 0) == 0),
-      any_cloth_(std::ranges::count(is_cloth_, 1) > 0),
+      all_slide_(std::ranges::all_of(materials_, &Material::slides)),
+      any_slides_(std::ranges::any_of(materials_, &Material::slides)),
       last_(first_frame.begin(), first_frame.end()),
       before_(last_),
       x_(last_),
@@ -75,7 +75,7 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
 void SurfaceTracking::begin_where_points_are() {
-  const Search search = {.is_sparse = !any_cloth_, .scale = constants_.radius / 2};
+  const Search search = {.is_sparse = !any_slides_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
@@ -93,14 +93,14 @@ void SurfaceTracking::begin_where_points_are() {
 /// the farther the points are, the more slowly their weight grows.
 int SurfaceTracking::approach(int fewest_iterations) {
   const Search search = {
-      .walked = constants_.radius, .is_sparse = !any_cloth_, .scale = constants_.radius / 2};
+      .walked = constants_.radius, .is_sparse = !any_slides_, .scale = constants_.radius / 2};
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
-    if (is_all_cloth_ || rows.size() < constants_.fewest) break;
+    if (all_slide_ || rows.size() < constants_.fewest) break;
     if (move_by(fit_to_planes(rows, x_), x_) < constants_.resolution * mean_edge_) break;
   }
-  if (any_cloth_) return constants_.most_iterations;
+  if (any_slides_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
   const double wanted = fewest_iterations + constants_.iterations_per_edge * distance;
   return static_cast<int>(std::min<double>(std::ceil(wanted), constants_.most_iterations));
@@ -114,9 +114,8 @@ bool SurfaceTracking::iterate(int left, double last_weight, std::span<const Land
   const bool arrives = left < constants_.final_iterations;
   const Matches::Rows& rows = matches_.find(x_, {.walked = constants_.resolution,
                                                  .weight = weight,
-                                                 .cloth_weight = constants_.cloth_weights * weight,
                                                  .looks_farther = !arrives,
-                                                 .is_sparse = !any_cloth_ && !arrives});
+                                                 .is_sparse = !any_slides_ && !arrives});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
     shape_.factorize(rows, landmarks, std::sqrt(growth));

@@ -90,10 +90,10 @@ class SurfaceTracking {
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
   double mean_edge_;
-  std::vector<std::uint8_t> is_cloth_;
+  std::vector<Material> materials_;
   NonrigidStep shape_;
   Matches matches_;
-  bool is_all_cloth_, any_cloth_;
+  bool all_slide_, any_slides_;
   double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored
   std::vector<Vector3<double>> last_, before_;  // the last frame, and the one before it
   std::vector<Vector3<double>> x_;              // the current frame
