@@ -115,10 +115,9 @@ class Completer(Stream):
             "detail".
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
             frames are the same with and without. Requires "detail".
-        threads: the number of threads that may work on a frame of a large mesh, from 1 to 256. They
-            are used for meshes of 23 553 vertices or more;
-            smaller meshes are completed by the calling thread alone. Results are identical for any
-            number of threads. Whether more threads are faster depends on the machine and the mesh.
+        threads: the number of threads that may work on a frame, from 1 to 256. More than one helps
+            from 23 553 vertices on; smaller meshes are completed by the calling thread alone.
+            Results are identical for any number of threads.
         training: complete frames of the same mesh, of this subject or one like it: an array (n, k,
             3) or any iterable of at least three frames, of which at most 75 are kept. From them,
             "detail" learns how the shape of the subject varies, which usually makes it more

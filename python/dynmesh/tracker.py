@@ -179,9 +179,8 @@ class Tracker(Stream):
             "ruined": from the last frame that is not, and, in at most one frame of
             ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
             says whether it was found. A frame in which it stays lost is as without `recover`.
-        threads: the number of threads that may work on a frame of a large mesh, from 1 to 256.
-            Results are identical for any number of threads. Whether more threads are faster depends
-            on the machine and the mesh.
+        threads: the number of threads that may work on a frame, from 1 to 256. More than one helps
+            from about 7 000 vertices or points on. Results are identical for any number of threads.
         training: None, or complete frames of the same mesh, as Completer takes them, from which the
             tracker learns how the shape of the subject varies. Training frames that do not describe
             the subject have no effect: `report.prior_weight` is then 0.

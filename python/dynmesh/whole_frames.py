@@ -78,7 +78,7 @@ def whole_frame(
             vertices are smoothed by what other frames know of them; otherwise, they are exact.
         outliers: whether known positions that contradict the lengths of the edges around them, as
             other frames know them, count as missing.
-        threads: the number of threads that may work.
+        threads: the number of threads that may work; more than one helps from 23 553 vertices on.
         progress: whether to show on standard error how far it is.
 
     Raises:

@@ -138,10 +138,9 @@ typedef struct dynmesh_settings {
   int32_t reject_outliers;
 
   /// Default: 1. The number of threads that may work on a frame, including the calling thread, up
-  /// to 256. The other threads sleep between frames. They are used for meshes of 23 553 vertices or
-  /// more; smaller meshes are completed by the calling thread alone. If `revisit` is 0, threads are
-  /// only used to read and write positions. Results are identical for any number of threads.
-  /// Whether more threads are faster depends on the machine and the mesh; script/bench measures it.
+  /// to 256. More than one helps from 23 553 vertices on; smaller meshes are completed by the
+  /// calling thread alone. The others sleep between frames. If `revisit` is 0, they only read and
+  /// write positions. Results are identical for any number of threads.
   int32_t threads;
 
   /// Default: 0. If not zero, the completer learns from the frames that it completes how the shape
@@ -360,9 +359,9 @@ typedef struct dynmesh_depth_image {
 } dynmesh_depth_image;
 
 /// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
-/// threads that may work on a frame, 1 to 256. All later positions must have the type of
-/// `first_frame`. Free `*tracker` with dynmesh_tracker_destroy. It is set to null if this function
-/// fails.
+/// threads that may work on a frame, 1 to 256; more than one helps from about 7 000 vertices or
+/// points on. All later positions must have the type of `first_frame`. Free `*tracker` with
+/// dynmesh_tracker_destroy. It is set to null if this function fails.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
                                                      const dynmesh_points* first_frame,
                                                      int32_t threads, dynmesh_tracker** tracker);
@@ -487,7 +486,7 @@ typedef struct dynmesh_whole_frame_request {
   int64_t frame;              ///< the frame to be made whole, or -1 for the best one
   double noise;               ///< its standard deviation, or NaN if known positions are exact
   int32_t outliers;           ///< whether they are left out, 0 or 1
-  int32_t threads;            ///< 1 to 256
+  int32_t threads;            ///< 1 to 256; more than one helps from 23 553 vertices on
 } dynmesh_whole_frame_request;
 
 /// What was put together, beside its positions; see WholeFrame in whole_frame.hpp.
@@ -521,7 +520,7 @@ typedef struct dynmesh_registration_request {
   dynmesh_training* training;
   int32_t align;    ///< whether a rigid motion is sought, 0 or 1
   int32_t scale;    ///< whether the template may be in another unit, 0 or 1
-  int32_t threads;  ///< 1 to 256
+  int32_t threads;  ///< 1 to 256; more than one helps from about 7 000 vertices or points on
 } dynmesh_registration_request;
 
 /// What was found, beside the vertices; see Registration in registration.hpp.

@@ -64,12 +64,10 @@ struct Settings {
   /// detail.
   bool uncertainty = false;
 
-  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
-  /// other threads sleep between frames. They are used for meshes of 23 553 vertices or more;
-  /// smaller meshes are completed by the calling thread alone.
-  /// If `revisit` is false, threads are only used to read and write positions. Results are
-  /// identical for any number of threads. Whether more threads are faster depends on the machine
-  /// and the mesh; script/bench measures it.
+  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. More
+  /// than one helps from 23 553 vertices on; smaller meshes are completed by the calling thread
+  /// alone. The others sleep between frames. If `revisit` is false, they only read and write
+  /// positions. Results are identical for any number of threads.
   Index threads = 1;
 };
 

@@ -19,8 +19,8 @@
 namespace dynmesh {
 
 struct TrackerSettings {
-  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. The
-  /// other threads sleep between frames. They are used for meshes of 7 169 vertices or more.
+  /// The number of threads that may work on a frame, including the calling thread, 1 to 256. More
+  /// than one helps from about 7 000 vertices or points on. The others sleep between frames.
   /// Results are identical for any number of threads.
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.
@@ -41,8 +41,8 @@ template <class Real>
 struct Scan {
   Points<const Real> points;  ///< (n, 3) finite
   /// (n, 3) the outward normals of the points, of any length; a normal of 0 means that it is not
-  /// known, and such a point agrees with any side of the surface. Null: they are estimated from the nearest points, which
-  /// takes longer than everything else, and turned to the viewpoints.
+  /// known, and such a point agrees with any side of the surface. Null: they are estimated from the
+  /// nearest points, which takes longer than everything else, and turned to the viewpoints.
   Points<const Real> normals = {};
   /// (c, 3) the positions of the sensors, to which estimated normals turn, and of which
   /// `agreement_of_sensors` tells. Null if not known.

@@ -151,7 +151,8 @@ def complete_file(
         bidirectional: whether to complete each frame from both sides, which lowers errors by a
             quarter and takes two to four times as long; estimates standard errors and,
             without `training`, implies `learn`.
-        threads: the number of threads that may work on a frame.
+        threads: the number of threads that may work on a frame; more than one helps from 23 553
+            vertices on.
         uncertainty: whether to write the standard error of each vertex; implies `provenance`.
         provenance: whether to write how many edges each vertex is from an observed one
             (generation), and for how many frames it was not observed (age); else, if the format can

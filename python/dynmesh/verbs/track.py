@@ -173,7 +173,8 @@ def track_file(
             frame and, at most once in ten frames, by a registration.
         training: complete frames of the same mesh, from which it is learned how it varies; one file
             or several.
-        threads: the number of threads that may work on a frame.
+        threads: the number of threads that may work on a frame; more than one helps from about
+            7 000 vertices or points on.
         uncertainty: whether to write the standard error of the distance of each vertex from the
             true surface; implies `provenance`.
         provenance: whether to write how many edges each vertex is from one that was seen
