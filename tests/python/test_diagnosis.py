@@ -14,10 +14,12 @@ from conftest import REPOSITORY
 from hypothesis import given, settings
 from meshes import Mesh, join, meshes, sheet
 from reference import directed_edges, mean_edge
+from test_documents import cells
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth
 from dynmesh.diagnosis.finding import CODES
+from dynmesh.verbs.info import frame_time
 
 
 def moving(mesh: Mesh, n_frames: int = 16, dtype: Any = np.float64) -> Sequence:
@@ -269,6 +271,20 @@ def test_the_command_prints_text_and_json(tmp_path: Path) -> None:
     assert re.search(r"^warning: 3 outliers more than 4 mean edges", told, re.MULTILINE)
     assert "No problems were found." in run("info", sound, "--strict").stdout
     assert json.loads(run("info", path, "--json", "--strict", code=1).stdout)["findings"]
+
+
+def test_the_time_of_a_frame_is_that_of_the_documentation() -> None:
+    (_, *sizes, _), *rows = cells(REPOSITORY / "docs" / "tables" / "sizes.csv")
+    measured = {row[0]: [float(cell) for cell in row[1:-1]] for row in rows if "-" not in row}
+    both = zip(measured["detail (dynmesh)"], measured["motion (dynmesh)"], strict=True)
+    for n, milliseconds in zip(sizes, both, strict=True):
+        told = frame_time(int(n))
+        assert [float(ms) for ms in re.findall(r"([\d.]+) ms", told)] == pytest.approx(
+            milliseconds, 0.3
+        )
+        n_fast = sum(ms < 1000 / 60 for ms in milliseconds)
+        assert f"{['neither holds', 'motion holds', 'both hold'][n_fast]} 60 Hz" in told
+    assert "neither holds" in frame_time(10_000_000)
 
 
 def test_the_page_explains_every_finding() -> None:
