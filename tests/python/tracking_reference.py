@@ -85,10 +85,11 @@ class Rows(NamedTuple):
 def estimated_normals(points: Array, mean_edge: float) -> Array:
     """The normals of planes through the nearest points; 0 for points on a line."""
     normals = np.zeros_like(points)
-    distance, near = cKDTree(points).query(points, min(96, len(points)))
-    for i, (distances, numbers) in enumerate(zip(distance, near, strict=True)):
-        n = max(12, np.count_nonzero(distances <= mean_edge))
-        around = points[numbers[:n]]
+    tree = cKDTree(points)
+    for i, point in enumerate(points):
+        distances, numbers = tree.query(point, min(96, len(points)))
+        n = max(12, np.count_nonzero(np.asarray(distances) <= mean_edge))
+        around = points[np.asarray(numbers)[:n]]
         variances, axes = np.linalg.eigh(np.cov(around.T))
         if variances[1] > 0.2 * variances[2]:
             normals[i] = axes[:, 0]

@@ -60,7 +60,7 @@ class Source(TypedDict, total=False):
         prim: the path of the mesh, if the file holds several (USD, Alembic).
         known: which vertices are known, bool (n, k) in a .npy file, or `known` in a .npz file; or a
             text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
-            * stands for all.
+            ``*`` stands for all.
         missing: "zero" if vertices at exactly (0, 0, 0) are missing.
         gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
             which nothing was observed.
