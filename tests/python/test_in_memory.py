@@ -193,6 +193,12 @@ def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
     files = tmp_path / "completed.npz", tmp_path / "truth.npz"
     assert "exchanged" not in run("evaluate", *files).stdout
     assert "were they exchanged?" in run("evaluate", *files[::-1]).stdout
+    assert "number" not in run("evaluate", *files).stdout
+
+
+def test_frames_of_other_numbers_are_told() -> None:
+    report = dynmesh.evaluate(replace(SHOT, start=2), reference=replace(SHOT, start=1))
+    assert any("number 2" in remark and "is 1" in remark for remark in report.remarks)
 
 
 def test_zeros_may_tell_what_was_missing() -> None:

@@ -94,6 +94,12 @@ def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
             "the reference holds generations, and the completed sequence holds none: were they "
             "exchanged? The completed one comes first"
         )
+    ours, truth = (reader.header.number(0) for reader in (completed, reference))
+    if ours != truth:
+        yield (
+            f"the first frame of {completed.path.name} is number {ours}, and that of "
+            f"{reference.path.name} is {truth}: frames are compared in their order"
+        )
 
 
 def _diagonal(reference: Reader) -> float:
