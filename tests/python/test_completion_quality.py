@@ -44,13 +44,14 @@ def masks(kind: str, frames: Array, faces: Any) -> Iterator[Any]:
 def qualities(
     sequence: dynmesh.Sequence, first: Array, frames: Array, kind: str, method: Any
 ) -> list[str]:
-    """Of the frames after the first one."""
+    """Of the frames after the first one in which something is known."""
     completer = dynmesh.Completer(sequence.faces, first, method=method)
     made: list[str] = []
     for points, known in zip(frames[1:], masks(kind, frames, sequence.faces), strict=True):
         completer.push(points, known)
         assert bool(completer.report.reason) == (completer.report.quality != "good")
-        made.append(completer.report.quality)
+        if known.any():
+            made.append(completer.report.quality)
     return made
 
 
@@ -146,3 +147,13 @@ def test_a_verdict_is_restored() -> None:
         other.reset(subject.vertices[4])
         assert other.report.quality == "good"
     assert set(kept) == {"good", "doubtful"}
+
+
+def test_frames_in_which_nothing_is_known_are_doubtful() -> None:
+    frames = walker().vertices
+    completer = dynmesh.Completer(walker().faces, frames[0])
+    completer.push(frames[1], np.zeros(frames.shape[1], bool))
+    assert completer.report.quality == "doubtful"
+    assert "nothing is known" in completer.report.reason
+    completer.push(frames[2], np.ones(frames.shape[1], bool))
+    assert completer.report.quality == "good"

@@ -110,7 +110,11 @@ template <class Real>
 void CompletionQuality<Real>::tell(Frame completed, Generation generation, FrameReport& report) {
   report.quality = Quality::good;
   report.reason = {};
-  if (edges_.empty() || report.known == 0) return;
+  if (report.known == 0) {
+    give_reason(report, Quality::doubtful, "nothing is known: the frame follows from earlier ones");
+    return;
+  }
+  if (edges_.empty()) return;
   if (flat_share_ > limits.ruined_share) {
     give_reason(report, Quality::ruined,
                 "%d %% of the edges have no length where completion started",

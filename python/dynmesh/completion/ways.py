@@ -71,7 +71,8 @@ class Tally:
 
     Attributes:
         reports: of the frames that were completed.
-        wrong: those that are not good by the numbers of the frames, the worst one of each.
+        wrong: those that are not good by the numbers of the frames, the worst one of each, without
+            those in which nothing was observed: a few of them are no reason to doubt the others.
         empty: the numbers of those in which nothing was observed.
         dropped: number of vertices that were left missing.
     """
@@ -86,7 +87,7 @@ class Tally:
         self.reports.append(report)
         if report.known == 0:
             self.empty.add(number)
-        if report.quality == "ruined" or (report.quality != "good" and number not in self.wrong):
+        elif report.quality == "ruined" or (report.quality != "good" and number not in self.wrong):
             self.wrong[number] = report
 
 
