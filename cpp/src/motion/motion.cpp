@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "base/geometry.hpp"
 
@@ -15,14 +17,19 @@ Motion::Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bo
       revisits_(revisit),
       per_mean_edge_(
           std::min(1 / mean_edge_length(cells, first_frame), std::numeric_limits<double>::max())),
+      order_(cells.size()),
       rows_(cells.size()),
       weights_(cells.neighbours.size()),
       moved_(cells.size()),
       means_(cells.size()) {
+  std::iota(order_.begin(), order_.end(), Index{0});
   const auto k = static_cast<Index>(cells.size());
   const Index length = workers.task_sharing().chunk;
   for (Index first = 0; first < k; first += length) {
-    chunks_.push_back({first, std::min(first + length, k)});
+    const Index last = std::min(first + length, k);
+    chunks_.push_back({first, last});
+    std::stable_sort(order_.begin() + first, order_.begin() + last,
+                     [&](Index a, Index b) { return cells[a].size() < cells[b].size(); });
   }
 }
 
@@ -39,12 +46,6 @@ Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
     for_each_chunk([&](Chunk& chunk) { find_means(chunk, t, generation); });
     return sum_of(&Chunk::reached);
   };
-  const auto accept = [&] {
-    for_each_chunk([&](Chunk& chunk) {
-      const WeightedMotion* mean = &means_[chunk.first];
-      for (const Index j : rows_of(chunk)) moved_[j] = *mean++;
-    });
-  };
   const Index unknown = sum_of(&Chunk::unknown);
   Index reached = 0;
   Index t = 0;  // at last T
@@ -53,16 +54,16 @@ Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
     if (now == reached) break;  // the others are disconnected, and this iteration does not count
     reached = now;
     ++t;
-    accept();
+    std::swap(moved_, means_);
   }
   for (Index extra = 1; extra <= (revisits_ ? extra_iterations_ : 0); ++extra) {
     iterate(t + extra);
-    accept();
+    std::swap(moved_, means_);
   }
   for_each_chunk([&](Chunk& chunk) {
     for (const Index j : rows_of(chunk)) {
       if (generation[j] == Generations::disconnected) continue;
-      const auto& [x, y, z, weight] = moved_[j];
+      const auto& [x, y, z, weight] = moved_[j].of;
       points[j] = previous[j] + (1 / weight) * Vector3<double>{x, y, z};  // eq. (3)
     }
   });
@@ -76,12 +77,12 @@ Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
 void Motion::begin(Chunk& chunk, Frame previous, Frame points, std::span<const std::uint8_t> known,
                    std::span<Index> generation) {
   Index* row = &rows_[chunk.first];
-  for (Index v = chunk.first; v < chunk.last; ++v) {
+  for (const Index v : std::span(order_).subspan(at(chunk.first), at(chunk.last - chunk.first))) {
     const std::uint8_t is_known = known[v];
     // Masks may be random, so that a branch would cost more than what it saves.
     const Vector3<double>& now = is_known != 0 ? points[v] : previous[v];
     const auto d = now - previous[v];
-    moved_[v] = {d.x, d.y, d.z, static_cast<double>(is_known)};
+    moved_[v] = means_[v] = {{d.x, d.y, d.z, static_cast<double>(is_known)}};
     generation[v] = Index{is_known} - 1;
     *row = v;
     row += 1 - is_known;
@@ -104,32 +105,29 @@ void Motion::begin(Chunk& chunk, Frame previous, Frame points, std::span<const s
 /// Eq. (4) for the unknown vertices of a chunk, divided by t in numerator and denominator.
 void Motion::find_means(Chunk& chunk, Index t, std::span<Index> generation) {
   const double* s = weights_.data() + cells_.offsets[chunk.first];
-  WeightedMotion* mean = &means_[chunk.first];
   chunk.reached = 0;
   for (const Index j : rows_of(chunk)) {
     const auto cell = cells_[j];
     Index& g = generation[j];
     if (g >= 0 && !revisits_) {
-      *mean++ = moved_[j];
+      means_[j] = moved_[j];
       s += cell.size();
       ++chunk.reached;
       continue;
     }
     WeightedMotion sum{};
     for (const Index i : cell) {
-      const WeightedMotion& d = moved_[i];
-      sum.x += *s * d.x;
-      sum.y += *s * d.y;
-      sum.z += *s * d.z;
-      sum.weight += *s * d.weight;
+      for (std::size_t c = 0; c < 4; ++c) sum.of[c] += *s * moved_[i].of[c];
       ++s;
     }
-    const bool is_reached = sum.weight > 0;
-    if (g < 0 && is_reached) g = t;
+    const bool is_reached = sum.of[3] > 0;
+    g = g < 0 && is_reached ? t : g;
     chunk.reached += is_reached ? 1 : 0;
-    // In the next iteration, w = t + 1 - g, divided by t + 1.
-    const double w = is_reached ? (t + 1 - g) / (t + 1.0) / sum.weight : 0;
-    *mean++ = {w * sum.x, w * sum.y, w * sum.z, w * sum.weight};
+    // In the next iteration, w = t + 1 - g, divided by t + 1. Where nothing is known yet, the sums
+    // are 0, whatever they are divided by: a branch would cost more.
+    const double divisor = (t + 1.0) * std::max(sum.of[3], std::numeric_limits<double>::min());
+    const double w = (t + 1 - g) / divisor;
+    for (std::size_t c = 0; c < 4; ++c) means_[j].of[c] = w * sum.of[c];
   }
 }
 
