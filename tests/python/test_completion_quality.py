@@ -152,8 +152,9 @@ def test_a_verdict_is_restored() -> None:
 def test_frames_in_which_nothing_is_known_are_doubtful() -> None:
     frames = walker().vertices
     completer = dynmesh.Completer(walker().faces, frames[0])
-    completer.push(frames[1], np.zeros(frames.shape[1], bool))
-    assert completer.report.quality == "doubtful"
-    assert "nothing is known" in completer.report.reason
-    completer.push(frames[2], np.ones(frames.shape[1], bool))
-    assert completer.report.quality == "good"
+    reports = []
+    for frame, is_known in zip(frames[1:3], (False, True), strict=True):
+        completer.push(frame, np.full(len(frame), is_known))
+        reports.append(completer.report)
+    assert [report.quality for report in reports] == ["doubtful", "good"]
+    assert "nothing is known" in reports[0].reason
