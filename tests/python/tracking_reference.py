@@ -126,7 +126,7 @@ class Tracked(detail_reference.Detail):
         self.points, self.normals, self.sided = points, normals, sided
         part = self._spread()
         x = self.previous + 0.6 * (self.previous - self.before)
-        if self._distance(x, part) > self._distance(self.previous, part) + 0.3:
+        if self._distance(x, part) > self._distance(self.previous, part) + 1:
             x = self.previous
         for _ in range(6):
             rows = self._match(x, part, scale=4)

@@ -13,9 +13,8 @@ struct TrackingConstants {
 
   /// A distance below which nothing matters: the surface lies still if a rigid step moves no vertex
   /// farther, a place that agrees with its point is near enough to need no search of the whole
-  /// surface, the last frame is no better a start than the predicted one if it is nearer to the
-  /// points by less, points that are nearer than this count at least a quarter, and the boundary of
-  /// cloth lies as far beyond its points, so that it does not follow their spacing.
+  /// surface, points that are nearer than this count at least a quarter, and the boundary of cloth
+  /// lies as far beyond its points, so that it does not follow their spacing.
   double resolution = 0.3;
 
   /// How often points are matched at most, while the whole surface moves rigidly and then while it

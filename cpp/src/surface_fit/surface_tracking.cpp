@@ -84,7 +84,8 @@ void SurfaceTracking::begin_where_points_are() {
   std::ranges::copy(last_, x_.begin());
   auto before = before_;
   carry_on(x_, before, constants_.prediction);
-  if (distance_from(x_) > distance_of_last + constants_.resolution) {
+  constexpr double far = 1;  // in mean edges, as of points
+  if (distance_from(x_) > distance_of_last + far) {
     std::ranges::copy(last_, x_.begin());
   }
 }
