@@ -63,7 +63,7 @@ Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
   for_each_chunk([&](Chunk& chunk) {
     for (const Index j : rows_of(chunk)) {
       if (generation[j] == Generations::disconnected) continue;
-      const auto& [x, y, z, weight] = moved_[j].of;
+      const auto& [x, y, z, weight] = moved_[j].values;
       points[j] = previous[j] + (1 / weight) * Vector3<double>{x, y, z};  // eq. (3)
     }
   });
@@ -117,17 +117,17 @@ void Motion::find_means(Chunk& chunk, Index t, std::span<Index> generation) {
     }
     WeightedMotion sum{};
     for (const Index i : cell) {
-      for (std::size_t c = 0; c < 4; ++c) sum.of[c] += *s * moved_[i].of[c];
+      for (std::size_t c = 0; c < 4; ++c) sum.values[c] += *s * moved_[i].values[c];
       ++s;
     }
-    const bool is_reached = sum.of[3] > 0;
+    const bool is_reached = sum.values[3] > 0;
     g = g < 0 && is_reached ? t : g;
     chunk.reached += is_reached ? 1 : 0;
     // In the next iteration, w = t + 1 - g, divided by t + 1. Where nothing is known yet, the sums
     // are 0, whatever they are divided by: a branch would cost more.
-    const double divisor = (t + 1.0) * std::max(sum.of[3], std::numeric_limits<double>::min());
+    const double divisor = (t + 1.0) * std::max(sum.values[3], std::numeric_limits<double>::min());
     const double w = (t + 1 - g) / divisor;
-    for (std::size_t c = 0; c < 4; ++c) means_[j].of[c] = w * sum.of[c];
+    for (std::size_t c = 0; c < 4; ++c) means_[j].values[c] = w * sum.values[c];
   }
 }
 

@@ -36,7 +36,7 @@ class Motion final : public Estimator {
   /// The motion d of a vertex, times its weight w / t: that of anchors is always 1. All are 0 where
   /// no motion is known.
   struct alignas(4 * sizeof(double)) WeightedMotion {
-    std::array<double, 4> of;  // x, y, z and w / t: one loop, which compilers turn into vectors
+    std::array<double, 4> values;  // x, y, z and w / t, in one array so that loops use vectors
   };
   /// Vertices `first` to `last` - 1. The unknown ones among them are listed in `rows_` from `first`
   /// on, and the weights s of their cells in `weights_` from where that of `first` begins.
