@@ -23,20 +23,21 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   mesh.vertices.insert(mesh.vertices.end(), {5, 5, 5});  // isolated
   const Topology topology = build_topology(mesh.faces(), mesh.size());
   Workers workers(1);
-  Rotations rotations(topology.cells, workers, rows_of(mesh.vertices), 1);
-  rotations.fit(rows_of(turned(mesh.vertices, 0.5)));
-  const std::vector<Quaternion> before(rotations.quaternions().begin(),
-                                       rotations.quaternions().end());
+  const Surroundings surroundings(topology.cells, rows_of(mesh.vertices), 1);
+  Rotations rotations(surroundings, workers);
+  std::vector<Quaternion> q(mesh.size(), Quaternion{1, 0, 0, 0});
+  rotations.fit(rows_of(turned(mesh.vertices, 0.5)), q);
+  const std::vector<Quaternion> before = q;
   CHECK(before.back().w == 1);
   SUBCASE("all vertices coincide") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}));
+    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}), q);
   }
   SUBCASE("out of range") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}));
+    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}), q);
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
-    CHECK(rotations.quaternions()[v].w == doctest::Approx(before[v].w));
-    CHECK(rotations.quaternions()[v].z == doctest::Approx(before[v].z));
+    CHECK(q[v].w == doctest::Approx(before[v].w));
+    CHECK(q[v].z == doctest::Approx(before[v].z));
   }
 }
 

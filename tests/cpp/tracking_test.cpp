@@ -109,7 +109,9 @@ double slope_after(int steps) {
   const std::size_t k = mesh.size();
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
-  ShapeSystem system(triangles_of(mesh), topology.cells, workers, rows_of(mesh.vertices));
+  const DetailOperator operator_of_shape =
+      build_detail_operator(triangles_of(mesh), topology.cells, rows_of(mesh.vertices));
+  ShapeSystem system(operator_of_shape, workers);
   system.take_planes(steps);
   Field normals = random_field(k, 1);
   for (auto& n : normals) n = (1 / std::sqrt(squared_norm(n))) * n;
@@ -149,15 +151,14 @@ double slope_of_rows_after(int steps) {
   Workers workers(1);
   const Topology topology = build_topology(mesh.faces(), k);
   const Field first = rows_of(mesh.vertices);
-  ShapeSystem shape(triangles_of(mesh), topology.cells, workers, first,
-                    std::vector<double>(k, 0.0));
+  const ShapeModel model(topology, triangles_of(mesh), first, {}, 0, workers);
+  ShapeSystem shape(model.k, workers, std::vector<double>(k, 0.0));
   TrackingConstants constants;
   constants.steps = steps;
   constants.settled = 0;
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
-  SurfaceSystem system(shape, topology.cells, constants, ties, first,
-                       cluster_vertices(topology.cells, first), workers);
+  SurfaceSystem system(shape, model, constants, ties, workers);
   std::vector<SurfaceRow> rows;
   const Field normals = random_field(2 * k, 1);
   const Field points = random_field(2 * k, 2);

@@ -13,9 +13,11 @@
 #include "base/default_arithmetic.hpp"
 #include "base/geometry.hpp"
 #include "base/training_frames.hpp"
-#include "frame/estimator.hpp"
 #include "motion/motion.hpp"
 #include "shape/detail.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
+#include "shape/shape_library.hpp"
 
 namespace dynmesh {
 namespace {
@@ -23,25 +25,26 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'E'};
-
-/// The method of the settings, for a sequence with this frame 0. `epsilon` is that of the type in
-/// which positions are given.
-std::unique_ptr<Estimator> estimator_of(StreamMesh& mesh, const Settings& settings,
-                                        const Stream::Frame& first, double epsilon) {
-  if (settings.method == Method::detail) {
-    return std::make_unique<Detail>(first, mesh.faces, mesh.topology, mesh.training, mesh.workers,
-                                    settings, epsilon);
-  }
-  return std::make_unique<Motion>(mesh.topology.cells, first, settings.extra_iterations,
-                                  settings.revisit, mesh.workers);
-}
+constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'F'};
 
 }  // namespace
 
 /// One sequence of frames, completed after the public functions have checked the arguments.
 template <class Real>
 struct Completer<Real>::Parts {
+  /// Method detail of one sequence.
+  struct OfDetail {
+    OfDetail(const Stream& stream, StreamMesh& mesh, const Settings& settings, double epsilon)
+        : model(mesh.topology, mesh.faces, stream.first_frame, mesh.training, epsilon,
+                mesh.workers),
+          learned(settings.learn ? std::make_unique<LearnedModes>(model, mesh.workers) : nullptr),
+          detail(model, learned ? learned->modes() : model.modes, settings, mesh.workers) {}
+
+    const ShapeModel model;
+    std::unique_ptr<LearnedModes> learned;  // null if it does not learn
+    Detail detail;
+  };
+
   Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Stream::Frame first_frame)
       : mesh(std::move(of_all)),
         settings(chosen),
@@ -49,36 +52,47 @@ struct Completer<Real>::Parts {
         outliers(settings.reject_outliers
                      ? std::make_unique<Outliers>(mesh->topology.cells, stream.first_frame)
                      : nullptr),
-        estimator(estimator_of(*mesh, settings, stream.first_frame,
-                               std::numeric_limits<Real>::epsilon())),
-        quality(mesh->topology.cells, stream.first_frame),
-        standard_error(estimator->standard_error().size()) {
+        quality(mesh->topology.cells, stream.first_frame) {
+    if (settings.method == Method::detail) {
+      of_detail =
+          std::make_unique<OfDetail>(stream, *mesh, settings, std::numeric_limits<Real>::epsilon());
+      of_detail->detail.begin(stream.memory);
+      stream.next = stream.memory;
+    } else {
+      motion = std::make_unique<Motion>(mesh->topology.cells, stream.first_frame,
+                                        settings.extra_iterations, settings.revisit, mesh->workers);
+    }
+    standard_error.resize(stream.memory.errors.standard_errors.size());
     tell_errors(report);
-    stream.count(report);
+    count(stream.memory.generations, report);
     Writer writer;
     write(writer);
     state_size = writer.take_sealed().size();
   }
 
-  /// Executes algorithm 1 of the paper for the frame whose anchors have been read. Only the
-  /// estimate can fail, if memory is exhausted. Nothing that is kept between calls changes before
-  /// it.
+  /// Completes the frame whose anchors have been read. Only the estimate can fail, if memory is
+  /// exhausted, and nothing that is kept between calls changes before `advance`.
   FrameReport complete(Points<Real> completed, Clock::time_point start) {
+    Memory& memory = stream.memory;
+    Memory& next = stream.next;
     FrameReport made;
-    if (outliers) {
-      made.rejected = outliers->drop(stream.previous, stream.current, stream.current_known);
+    if (outliers) made.rejected = outliers->drop(memory.last, next.last, next.known);
+    if (motion) {
+      made.iterations = motion->estimate(memory.last, next.last, next.known, next.generations);
+      stream.finish();
+    } else {
+      next.generations.classify(mesh->topology.cells, next.known);
+      made.iterations = of_detail->detail.estimate(memory, next, made.stages);
+      stream.finish(of_detail->detail.rotations_of_components());
+      of_detail->detail.remember(memory, next, made.stages);
     }
-    // Classify the vertices and estimate the satellites: eq. (3) and (4) of method motion.
-    made.iterations = static_cast<std::size_t>(estimator->estimate(
-        stream.previous, stream.current, stream.current_known, stream.generations));
-    stream.finish(estimator->rotations_of_components());
-    stream.count(made);
-    quality.judge(stream.previous, stream.current, stream.generations.of_vertices(), made);
-    estimator->remember(stream.current);
+    next.verdict = memory.verdict;
+    count(next.generations, made);
+    quality.judge(memory.last, next.last, next.generations.of_vertices(), next.verdict, made);
     stream.advance();
+    if (of_detail && of_detail->learned) of_detail->learned->learn(memory);
     stream.write(completed);
     tell_errors(made);
-    made.stages = estimator->stages();
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report = made;
     return report;
@@ -86,15 +100,15 @@ struct Completer<Real>::Parts {
 
   /// Tells the standard errors, and the root mean square of those of the satellites; 0 without any.
   void tell_errors(FrameReport& of_frame) {
-    const std::span<const double> values = estimator->standard_error();
+    const std::span<const double> values = stream.memory.errors.standard_errors;
     std::ranges::transform(values, standard_error.begin(), saturated_or_infinite<Real>);
-    const std::span<const Index> generation = stream.generations.of_vertices();
+    const std::span<const Index> generation = stream.memory.generations.of_vertices();
     double sum = 0;
     for (std::size_t v = 0; v < values.size(); ++v) {
       if (generation[v] > 0) sum += values[v] * values[v];
     }
     of_frame.standard_error =
-        sum > 0 ? std::sqrt(sum / static_cast<double>(stream.generations.reached())) : 0;
+        sum > 0 ? std::sqrt(sum / static_cast<double>(stream.memory.generations.reached())) : 0;
   }
 
   /// What a state is of.
@@ -104,30 +118,35 @@ struct Completer<Real>::Parts {
   void write(Writer& writer) const {
     begin_state(writer, kind(), *mesh, settings);
     writer.write(stream.first_frame);
-    for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
-    write_fields(writer, stream);
-    write_fields(writer, quality);
-    estimator->write_memory(writer);
+    for_each_number(*this, NumberWriter(writer));
   }
 
   /// Reads what follows frame 0.
   void read(Reader& reader) {
-    for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
-    read_fields(reader, stream);
-    stream.recall();
-    stream.count(report);
-    read_fields(reader, quality);
-    quality.recall(stream.previous, stream.generations.of_vertices(), report);
-    estimator->read_memory(reader, stream.previous);
+    for_each_number(*this, NumberReader(reader));
+    stream.check();
+    if (of_detail && of_detail->learned) of_detail->learned->make();
+    count(stream.memory.generations, report);
+    quality.tell(stream.memory.last, stream.memory.generations.of_vertices(), stream.memory.verdict,
+                 report);
     tell_errors(report);
+  }
+
+  template <class Self, class Visit>
+  static void for_each_number(Self& self, const Visit& visit) {
+    for_each_stored_field(self.report, visit);
+    each_number(self.stream.memory, visit);
+    if (self.of_detail && self.of_detail->learned)
+      LearnedModes::each_number(*self.of_detail->learned, visit);
   }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
   Settings settings;
   Stream stream;
   std::unique_ptr<Outliers> outliers;  // null if outliers are not rejected
-  std::unique_ptr<Estimator> estimator;
-  CompletionQuality<double> quality;
+  CompletionQuality quality;
+  std::unique_ptr<OfDetail> of_detail;  // one of the two is null
+  std::unique_ptr<Motion> motion;
   std::vector<Real> standard_error;  // (k,), or empty
   FrameReport report;
   std::size_t state_size = 0;
@@ -210,20 +229,20 @@ FrameReport Completer<Real>::push_sparse(std::span<const Index> indices, Points<
   check_view("points", points);
   check_output(completed, n_vertices(),
                {{"indices", Extent::of(indices)}, {"points", Extent::of(points)}});
-  Stream& stream = parts_->stream;
-  std::ranges::fill(stream.current_known, std::uint8_t{0});
+  Memory& next = parts_->stream.next;
+  std::ranges::fill(next.known, std::uint8_t{0});
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const Index v = indices[i];
     if (v < 0 || static_cast<std::size_t>(v) >= n_vertices()) {
       refuse("indices", "position ", i, " holds ", v, ", but the mesh has ", n_vertices(),
              " vertices, counted from 0");
     }
-    if (stream.current_known[v] != 0) {
+    if (next.known[v] != 0) {
       const auto first = std::ranges::find(indices, v) - indices.begin();
       refuse("indices", "vertex ", v, " is listed twice, at positions ", first, " and ", i);
     }
-    stream.current_known[v] = 1;
-    stream.current[v] = known_row(points, i);
+    next.known[v] = 1;
+    next.last[v] = known_row(points, i);
   }
   return parts_->complete(completed, start);
 }
@@ -233,7 +252,7 @@ FrameReport Completer<Real>::skip(Points<Real> completed) {
   const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(completed, n_vertices(), {});
-  std::ranges::fill(parts_->stream.current_known, std::uint8_t{0});
+  std::ranges::fill(parts_->stream.next.known, std::uint8_t{0});
   return parts_->complete(completed, start);
 }
 
@@ -247,7 +266,7 @@ std::size_t Completer<Real>::n_edges() const {
 }
 template <class Real>
 std::size_t Completer<Real>::n_frames() const {
-  return parts_->stream.n_frames;
+  return parts_->stream.memory.n_frames;
 }
 template <class Real>
 const Settings& Completer<Real>::settings() const {
@@ -259,11 +278,11 @@ const TopologyReport& Completer<Real>::topology() const {
 }
 template <class Real>
 std::span<const Index> Completer<Real>::generation() const {
-  return parts_->stream.generations.of_vertices();
+  return parts_->stream.memory.generations.of_vertices();
 }
 template <class Real>
 std::span<const Index> Completer<Real>::age() const {
-  return parts_->stream.age;
+  return parts_->stream.memory.age;
 }
 template <class Real>
 std::span<const Real> Completer<Real>::standard_error() const {

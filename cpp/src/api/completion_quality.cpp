@@ -6,7 +6,6 @@
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
-#include "base/stored_numbers.hpp"
 
 namespace dynmesh {
 namespace {
@@ -31,10 +30,9 @@ void give_reason(FrameReport& report, Quality quality, const char* format, Value
 
 /// How many times as large the anchors' part of one frame is as the same part of another: the root
 /// mean square distance from its centre, in any unit.
-template <class Real>
-double size_ratio(std::span<const Vector3<Real>> from, std::span<const Vector3<Real>> to,
+double size_ratio(std::span<const Vector3<double>> from, std::span<const Vector3<double>> to,
                   std::span<const Index> generation, double unit) {
-  const auto size = [&](std::span<const Vector3<Real>> frame) {
+  const auto size = [&](std::span<const Vector3<double>> frame) {
     Vector3<double> sum;
     double n = 0;
     const auto for_each_anchor = [&](const auto& visit) {
@@ -53,8 +51,7 @@ double size_ratio(std::span<const Vector3<Real>> from, std::span<const Vector3<R
 
 }  // namespace
 
-template <class Real>
-CompletionQuality<Real>::CompletionQuality(const Cells& cells, Frame first_frame)
+CompletionQuality::CompletionQuality(const Cells& cells, Frame first_frame)
     : first_frame_(first_frame), per_edge_(1 / mean_edge_length(cells, first_frame)) {
   const std::size_t n_half_edges = cells.neighbours.size();
   const std::size_t n = std::min(n_half_edges, std::clamp(first_frame.size() / vertices_per_edge,
@@ -82,32 +79,23 @@ CompletionQuality<Real>::CompletionQuality(const Cells& cells, Frame first_frame
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
-template <class Real>
-void CompletionQuality<Real>::judge(Frame previous, Frame completed, Generation generation,
-                                    FrameReport& report) {
-  if (n_judged_ < limits.judged_frames) {
+void CompletionQuality::judge(Frame previous, Frame completed, Generation generation,
+                              Verdict& verdict, FrameReport& report) {
+  if (verdict.n_judged < limits.judged_frames) {
     const double change = change_at_anchors(generation, first_frame_, completed);
     if (changes_.size() >= limits.fewest) {
-      const bool is_first = n_judged_ == 0;
-      if (!is_first) sum_of_steps_ += change_at_anchors(generation, previous, completed);
+      const bool is_first = verdict.n_judged == 0;
+      if (!is_first) verdict.sum_of_steps += change_at_anchors(generation, previous, completed);
       const double limit = is_first ? limits.clear_misfit : limits.misfit;
-      if (change > limit && change > limits.steps * sum_of_steps_) is_misfit_ = 1;
-      ++n_judged_;
+      if (change > limit && change > limits.steps * verdict.sum_of_steps) verdict.is_misfit = 1;
+      ++verdict.n_judged;
     }
   }
-  tell(completed, generation, report);
+  tell(completed, generation, verdict, report);
 }
 
-template <class Real>
-void CompletionQuality<Real>::recall(Frame completed, Generation generation, FrameReport& report) {
-  if (n_judged_ < 0 || n_judged_ > limits.judged_frames || sum_of_steps_ < 0 || is_misfit_ > 1) {
-    refuse_state("holds a verdict that no frames can have left");
-  }
-  tell(completed, generation, report);
-}
-
-template <class Real>
-void CompletionQuality<Real>::tell(Frame completed, Generation generation, FrameReport& report) {
+void CompletionQuality::tell(Frame completed, Generation generation, const Verdict& verdict,
+                             FrameReport& report) {
   report.quality = Quality::good;
   report.reason = {};
   if (report.known == 0) {
@@ -123,8 +111,8 @@ void CompletionQuality<Real>::tell(Frame completed, Generation generation, Frame
   }
   const double share = share_out_of_range(completed, generation);
   const bool is_ruined = share > limits.ruined_share;
-  const bool is_misfit =
-      is_misfit_ != 0 && change_at_anchors(generation, first_frame_, completed) > limits.misfit;
+  const bool is_misfit = verdict.is_misfit != 0 &&
+                         change_at_anchors(generation, first_frame_, completed) > limits.misfit;
   if (!is_ruined && !is_misfit) return;
 
   const Quality quality = is_ruined ? Quality::ruined : Quality::doubtful;
@@ -147,19 +135,16 @@ void CompletionQuality<Real>::tell(Frame completed, Generation generation, Frame
   }
 }
 
-template <class Real>
-double CompletionQuality<Real>::square_of(const Edge& edge, Frame frame) const {
+double CompletionQuality::square_of(const Edge& edge, Frame frame) const {
   return squared_norm(per_edge_ * (frame[edge.a] - frame[edge.b]));
 }
 
-template <class Real>
-double CompletionQuality<Real>::length_of(const Edge& edge, Frame frame) const {
+double CompletionQuality::length_of(const Edge& edge, Frame frame) const {
   return std::min(std::sqrt(square_of(edge, frame)), longest_measured);
 }
 
 /// The share of the edges that are out of range, or of those at anchors if it is larger.
-template <class Real>
-double CompletionQuality<Real>::share_out_of_range(Frame frame, Generation generation) const {
+double CompletionQuality::share_out_of_range(Frame frame, Generation generation) const {
   std::size_t n_at_anchors = 0;
   std::size_t n_outside = 0;
   std::size_t n_outside_at_anchors = 0;
@@ -180,8 +165,7 @@ double CompletionQuality<Real>::share_out_of_range(Frame frame, Generation gener
 }
 
 /// By which share of its length the median edge at an anchor became longer or shorter.
-template <class Real>
-double CompletionQuality<Real>::change_at_anchors(Generation generation, Frame from, Frame to) {
+double CompletionQuality::change_at_anchors(Generation generation, Frame from, Frame to) {
   changes_.clear();
   for (const Edge& edge : edges_) {
     if (generation[edge.a] != 0 && generation[edge.b] != 0) continue;
@@ -191,7 +175,5 @@ double CompletionQuality<Real>::change_at_anchors(Generation generation, Frame f
   }
   return changes_.empty() ? 0 : median(changes_);
 }
-
-template class CompletionQuality<double>;
 
 }  // namespace dynmesh

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <dynmesh/frame_report.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
 #include <vector>
+
+#include "shape/memory.hpp"
 
 namespace dynmesh {
 
@@ -37,27 +38,19 @@ struct CompletionLimits {
 
 /// Judges the frames of one sequence by some of the edges, so few that it takes at most a fiftieth
 /// of the time of a frame. Allocates memory only in the constructor.
-template <class Real>
 class CompletionQuality {
  public:
-  using Frame = std::span<const Vector3<Real>>;
+  using Frame = std::span<const Vector3<double>>;
 
   CompletionQuality(const Cells& cells, Frame first_frame);
 
-  /// Sets `quality` and `reason` in the report of the frame that follows `previous`. `generation`
-  /// is that of each vertex.
-  void judge(Frame previous, Frame completed, std::span<const Index> generation,
+  /// Sets `quality` and `reason` in the report of the frame that follows `previous`, and its
+  /// verdict, which is that of the frame before so far. `generation` is that of each vertex.
+  void judge(Frame previous, Frame completed, std::span<const Index> generation, Verdict& verdict,
              FrameReport& report);
-  /// The same of a frame that was judged before, after what `fields` visits has been read. Refuses
-  /// what no frames can have left.
-  void recall(Frame completed, std::span<const Index> generation, FrameReport& report);
-
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    visit(self.n_judged_);
-    visit(self.sum_of_steps_);
-    visit(self.is_misfit_);
-  }
+  /// The same of a frame that was judged before, by its verdict.
+  void tell(Frame completed, std::span<const Index> generation, const Verdict& verdict,
+            FrameReport& report);
 
  private:
   using Generation = std::span<const Index>;
@@ -73,16 +66,12 @@ class CompletionQuality {
   [[nodiscard]] double length_of(const Edge& edge, Frame frame) const;
   [[nodiscard]] double share_out_of_range(Frame frame, Generation generation) const;
   double change_at_anchors(Generation generation, Frame from, Frame to);
-  void tell(Frame completed, Generation generation, FrameReport& report);
 
   Frame first_frame_;
   double per_edge_;  // mean edges of frame 0 in a unit of length
   std::vector<Edge> edges_;
   std::vector<double> changes_;
-  double flat_share_ = 0;    // of the edges without a length in frame 0
-  Index n_judged_ = 0;       // frames, up to `judged_frames`
-  double sum_of_steps_ = 0;  // changes between them
-  std::uint8_t is_misfit_ = 0;
+  double flat_share_ = 0;  // of the edges without a length in frame 0
 };
 
 }  // namespace dynmesh

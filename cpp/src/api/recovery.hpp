@@ -9,7 +9,6 @@
 #include <dynmesh/types.hpp>
 #include <limits>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "api/stream.hpp"
@@ -20,6 +19,7 @@
 #include "registration/constants.hpp"
 #include "registration/pose_search.hpp"
 #include "registration/rigid_starts.hpp"
+#include "shape/memory.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_tracking.hpp"
 
@@ -31,9 +31,16 @@ class Recovery {
  public:
   using Frame = std::vector<Vector3<double>>;
 
-  /// Begins a sequence. `mesh` must outlive this object.
-  Recovery(StreamMesh& mesh, Frame first_frame, bool is_wanted)
-      : mesh_(mesh), is_wanted_(is_wanted), first_(std::move(first_frame)), good_(first_) {}
+  /// `mesh` and `first_frame` must outlive this object.
+  Recovery(StreamMesh& mesh, const Frame& first_frame, bool is_wanted)
+      : mesh_(mesh), is_wanted_(is_wanted), first_(first_frame) {}
+
+  /// What is remembered of frame 0.
+  void begin(Memory& memory) const {
+    if (!is_wanted_) return;
+    memory.good = first_;
+    memory.pause = until_good;
+  }
 
   /// How the surface lies in the scan in which it was found.
   [[nodiscard]] Measure measure(const SurfaceTracking::Found& found) const {
@@ -44,98 +51,76 @@ class Recovery {
   }
   /// Whether the template was lost in a frame. A scan that has been far from the surface from the
   /// start may show other things beside it.
-  [[nodiscard]] bool is_due(const Measure& measure) const {
-    return is_wanted_ && pause_ != until_good && is_lost(measure);
+  [[nodiscard]] bool is_due(const Memory& memory, const Measure& measure) const {
+    return is_wanted_ && memory.pause != until_good && is_lost(measure);
   }
 
-  /// Seeks the template again. `found` is what the surface has just found, with its measure, and
-  /// becomes what it finds now. If that is lost, or this throws, the surface remembers the same as
-  /// before. Returns whether the template was found again.
-  bool find_again(SurfaceTracking& surface, const PointScan& measurement,
-                  SurfaceTracking::Found& found, Measure& measure) const {
-    Writer writer;
-    surface.write_memory(writer);
-    const auto memory = writer.take_sealed();
-    const Frame last(surface.last().begin(), surface.last().end());
-    const auto is_found_from = [&](const Frame& start) {
-      surface.place(start);
-      found = surface.track(measurement);
+  /// Seeks the template from elsewhere than in `memory`. Returns the memory from which the surface
+  /// was found again in `found`, with its measure, or nothing, and `found` is lost.
+  std::optional<Memory> find_again(SurfaceTracking& surface, const Memory& memory,
+                                   const PointScan& measurement, SurfaceTracking::Found& found,
+                                   Measure& measure, Memory& next) const {
+    std::optional<Memory> start = memory;
+    const auto is_found_from = [&](const Frame& frame) {
+      surface.place(frame, *start);
+      found = surface.fit(*start, measurement, {}, next);
       measure = this->measure(found);
       return !is_lost(measure);
     };
-    const auto return_to_last = [&] {
-      Reader reader(memory);
-      surface.read_memory(reader, last);
-    };
-    try {
-      if (is_found_from(good_)) return true;
-      if (pause_ == 0) {
-        const auto start = registered(measurement);
-        if (start && is_found_from(*start)) return true;
-      }
-    } catch (...) {
-      return_to_last();
-      throw;
+    if (is_found_from(memory.good)) return start;
+    if (memory.pause == 0) {
+      const auto frame = registered(memory.good, measurement);
+      if (frame && is_found_from(*frame)) return start;
     }
-    return_to_last();
-    found = surface.track(measurement);
-    measure = this->measure(found);
-    return false;
+    return std::nullopt;
   }
 
-  /// Remembers a frame, and whether it was sought again: a single one may be of something else.
-  void remember(const Frame& completed, const Measure& measure, bool was_due) noexcept {
+  /// Remembers the completed frame, and whether it was sought again: a single one may be of
+  /// something else.
+  void remember(const Memory& memory, const Measure& measure, bool was_due, Memory& next) const {
     if (!is_wanted_) return;
     const bool is_good = measure.agreement.points > 0 && !is_lost(measure);
-    if (is_good && !was_due) std::ranges::copy(completed, good_.begin());
-    if (pause_ == until_good) {
-      if (is_good) pause_ = 0;
-    } else if (pause_ > 0) {
-      --pause_;
+    next.good = is_good && !was_due ? next.last : memory.good;
+    next.pause = memory.pause;
+    if (memory.pause == until_good) {
+      if (is_good) next.pause = 0;
+    } else if (memory.pause > 0) {
+      --next.pause;
     } else if (was_due) {
-      pause_ = static_cast<std::uint8_t>(TrackingConstants().frames_between_recoveries - 1);
+      next.pause = static_cast<std::uint8_t>(TrackingConstants().frames_between_recoveries - 1);
     }
   }
 
-  /// What later frames depend on.
-  void write_memory(Writer& writer) const {
-    if (!is_wanted_) return;
-    writer.write(good_);
-    writer.write(pause_);
-  }
-  void read_memory(Reader& reader) {
-    if (!is_wanted_) return;
-    reader.read(good_);
-    pause_ = reader.read<std::uint8_t>();
-    if (!are_in_range(good_) ||
-        (pause_ != until_good && pause_ >= TrackingConstants().frames_between_recoveries)) {
-      refuse_state("does not contain a valid last good frame");
-    }
+  /// Refuses what no frames can have left.
+  static void check(const Memory& memory) {
+    if (memory.pause == until_good || memory.pause < TrackingConstants().frames_between_recoveries)
+      return;
+    refuse_state("seeks the template later than any frame can");
   }
 
  private:
   static bool is_lost(const Measure& measure) { return measure.quality == Quality::ruined; }
   /// The last good shape where it was measured; none if there are too few points, or those of
   /// something of another size.
-  [[nodiscard]] std::optional<Frame> registered(const PointScan& measurement) const {
+  [[nodiscard]] std::optional<Frame> registered(const Frame& shape,
+                                                const PointScan& measurement) const {
     if (measurement.size() < TrackingConstants{}.fewest) return std::nullopt;
-    const double ratio = size_of(measurement.points) / size_of_surface(mesh_.faces, good_);
+    const double ratio = size_of(measurement.points) / size_of_surface(mesh_.faces, shape);
     if (!(std::max(ratio, 1 / ratio) <= registration_constants.other_unit)) return std::nullopt;
-    const Template good = {mesh_.faces, good_, {}};
+    const Template good = {mesh_.faces, shape, {}};
     const RegistrationSettings settings;
     PoseSearch search(good, mesh_.topology, mesh_.workers, settings,
                       std::numeric_limits<double>::epsilon());
     return search.run(measurement, {}).x;
   }
 
+  // A scan that has been far from the surface from the start may show other things beside it, so
+  // the first pause lasts until a frame is good.
+  static constexpr std::uint8_t until_good = 255;
+
   StreamMesh& mesh_;
   bool is_wanted_;
-  Frame first_;
-  Frame good_;  // the last frame that was not lost
-  // The number of frames that are not registered. A scan that has been far from the surface from
-  // the start may show other things beside it, so the first pause lasts until a frame is good.
-  std::uint8_t pause_ = until_good;
-  static constexpr std::uint8_t until_good = 255;
+  const Frame& first_;
 };
 
 }  // namespace dynmesh

@@ -1,5 +1,5 @@
-/// The state of a stream: its kind, what another stream must share to restore it, frame 0, the last
-/// frame and its report, the memory of the estimator, and a checksum. All numbers are little-endian
+/// The state of a stream: its kind, what another stream must share to restore it, frame 0, the
+/// report of the last frame, the memory, and a checksum. All numbers are little-endian
 /// and packed.
 #pragma once
 
@@ -39,14 +39,6 @@ template <class Settings>
 Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
                   const StreamMesh& mesh, const Settings& settings);
 
-/// Refuses positions that are not finite, or too large.
-inline void check_stored_frame(std::span<const Vector3<double>> frame, double largest) {
-  const auto wrong =
-      std::ranges::find_if_not(frame, [&](const auto& v) { return is_in_range(v, largest); });
-  if (wrong == frame.end()) return;
-  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
-               " that is not finite, or too large");
-}
 /// Reads a frame and checks it.
 inline std::vector<Vector3<double>> stored_frame(Reader& reader, std::size_t n_vertices,
                                                  double largest) {

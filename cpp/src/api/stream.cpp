@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "api/state.hpp"
 #include "base/arguments.hpp"
 #include "base/stored_numbers.hpp"
 #include "mesh/faces.hpp"
@@ -25,47 +24,47 @@ StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
 }
 
 Stream::Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule, double largest)
-    : generations(frame.size()),
-      first_frame(std::move(frame)),
-      previous(first_frame),
-      known(first_frame.size(), 1),
-      age(first_frame.size()),
-      current(first_frame.size()),
-      current_known(first_frame.size()),
+    : first_frame(std::move(frame)),
+      memory(first_frame),
+      next(first_frame),
       mesh_(mesh),
       largest_(largest),
-      disconnected_(mesh.topology, rule, first_frame) {
-  generations.classify(mesh.topology.cells, known);
-}
+      disconnected_(mesh.topology, rule, first_frame) {}
 
 template <class Real>
 void Stream::read(Points<const Real> rows, KnownMask mask) {
   std::atomic<bool> are_in_range{true};
   // Loops without branches, since masks may be random.
   const auto read_rows = [&, rows, mask](Index first, Index last) {
-    for (Index v = first; v < last; ++v) current[v] = row(rows, at(v));
+    for (Index v = first; v < last; ++v) next.last[v] = row(rows, at(v));
     for (Index v = first; v < last; ++v) {
-      current_known[v] = (mask.data == nullptr ? is_finite(current[v]) : mask[at(v)]) ? 1 : 0;
+      next.known[v] = (mask.data == nullptr ? is_finite(next.last[v]) : mask[at(v)]) ? 1 : 0;
     }
     bool all_in_range = true;
     for (Index v = first; v < last; ++v) {
-      all_in_range &= is_in_range(current[v], largest_) | (current_known[v] == 0);
+      all_in_range &= is_in_range(next.last[v], largest_) | (next.known[v] == 0);
     }
     if (!all_in_range) are_in_range.store(false, std::memory_order_relaxed);
   };
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
   for (std::size_t v = 0; v < n_vertices() && !are_in_range; ++v) {
-    if (current_known[v] != 0) (void)known_row(rows, v);
+    if (next.known[v] != 0) (void)known_row(rows, v);
   }
 }
 
 void Stream::finish(std::span<const Quaternion> rotations) {
-  disconnected_.complete(previous, current, generations, rotations);
+  disconnected_.complete(memory.last, next.last, next.generations, rotations);
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
-      if (!is_in_range(current[v], largest_)) current[v] = previous[v];
+      if (!is_in_range(next.last[v], largest_)) next.last[v] = memory.last[v];
     }
   });
+  for (std::size_t v = 0; v < next.age.size(); ++v) {
+    const Index older = memory.age[v] + (memory.age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
+    next.age[v] = next.known[v] != 0 ? 0 : older;
+  }
+  const bool is_counted = memory.n_frames < std::numeric_limits<std::size_t>::max();
+  next.n_frames = memory.n_frames + (is_counted ? 1 : 0);
 }
 
 template <class Real>
@@ -73,33 +72,16 @@ void Stream::write(Points<Real> completed) const {
   mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()),
                                [&, completed](Index first, Index last) {
                                  for (Index v = first; v < last; ++v)
-                                   put_row(completed, at(v), previous[v]);
+                                   put_row(completed, at(v), memory.last[v]);
                                });
 }
 
-void Stream::advance() {
-  std::swap(previous, current);
-  std::swap(known, current_known);
-  for (std::size_t v = 0; v < age.size(); ++v) {
-    const Index older = age[v] + (age[v] < std::numeric_limits<Index>::max() ? 1 : 0);
-    age[v] = known[v] != 0 ? 0 : older;
-  }
-  if (n_frames < std::numeric_limits<std::size_t>::max()) ++n_frames;
+void Stream::check() {
+  check_memory(memory, largest_);
+  memory.generations.classify(mesh_.topology.cells, memory.known);
 }
 
-/// The checksum of a state detects damage but not bytes that were made up. This refuses all values
-/// that later frames cannot handle, wherever the bytes come from.
-void Stream::recall() {
-  check_stored_frame(previous, largest_);
-  for (std::size_t v = 0; v < age.size(); ++v) {
-    if (age[v] >= 0 && known[v] <= 1) continue;
-    refuse_state(joined("vertex ", v, " has the age ", age[v], " and the mask ", known[v],
-                        ", which is not possible"));
-  }
-  generations.classify(mesh_.topology.cells, known);
-}
-
-void Stream::count(FrameReport& report) const {
+void count(const Generations& generations, FrameReport& report) {
   report.known = generations.anchors();
   report.filled = generations.reached();
   report.disconnected = generations.disconnected_vertices();

@@ -8,14 +8,15 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "api/disconnected.hpp"
 #include "base/geometry.hpp"
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
-#include "frame/estimator.hpp"
-#include "frame/generations.hpp"
+#include "kernels/rotation_kernels.hpp"
+#include "shape/memory.hpp"
 
 namespace dynmesh {
 
@@ -31,11 +32,10 @@ struct StreamMesh {
   std::uint64_t training_hash = 0;  ///< of the training frames; 0 without training
 };
 
-/// The last frames of a sequence, and the ages of the vertices.
+/// One sequence: its memory, and that of the next frame while it is found.
 ///
-/// A frame: call `read` or set `current` and `current_known`, classify `generations`, estimate the
-/// satellites in `current`, and call `finish`, `advance` and `write`. Allocates memory only in the
-/// constructor.
+/// A frame: call `read` or set `next.last` and `next.known`, estimate the satellites in
+/// `next.last`, and call `finish`, `advance` and `write`. Allocates memory only in the constructor.
 class Stream {
  public:
   using Frame = std::vector<Vector3<double>>;
@@ -48,44 +48,30 @@ class Stream {
   /// are out of range.
   template <class Real>
   void read(Points<const Real> rows, KnownMask mask);
-  /// Completes the disconnected vertices of `current`. Then resets vertices whose estimate has
-  /// diverged to the previous frame, since a NaN would spread to later frames. `rotations` are
-  /// those of the components since the previous frame, or empty.
+  /// Completes the disconnected vertices of the next frame. Then resets vertices whose estimate has
+  /// diverged to the previous frame, since a NaN would spread to later frames, and finds the ages.
+  /// `rotations` are those of the components since the previous frame, or empty.
   void finish(std::span<const Quaternion> rotations = {});
-  /// Makes the current frame the previous one, and updates the ages.
-  void advance();
+  /// The next frame becomes the last one.
+  void advance() noexcept { std::swap(memory, next); }
   /// Copies the last completed frame to the caller's rows.
   template <class Real>
   void write(Points<Real> completed) const;
 
   [[nodiscard]] std::size_t n_vertices() const { return first_frame.size(); }
-  /// The numbers of vertices in the report of the last frame.
-  void count(FrameReport& report) const;
+  /// Ends reading a memory. Refuses values that no stream can have.
+  void check();
 
-  /// What a state keeps beside `first_frame`.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    visit(self.n_frames);
-    for (auto& position : self.previous) visit(std::span(&position.x, 3));
-    visit(self.age);
-    visit(self.known);
-  }
-  /// Ends reading them. Refuses values that no stream can have.
-  void recall();
-
-  Generations generations;
   Frame first_frame;
-  Frame previous;                   // the last completed frame, V
-  std::vector<std::uint8_t> known;  // its anchors
-  std::vector<Index> age;           // of its vertices
-  Frame current;                    // the frame being completed
-  std::vector<std::uint8_t> current_known;
-  std::size_t n_frames = 0;  // since frame 0
+  Memory memory, next;
 
  private:
   StreamMesh& mesh_;
   double largest_;
   Disconnected disconnected_;
 };
+
+/// The numbers of vertices in the report of a frame.
+void count(const Generations& generations, FrameReport& report);
 
 }  // namespace dynmesh

@@ -4,6 +4,7 @@
 #include <dynmesh/settings.hpp>
 #include <dynmesh/tracker.hpp>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
 #include "base/training_frames.hpp"
+#include "shape/memory.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/scan_arguments.hpp"
 #include "surface_fit/surface_tracking.hpp"
@@ -28,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'C'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'D'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -40,13 +42,13 @@ void tell_quality(TrackingReport& report) {
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
 void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found,
-                      const SurfaceTracking& surface) {
+                      std::span<const Vector3<double>> last, const SurfaceTracking& surface) {
   const double far_share = found.agreements.all.far_share;
   const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
                           static_cast<double>(found.observed.size());
   const bool are_most_far = far_share > 0.5;  // false without points: the share is NaN
   if (!are_most_far || !(observed < surface.constants().least_observed_at_first)) return;
-  const auto distance = std::sqrt(squared_norm(median_of(scan.points) - median_of(surface.last())));
+  const auto distance = std::sqrt(squared_norm(median_of(scan.points) - median_of(last)));
   refuse("points", "the template is far from the first scan: it is more than a mean edge from ",
          to_text(100 * far_share, 3), " % of the points, and their middles are ",
          to_text(distance, 4), " apart, ", to_text(distance / surface.mean_edge(), 4),
@@ -66,44 +68,57 @@ struct Tracker<Real>::Parts {
         stream(*mesh, std::move(first_frame), DisconnectedRule::follow, largest_coordinate<Real>),
         surface(mesh->faces, mesh->topology, mesh->workers, stream.first_frame, TrackingConstants{},
                 mesh->training, settings.uncertainty, std::numeric_limits<Real>::epsilon()),
-        recovery(*mesh, stream.first_frame, settings.recover),
-        standard_error(errors().size()) {
+        recovery(*mesh, stream.first_frame, settings.recover) {
+    surface.begin(stream.memory);
+    recovery.begin(stream.memory);
+    stream.next = stream.memory;
+    standard_error.resize(stream.memory.errors.standard_errors.size());
     tell_errors(report);
-    stream.count(report);
+    count(stream.memory.generations, report);
     Writer writer;
     write(writer);
     state_size = writer.take_sealed().size();
   }
 
   /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between
-  /// calls changes before it is done.
+  /// calls changes before `advance`.
   TrackingReport track(const PointScan& measurement, Points<Real> tracked,
                        Clock::time_point start) {
-    SurfaceTracking::Found found = surface.track(measurement);
-    if (stream.n_frames == 0) check_first_scan(measurement, found, surface);
-    Measure measure = recovery.measure(found);
-    const bool is_lost = recovery.is_due(measure);
+    Memory& memory = stream.memory;
+    Memory& next = stream.next;
+    SurfaceTracking::Found found = surface.fit(memory, measurement, {}, next);
+    if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
     TrackingReport made;
-    made.recovered = is_lost && recovery.find_again(surface, measurement, found, measure);
-    made.measure = measure;
+    made.measure = recovery.measure(found);
+    const bool is_due = recovery.is_due(memory, made.measure);
+    std::optional<Memory> again;
+    if (is_due) {
+      again = recovery.find_again(surface, memory, measurement, found, made.measure, next);
+      if (!again) {
+        found = surface.fit(memory, measurement, {}, next);
+        made.measure = recovery.measure(found);
+      }
+    }
+    made.recovered = again.has_value();
     tell_quality(made);
-    std::ranges::copy(found.observed, stream.current_known.begin());
-    stream.generations.classify(mesh->topology.cells, stream.current_known);
-    const auto generation = stream.generations.of_vertices();
-    for (std::size_t v = 0; v < stream.current.size(); ++v) {
+    std::ranges::copy(found.observed, next.known.begin());
+    next.generations.classify(mesh->topology.cells, next.known);
+    const auto generation = next.generations.of_vertices();
+    for (std::size_t v = 0; v < next.last.size(); ++v) {
       const bool is_found = generation[v] != Generations::disconnected;
-      stream.current[v] = is_found ? found.x[v] : stream.previous[v];
+      next.last[v] = is_found ? found.x[v] : memory.last[v];
     }
     stream.finish();
-    surface.measure_errors(stream.generations, measure.quality == Quality::ruined);
-    surface.remember(stream.current, stream.generations.anchors() > 0);
-    recovery.remember(stream.current, measure, is_lost);
+    const Memory& from = again ? *again : memory;
+    surface.measure_errors(from, made.quality == Quality::ruined, next);
+    surface.remember(from, next.generations.anchors() > 0, next);
+    recovery.remember(memory, made.measure, is_due, next);
     stream.advance();
     stream.write(tracked);
-    stream.count(made);
+    count(memory.generations, made);
     made.iterations = static_cast<std::size_t>(found.iterations);
-    made.stages.prior_weight = surface.shape().rest().prior_weight();
-    made.stages.prior_share = surface.shape().rest().prior_share();
+    made.stages.prior_weight = memory.fit.prior_weight;
+    made.stages.prior_share = memory.fit.prior_share;
     tell_errors(made);
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     report = made;
@@ -111,15 +126,13 @@ struct Tracker<Real>::Parts {
     return report;
   }
 
-  [[nodiscard]] std::span<const double> errors() const {
-    return surface.shape().error_bars().of_vertices();
-  }
   /// Tells the standard errors, and the root mean square of those that are finite; 0 without any.
   void tell_errors(FrameReport& of_frame) {
-    std::ranges::transform(errors(), standard_error.begin(), saturated_or_infinite<Real>);
+    const std::vector<double>& errors = stream.memory.errors.standard_errors;
+    std::ranges::transform(errors, standard_error.begin(), saturated_or_infinite<Real>);
     double sum = 0;
     std::size_t n = 0;
-    for (const double value : errors()) {
+    for (const double value : errors) {
       if (!std::isfinite(value)) continue;
       sum += value * value;
       ++n;
@@ -134,32 +147,29 @@ struct Tracker<Real>::Parts {
   void write(Writer& writer) const {
     begin_state(writer, kind(), *mesh, settings);
     writer.write(stream.first_frame);
-    for_each_stored_field(report, [&](const auto& field) { writer.write(field); });
-    write_fields(writer, stream);
-    const auto put = [&](auto, const auto& number, auto) { writer.write(number); };
-    for_each_field(report.measure.agreement, put);
-    for_each_number(report.measure, put);
-    writer.write(static_cast<std::uint8_t>(report.recovered ? 1 : 0));
-    surface.write_memory(writer);
-    recovery.write_memory(writer);
+    for_each_number(*this, NumberWriter(writer));
   }
 
   /// Reads what follows frame 0.
   void read(Reader& reader) {
-    for_each_stored_field(report, [&](auto& field) { reader.read_finite(std::span(&field, 1)); });
-    read_fields(reader, stream);
-    stream.recall();
-    // Without points, there are numbers that are NaN.
-    const auto take = [&](auto, auto& number, auto) { reader.read(std::span(&number, 1)); };
-    for_each_field(report.measure.agreement, take);
-    for_each_number(report.measure, take);
+    for_each_number(*this, NumberReader(reader));
+    stream.check();
+    Recovery::check(stream.memory);
     report.measure.quality = judged(report.measure);
     tell_quality(report);
-    report.recovered = reader.read<std::uint8_t>() != 0;
-    surface.read_memory(reader, stream.previous);
-    recovery.read_memory(reader);
-    stream.count(report);
+    count(stream.memory.generations, report);
     tell_errors(report);
+  }
+
+  template <class Self, class Visit>
+  static void for_each_number(Self& self, const Visit& visit) {
+    for_each_stored_field(self.report, visit);
+    // Without points, there are numbers that are NaN.
+    const auto any = [&](auto, auto& number, auto) { visit(number, false); };
+    for_each_field(self.report.measure.agreement, any);
+    dynmesh::for_each_number(self.report.measure, any);
+    visit(self.report.recovered);
+    each_number(self.stream.memory, visit);
   }
 
   std::shared_ptr<StreamMesh> mesh;  // of all sequences
@@ -251,7 +261,7 @@ std::size_t Tracker<Real>::n_edges() const {
 }
 template <class Real>
 std::size_t Tracker<Real>::n_frames() const {
-  return parts_->stream.n_frames;
+  return parts_->stream.memory.n_frames;
 }
 template <class Real>
 const TrackerSettings& Tracker<Real>::settings() const {
@@ -263,15 +273,15 @@ const TopologyReport& Tracker<Real>::topology() const {
 }
 template <class Real>
 std::span<const std::uint8_t> Tracker<Real>::observed() const {
-  return parts_->stream.known;
+  return parts_->stream.memory.known;
 }
 template <class Real>
 std::span<const Index> Tracker<Real>::generation() const {
-  return parts_->stream.generations.of_vertices();
+  return parts_->stream.memory.generations.of_vertices();
 }
 template <class Real>
 std::span<const Index> Tracker<Real>::age() const {
-  return parts_->stream.age;
+  return parts_->stream.memory.age;
 }
 template <class Real>
 std::span<const Real> Tracker<Real>::standard_error() const {

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/geometry.hpp"
+
 namespace dynmesh {
 
 [[noreturn]] inline void refuse_state(const std::string& why) {
@@ -30,6 +32,15 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
     hash ^= hash >> 32U;  // the product carries upwards only
   }
   return hash;
+}
+
+/// Refuses positions that are not finite, or too large.
+inline void check_stored_frame(std::span<const Vector3<double>> frame, double largest) {
+  const auto wrong =
+      std::ranges::find_if_not(frame, [&](const auto& v) { return is_in_range(v, largest); });
+  if (wrong == frame.end()) return;
+  refuse_state("holds a position of vertex " + std::to_string(wrong - frame.begin()) +
+               " that is not finite, or too large");
 }
 
 /// Writes numbers one after another.
@@ -101,26 +112,54 @@ class Reader {
   std::span<const std::byte> rest_;
 };
 
-/// What a state keeps of an object: `T::fields(object, visit)` calls `visit` with each number, or
-/// with several side by side.
-template <class Visited>
-auto numbers_of(Visited& visited) {
+/// Calls `visit` with spans of the numbers that `visited` consists of: one, or a vector of numbers,
+/// of Vector3 or of Quaternion.
+template <class Visited, class Visit>
+void each_span(Visited& visited, const Visit& visit) {
   if constexpr (std::is_arithmetic_v<Visited>) {
-    return std::span(&visited, 1);
+    visit(std::span(&visited, 1));
+  } else if constexpr (requires { visited.w; }) {
+    visit(std::span(&visited.w, 4));
+  } else if constexpr (requires { visited.x; }) {
+    visit(std::span(&visited.x, 3));
+  } else if constexpr (std::is_arithmetic_v<typename Visited::value_type>) {
+    visit(std::span(visited.data(), visited.size()));
   } else {
-    return std::span(visited.data(), visited.size());
+    for (auto& part : visited) each_span(part, visit);
   }
 }
-template <class T>
-void write_fields(Writer& writer, const T& object) {
-  T::fields(object, [&](const auto& visited) {
-    const auto numbers = numbers_of(visited);
-    writer.write(std::span<const typename decltype(numbers)::value_type>(numbers));
-  });
-}
-template <class T>
-void read_fields(Reader& reader, T& object) {
-  T::fields(object, [&](auto&& visited) { reader.read_finite(numbers_of(visited)); });
-}
+
+/// Writes and reads what `each_number` visits.
+class NumberWriter {
+ public:
+  explicit NumberWriter(Writer& writer) : writer_(writer) {}
+  template <class Visited>
+  void operator()(const Visited& visited, bool /*is_finite*/ = true) const {
+    each_span(visited, [&](auto numbers) {
+      writer_.write(
+          std::span<const std::remove_const_t<typename decltype(numbers)::value_type>>(numbers));
+    });
+  }
+
+ private:
+  Writer& writer_;
+};
+class NumberReader {
+ public:
+  explicit NumberReader(Reader& reader) : reader_(reader) {}
+  template <class Visited>
+  void operator()(Visited& visited, bool is_finite = true) const {
+    if constexpr (std::is_same_v<Visited, bool>) {
+      visited = reader_.template read<std::uint8_t>() != 0;
+    } else {
+      each_span(visited, [&](auto numbers) {
+        is_finite ? reader_.read_finite(numbers) : reader_.read(numbers);
+      });
+    }
+  }
+
+ private:
+  Reader& reader_;
+};
 
 }  // namespace dynmesh

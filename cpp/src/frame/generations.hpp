@@ -25,7 +25,7 @@ class Generations {
   /// unknown vertex is visited at most twice.
   void classify(const Cells& cells, std::span<const std::uint8_t> known);
 
-  /// For an estimator that computes the generations itself: it fills in this array (k,) and then
+  /// For a method that computes the generations itself: it fills in this array (k,) and then
   /// sets the numbers of anchors and satellites. `satellites()` and `last()` are of no use in this
   /// case.
   [[nodiscard]] std::span<Index> to_fill() { return generation_; }

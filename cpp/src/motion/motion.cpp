@@ -33,8 +33,8 @@ Motion::Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bo
   }
 }
 
-Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
-                       std::span<const std::uint8_t> known, Generations& generations) {
+std::size_t Motion::estimate(Frame previous, std::span<Vector3<double>> points,
+                             std::span<const std::uint8_t> known, Generations& generations) {
   const std::span<Index> generation = generations.to_fill();
   for_each_chunk([&](Chunk& chunk) { begin(chunk, previous, points, known, generation); });
   const auto sum_of = [&](Index Chunk::*number) {
@@ -68,7 +68,7 @@ Index Motion::estimate(Frame previous, std::span<Vector3<double>> points,
     }
   });
   generations.set_counts(at(static_cast<Index>(previous.size()) - unknown), at(reached));
-  return t + extra_iterations_;
+  return at(t + extra_iterations_);
 }
 
 /// Finds the motions of the anchors of a chunk, and s_ij = 1 / |v_i - v_j|^2 of the unknown

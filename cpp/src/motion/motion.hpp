@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -11,7 +12,6 @@
 
 #include "base/geometry.hpp"
 #include "base/workers.hpp"
-#include "frame/estimator.hpp"
 #include "frame/generations.hpp"
 
 namespace dynmesh {
@@ -20,8 +20,10 @@ namespace dynmesh {
 /// its cell that were known before. Generations follow from where there is such a mean.
 ///
 /// Allocates memory only in the constructor.
-class Motion final : public Estimator {
+class Motion {
  public:
+  using Frame = std::span<const Vector3<double>>;
+
   /// `cells` and `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations`
   /// >= 0 is the number of iterations after the one that reaches the last satellite. Without
   /// `revisit`, a satellite is estimated only once, when it is reached, and extra iterations have
@@ -29,8 +31,11 @@ class Motion final : public Estimator {
   Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bool revisit,
          Workers& workers);
 
-  Index estimate(Frame previous, std::span<Vector3<double>> points,
-                 std::span<const std::uint8_t> known, Generations& generations) override;
+  /// Estimates the satellites of `points` from the anchors, which are the vertices with
+  /// `known[v] == 1` and not 0, and from the previous completed frame, and tells the generations.
+  /// Returns the number of iterations.
+  std::size_t estimate(Frame previous, std::span<Vector3<double>> points,
+                       std::span<const std::uint8_t> known, Generations& generations);
 
  private:
   /// The motion d of a vertex, times its weight w / t: that of anchors is always 1. All are 0 where

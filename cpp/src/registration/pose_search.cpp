@@ -41,8 +41,11 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
       coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse()),
       fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
-            epsilon) {
-  coarse_.yield_beyond(constants_.usual_departures);
+            epsilon),
+      coarse_memory_(mesh_.positions),
+      fine_memory_(given.frame) {
+  coarse_.begin(coarse_memory_);
+  fine_.begin(fine_memory_);
 }
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
@@ -158,13 +161,16 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   if (settings_.before_step) settings_.before_step();
   Cloud start;
   for (const auto& x : mesh_.positions) start.push_back(from_eigen(candidate.motion * to_eigen(x)));
-  coarse_.place(start);
-  coarse_.forget_shape();
+  coarse_.place(start, coarse_memory_);
+  coarse_.forget_shape(coarse_memory_);
   auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
   const auto rough = guides_of(candidate.rough, candidate.motion, constants_.rough_weight);
   guides.insert(guides.end(), rough.begin(), rough.end());
-  if (!guides.empty()) coarse_.bend(guides, constants_.bending_steps);
-  const auto found = coarse_.compare_last(sample_);
+  if (!guides.empty()) {
+    coarse_.bend({.landmarks = guides, .yields_beyond = constants_.usual_departures},
+                 constants_.bending_steps, coarse_memory_);
+  }
+  const auto found = coarse_.compare(coarse_memory_.last, sample_);
   return {candidate,
           {found.x.begin(), found.x.end()},
           found.agreements.all.far_share,
@@ -174,11 +180,16 @@ PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
 /// The coarse mesh of a trial, drawn to the scan.
 PoseSearch::Trial PoseSearch::drawn(Trial trial) {
   if (settings_.before_step) settings_.before_step();
-  coarse_.place(trial.x);
-  coarse_.forget_shape();
+  coarse_.place(trial.x, coarse_memory_);
+  coarse_.forget_shape(coarse_memory_);
   const auto& [motion, landmarks, rough] = trial.candidate;
-  const auto found = coarse_.track(
-      sample_, guides_of(landmarks, motion, constants_.landmark_weight), constants_.iterations);
+  const auto guides = guides_of(landmarks, motion, constants_.landmark_weight);
+  Memory next = coarse_memory_;
+  const auto found = coarse_.fit(coarse_memory_, sample_,
+                                 {.landmarks = guides,
+                                  .fewest_iterations = constants_.iterations,
+                                  .yields_beyond = constants_.usual_departures},
+                                 next);
   trial.x.assign(found.x.begin(), found.x.end());
   trial.far_share = found.agreements.all.far_share;
   trial.misfit = misfit_of(found);
@@ -209,10 +220,10 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
 /// the shape yields at its joints, which brings all of it to the points. Rounds are frames of a
 /// tracker, whose prediction goes on with what moves slowly, such as limbs that untwist.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
-  coarse_.place(trial.x);
-  const auto& rotations = coarse_.shape().rotations().quaternions();
-  fine_.place(mesh_.lifted(template_.frame, trial.x, rotations));
-  fine_.forget_shape();
+  coarse_.place(trial.x, coarse_memory_);
+  fine_.place(mesh_.lifted(template_.frame, trial.x, coarse_memory_.q), fine_memory_);
+  fine_.forget_shape(fine_memory_);
+  Memory next = fine_memory_;
   std::vector<Landmark> landmarks;
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
@@ -221,35 +232,37 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   Pose pose;
   double weight = 1;  // of a point, as a multiple of that in tracking
   bool yields = false;
-  fine_.yield_beyond(std::numeric_limits<double>::infinity());
   while (!pose.converged && pose.rounds < constants_.most_rounds) {
     if (settings_.before_step) settings_.before_step();
-    const int iterations = yields ? tracking.final_iterations : tracking.most_iterations;
-    const auto found = fine_.track(scan, landmarks, iterations, weight);
+    Guides guides = {landmarks, tracking.most_iterations, weight};
+    if (yields) {
+      guides.fewest_iterations = tracking.final_iterations;
+      guides.yields_beyond = constants_.usual_departures;
+    }
+    const auto found = fine_.fit(fine_memory_, scan, guides, next);
     const bool stays =
-        mean_distance(found.x, fine_.last()) < constants_.settled * fine_.mean_edge();
+        mean_distance(found.x, fine_memory_.last) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
     pose.observed.assign(found.observed.begin(), found.observed.end());
     pose.measure.agreement = found.agreements.all;
     if (settings_.uncertainty) {
-      Generations generations(pose.x.size());
-      generations.classify(topology_.cells, pose.observed);
-      fine_.measure_errors(generations,
-                           pose.measure.agreement.far_share > quality_limits.ruined_far);
+      next.generations.classify(topology_.cells, pose.observed);
+      const bool is_lost = pose.measure.agreement.far_share > quality_limits.ruined_far;
+      fine_.measure_errors(fine_memory_, is_lost, next);
     }
-    fine_.remember(pose.x, true);
-    fine_.forget_shape();
+    std::ranges::copy(pose.x, next.last.begin());
+    fine_.remember(fine_memory_, true, next);
+    fine_.forget_shape(next);
+    std::swap(fine_memory_, next);
     weight = std::min(constants_.most_weight, std::sqrt(tracking.weight_growth) * weight);
     if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
       yields = true;
       weight = constants_.most_weight;
-      fine_.yield_beyond(constants_.usual_departures);
     }
   }
-  const auto errors = fine_.shape().error_bars().of_vertices();
-  if (settings_.uncertainty) pose.standard_errors.assign(errors.begin(), errors.end());
+  pose.standard_errors = fine_memory_.errors.standard_errors;
   pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
   judge(scan, pose);
   return pose;

@@ -92,6 +92,7 @@ class PoseSearch {
   std::vector<std::uint8_t> is_sheet_;
   CoarseMesh mesh_;
   SurfaceTracking coarse_, fine_;
+  Memory coarse_memory_, fine_memory_;
 
   // Of a run:
   PointScan sample_;

@@ -2,28 +2,24 @@
 /// `estimate` follows the steps described in docs/method.md.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
+#include <dynmesh/frame_report.hpp>
 #include <dynmesh/settings.hpp>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "base/stored_numbers.hpp"
-#include "base/training_frames.hpp"
 #include "base/workers.hpp"
-#include "frame/estimator.hpp"
-#include "frame/generations.hpp"
 #include "shape/blend.hpp"
 #include "shape/detail_operator.hpp"
 #include "shape/error_bars.hpp"
 #include "shape/first_order.hpp"
 #include "shape/increments.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
 #include "shape/rotations.hpp"
 #include "shape/shape_fit.hpp"
-#include "shape/shape_library.hpp"
 #include "shape/shape_system.hpp"
 
 namespace dynmesh {
@@ -40,84 +36,61 @@ namespace dynmesh {
 /// Surfaces that keep the lengths of their edges rather than their detail take a share of a
 /// first-order step.
 ///
-/// Allocates memory in the constructor, and in `estimate` if the factor is larger than all earlier
-/// ones.
-class Detail final : public Estimator {
+/// This finds frames and holds no results of theirs: those are in the memory of the next frame,
+/// which a frame writes and the next one reads. Allocates memory in the constructor, and in
+/// `estimate` if the factor is larger than all earlier ones.
+class Detail {
  public:
-  /// `topology` and `workers` must outlive this object. `training` are frames of a training
-  /// sequence, or none if the settings learn. `epsilon` is that of the type in which positions are
-  /// given.
-  Detail(Frame first_frame, std::span<const Triangle> faces, const Topology& topology,
-         const TrainingFrames& training, Workers& workers, const Settings& settings,
-         double epsilon);
+  /// `model`, `modes` and `workers` must outlive this object. `modes` are those of the model, or
+  /// those that are learned. `settings` are those of the completer.
+  Detail(const ShapeModel& model, const Modes& modes, const Settings& settings, Workers& workers);
 
-  Index estimate(Frame previous, std::span<Vector3<double>> points,
-                 std::span<const std::uint8_t> known, Generations& generations) override;
-  void remember(Frame completed) override;
-  void write_memory(Writer& writer) const override;
-  void read_memory(Reader& reader, Frame completed) override;
-  [[nodiscard]] std::span<const Quaternion> rotations_of_components() const override {
+  /// What is remembered of frame 0.
+  void begin(Memory& memory) const;
+
+  /// Estimates the satellites of the frame `next.last` from its anchors and from the memory of the
+  /// frame before. `next.generations` are those of the frame. Disconnected vertices are not
+  /// changed, and neither are anchors, unless they are noisy. Returns the number of iterations.
+  /// Throws std::bad_alloc if memory is exhausted.
+  std::size_t estimate(const Memory& memory, Memory& next, StageReport& report);
+
+  /// Completes the next memory by what the frame `next.last` shows when all of it is completed.
+  void remember(const Memory& memory, Memory& next, StageReport& report);
+
+  /// (components,) how each component has turned in the last `estimate`, as unit quaternions.
+  [[nodiscard]] std::span<const Quaternion> rotations_of_components() const {
     return increments_.of_components();
-  }
-  [[nodiscard]] std::span<const double> standard_error() const override {
-    return error_bars_.of_vertices();
-  }
-  [[nodiscard]] StageReport stages() const override { return report_; }
-
-  /// What a state keeps, beside the error bars.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto& q : self.rotations_.quaternions()) visit(std::span(&q.w, 4));
-    for (auto& shape : self.shapes_) visit(std::span(&shape.change.x, 3));
-    visit(self.lambda_);
-    FirstOrder::fields(self.first_order_, visit);
-    if (self.is_trained_ || self.library_) ShapeFit::fields(self.fit_, visit);
-    if (!self.library_) return;
-    ShapeLibrary::fields(*self.library_, visit);
-    visit(self.n_evident_);
   }
 
  private:
   using Field = std::span<const Vector3<double>>;
 
-  void turn_with_anchors(Frame previous, const Generations& generations);
-  void fit_rotations(Field positions);
-  ResidualField find_directions();
-  FittedModes add_modes(ResidualField& directions);
+  void fit_rotations(Field positions, Memory& next, StageReport& report);
+  ResidualField find_directions(const Memory& memory, std::span<const Quaternion> q);
+  void add_modes(ResidualField& directions, Memory& next);
+  [[nodiscard]] ShapeTerms terms(const Memory& memory, std::size_t v) const {
+    return {memory.m[v], model_.first_shape[v] - memory.m[v], memory.u[v]};
+  }
   void move_to_shape();
-  void weigh_anchors();
-  void learn();
-  Field detail_turned_back(Frame completed);
+  [[nodiscard]] double next_lambda(double lambda) const;
 
-  const Topology& topology_;
-  Workers& workers_;
+  const ShapeModel& model_;
   std::optional<double> noise_;
-  double mean_edge_;  // of frame 0
+  Workers& workers_;
   ShapeSystem system_;
-  Rounding rounding_;
   Rotations rotations_;
   Increments increments_;
   LocalBlend local_blend_;
-  bool is_trained_;  // although the training may have no modes for this frame 0
-  ShapeFit fit_;     // of the modes of the training, or of those that are learned
-  std::unique_ptr<ShapeLibrary> library_;  // null if it does not learn
+  ShapeFit fit_;
   ErrorBars error_bars_;
   FirstOrder first_order_;
-  Generations next_generations_;  // of the current frame, until nothing can throw any more
-  StageReport report_;
-
-  // Kept from frame to frame:
-  std::vector<Vector3<double>> first_shape_;  // m_first
-  std::vector<ShapeTerms> shapes_;            // m, m_first - m and u
-  double lambda_;                             // in the unit of K
-  std::uint64_t n_evident_ = 0;               // the number of frames with anchors, if it learns
 
   // Of one frame, (k,) each:
   Anchors anchors_;
   std::vector<Vector3<double>> x_, kx_;  // X and K X
   std::vector<Vector3<double>> shape_;   // the shape that K X is to have
   std::vector<ShapeTerms> turned_, k_steps_;
-  std::vector<ShapeTerms> steps_, fitted_;  // with modes: the steps, and shapes with what is fitted
+  std::vector<ShapeTerms> steps_;  // with modes
 };
 
 }  // namespace dynmesh

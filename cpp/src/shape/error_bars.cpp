@@ -15,20 +15,28 @@ ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
-  for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
+  targets_.resize(members * k);
   noise_.resize(are_noisy ? members * k : 0);
-  energies_.resize(k);
-  sizes_.resize(k, 1.0);
-  standard_errors_.resize(k);
+  sizes_.resize(k);
   newest_.resize(k);
   averaged_.resize(k);
 }
 
+ErrorMemory ErrorBars::no_errors() const {
+  ErrorMemory memory;
+  for (Members* of : {&memory.errors, &memory.changes}) of->resize(targets_.size());
+  memory.energies.resize(sizes_.size());
+  memory.standard_errors.resize(sizes_.size());
+  return memory;
+}
+
 /// Continues the changes: smooth over the mesh, with a part in common with the cluster, and partly
 /// those of the frame before. T = e + eta are then the errors of the shape that the frame is to
-/// have.
-void ErrorBars::draw_changes(const Clusters& clusters) {
-  const std::uint64_t of_vertices = mixed(frame_);
+/// have. `next` may be the memory if that is of frame 0.
+void ErrorBars::draw_changes(const Clusters& clusters, const ErrorMemory& memory,
+                             ErrorMemory& next) {
+  find_sizes(memory.energies);
+  const std::uint64_t of_vertices = mixed(memory.frame);
   const std::uint64_t of_clusters = mixed(of_vertices);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const std::uint64_t own = mixed(of_vertices + v);
@@ -38,26 +46,26 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
           signs_of(own, i) + uncertainty_constants.shared_change * signs_of(shared, i);
     }
   });
-  smooth(smoother_, static_cast<int>(members), uncertainty_constants.smoothings, targets_, next_,
-         workers_);
-  const double kept = frame_ == 0 ? 0 : uncertainty_constants.persistence;
+  smooth(smoother_, static_cast<int>(members), uncertainty_constants.smoothings, targets_,
+         next.changes, workers_);
+  const double kept = memory.frame == 0 ? 0 : uncertainty_constants.persistence;
   const double fresh = std::sqrt(1 - kept * kept);
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      changes_[i] = kept * changes_[i] + fresh * targets_[i];
-      targets_[i] = errors_[i] + sizes_[v] * changes_[i];
+      next.changes[i] = kept * memory.changes[i] + fresh * targets_[i];
+      targets_[i] = memory.errors[i] + sizes_[v] * next.changes[i];
     }
   });
-  ++frame_;
+  next.frame = memory.frame + 1;
 }
 
 /// Makes up the noise of the anchors. lambda, their weight, is the squared ratio of the errors of
 /// the shape and of the anchors.
-void ErrorBars::set_noise(const Anchors& anchors) {
+void ErrorBars::set_noise(const Anchors& anchors, std::uint64_t frame) {
   double sum = 0;
   for (const Vector3<double>& target : targets_) sum += squared_norm(target);
   const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
-  const std::uint64_t of_frame = ~mixed(frame_);  // other bits than those of the changes
+  const std::uint64_t of_frame = ~mixed(frame);  // other bits than those of the changes
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const std::uint64_t signs = mixed(of_frame + v);
     const double weight = anchors.weights[v];
@@ -69,7 +77,8 @@ void ErrorBars::set_noise(const Anchors& anchors) {
 }
 
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
-Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
+Energy ErrorBars::compare(const CompletedShape& frame, Field steps, Field k_steps,
+                          const Anchors& anchors) {
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Energy& energy = newest_[v] = {};
     if (anchors.counts[v] == 0) return;
@@ -79,7 +88,7 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
       energy.x += anchors.weights[v] * squared_norm(off);
     }
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
-      energy.y += squared_norm(next_[i] - targets_[i]) / members;
+      energy.y += squared_norm(k_steps[i] - targets_[i]) / members;
       if (anchors.are_noisy()) {
         const auto off = anchors.observable(v, steps[i] - noise_[i]);
         energy.y += anchors.weights[v] * squared_norm(off) / members;
@@ -91,25 +100,24 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchor
 
 /// Adds the newest energies, which are those of changes of the current sizes, to the energies
 /// around each vertex.
-void ErrorBars::learn_sizes() {
+void ErrorBars::learn_sizes(const ErrorMemory& memory, ErrorMemory& next) {
   workers_.for_each_in_chunks(sizes_.size(),
                               [&](std::size_t v) { newest_[v].y /= sizes_[v] * sizes_[v]; });
   smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    energies_[v] = uncertainty_constants.kept_of_sizes * energies_[v] + newest_[v];
+    next.energies[v] = uncertainty_constants.kept_of_sizes * memory.energies[v] + newest_[v];
   });
-  find_sizes();
 }
 
 /// The size of the changes around each vertex, compared with the mean, which tells busy parts from
 /// quiet ones: the root of the ratio of the energies found and expected there in recent frames,
 /// closer to 1 where there is little energy to tell.
-void ErrorBars::find_sizes() {
-  const Energy mean = std::accumulate(energies_.begin(), energies_.end(), Energy{});
+void ErrorBars::find_sizes(std::span<const Energy> energies) {
+  const Energy mean = std::accumulate(energies.begin(), energies.end(), Energy{});
   const double ratio = mean.x / mean.y;
-  const double prior = uncertainty_constants.pull * mean.x / static_cast<double>(energies_.size());
+  const double prior = uncertainty_constants.pull * mean.x / static_cast<double>(energies.size());
   workers_.for_each_in_chunks(sizes_.size(), [&](std::size_t v) {
-    const double size = std::sqrt((energies_[v].x + prior) / (ratio * energies_[v].y + prior));
+    const double size = std::sqrt((energies[v].x + prior) / (ratio * energies[v].y + prior));
     const double largest = uncertainty_constants.largest_size;
     sizes_[v] = std::isfinite(size) ? std::clamp(size, 1 / largest, largest) : 1;
   });
@@ -117,89 +125,79 @@ void ErrorBars::find_sizes() {
 
 /// Finds the standard errors from the `steps` of the members, and the next memory, which is what
 /// the members look like after the frame: K D where an anchor ties them, T where no anchor does.
-/// `next_` holds K D.
-void ErrorBars::end_frame(Field steps, double scale, const Generations& generations) {
+/// The errors in `next` are K D so far.
+void ErrorBars::end_frame(Field steps, double scale, const Generations& generations,
+                          ErrorMemory& next) {
   const auto generation = generations.of_vertices();
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const bool is_disconnected = generation[v] == Generations::disconnected;
     double sum = 0;
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       sum += squared_norm(steps[i]);
-      errors_[i] = is_disconnected ? targets_[i] : next_[i];
+      if (is_disconnected) next.errors[i] = targets_[i];
     }
     const double variance = sum / (3 * members);
     const double found = std::sqrt(scale * variance);
     const bool is_fixed = generation[v] == Generations::anchor && variance == 0;
     const bool is_known = !is_disconnected && std::isfinite(found);
-    standard_errors_[v] = is_fixed ? 0 : is_known ? found : infinite;
+    next.standard_errors[v] = is_fixed ? 0 : is_known ? found : infinite;
   });
 }
 
 void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
-                       const Clusters& clusters) {
-  draw_changes(clusters);
-  if (anchors.are_noisy()) set_noise(anchors);
+                       const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next) {
+  draw_changes(clusters, memory, next);
+  if (anchors.are_noisy()) set_noise(anchors, next.frame);
   const Field steps = system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
       [&](std::size_t v, std::size_t f) { return noise_[members * v + f]; }, anchors);
-  system.apply(steps, static_cast<int>(members), next_);
+  system.apply(steps, static_cast<int>(members), next.errors);
 
-  const Energy energy = compare(frame, steps, anchors);
+  const Energy energy = compare(frame, steps, next.errors, anchors);
   if (!(energy.y < largest_member)) {
     // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
     // error.
-    for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
-    std::ranges::fill(energies_, Energy{});
-    std::ranges::fill(sizes_, 1.0);
-    energy_ = {};
-    frame_ = 0;
-    return pass(generations, clusters);
+    for (Members* of : {&next.errors, &next.changes}) std::ranges::fill(*of, Vector3<double>{});
+    std::ranges::fill(next.energies, Energy{});
+    next.energy = {};
+    next.frame = 0;
+    return pass(generations, clusters, next, next);
   }
+  next.energies = memory.energies;
+  next.energy = memory.energy;
   double scale = infinite;
   if (std::isfinite(energy.x)) {
     // A motion that has just begun shows in this frame alone, one that has ended has left its
     // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
-    energy_ = uncertainty_constants.kept_of_scale * energy_ + energy;
+    next.energy = uncertainty_constants.kept_of_scale * memory.energy + energy;
     const auto ratio = [](const Energy& e) { return e.y > 0 ? e.x / e.y : 0; };
-    scale = std::max(ratio(energy), ratio(energy_));
+    scale = std::max(ratio(energy), ratio(next.energy));
     // Where rounding errors happen to be large says nothing about the subject.
     const double counted = std::accumulate(anchors.counts.begin(), anchors.counts.end(), 0.0);
     if (energy.x <= counted * frame.rounding) {
       for (Energy& at_vertex : newest_) at_vertex.x = 0;
     }
-    learn_sizes();
+    learn_sizes(memory, next);
   }
-  end_frame(steps, scale, generations);
+  end_frame(steps, scale, generations, next);
 }
 
-void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
-  draw_changes(clusters);
-  std::ranges::fill(next_, Vector3<double>{});
-  end_frame(next_, infinite, generations);  // 0 for anchors, infinite for all others
+void ErrorBars::pass(const Generations& generations, const Clusters& clusters,
+                     const ErrorMemory& memory, ErrorMemory& next) {
+  draw_changes(clusters, memory, next);
+  next.energies = memory.energies;
+  next.energy = memory.energy;
+  std::ranges::fill(next.errors, Vector3<double>{});
+  end_frame(next.errors, infinite, generations, next);  // 0 for anchors, infinite for all others
 }
 
-void ErrorBars::widen(const Generations& generations, double size) {
+void ErrorBars::widen(const Generations& generations, double size, ErrorMemory& next) {
   const auto generation = generations.of_vertices();
-  for (std::size_t v = 0; v < standard_errors_.size(); ++v) {
+  for (std::size_t v = 0; v < next.standard_errors.size(); ++v) {
     if (generation[v] == Generations::anchor) continue;
-    standard_errors_[v] = std::hypot(standard_errors_[v], size);
+    next.standard_errors[v] = std::hypot(next.standard_errors[v], size);
   }
-}
-
-void ErrorBars::write_memory(Writer& writer) const {
-  write_fields(writer, *this);
-  writer.write(of_vertices());
-}
-
-void ErrorBars::read_memory(Reader& reader) {
-  read_fields(reader, *this);
-  reader.read(std::span(standard_errors_));  // infinite for disconnected vertices
-  const auto is_error = [](double x) { return x >= 0; };
-  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.x < 0 || energy_.y < 0) {
-    refuse_state("holds standard errors that are none");
-  }
-  if (exist()) find_sizes();
 }
 
 }  // namespace dynmesh

@@ -9,18 +9,14 @@
 #include <span>
 #include <vector>
 
-#include "base/stored_numbers.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
 #include "shape/detail_operator.hpp"
+#include "shape/memory.hpp"
 #include "shape/rotations.hpp"
 #include "shape/shape_system.hpp"
 
 namespace dynmesh {
-
-/// Squares of residuals, or sums of them over earlier frames, each weighted less than the next: x
-/// is that of the residuals found in the frames, y that of the residuals expected by the ensemble.
-using Energy = Vector3<double>;
 
 /// A frame that has been completed, (k,) each.
 struct CompletedShape {
@@ -35,7 +31,8 @@ struct CompletedShape {
 /// which are vectors, hence nine numbers that measure how far a coordinate may be off.
 ///
 /// Without `are_wanted`, there are none, and nothing is allocated. Allocates memory only in the
-/// constructor. All numbers are the same for any number of threads.
+/// constructor. All numbers are the same for any number of threads. Each frame begins with what
+/// was remembered of the one before, `memory`, and writes what is remembered of it, `next`.
 class ErrorBars {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -43,40 +40,22 @@ class ErrorBars {
   /// `cells` and `workers` must outlive this object.
   ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
 
-  [[nodiscard]] bool exist() const { return !errors_.empty(); }
+  [[nodiscard]] bool exist() const { return !targets_.empty(); }
+  /// The memory of frame 0.
+  [[nodiscard]] ErrorMemory no_errors() const;
 
   /// Finds the errors of a frame of which some vertices were solved for.
   void update(const CompletedShape& frame, const Anchors& anchors, const Generations& generations,
-              ShapeSystem& system, const Clusters& clusters);
+              ShapeSystem& system, const Clusters& clusters, const ErrorMemory& memory,
+              ErrorMemory& next);
 
   /// The same for a frame of which nothing was solved for: everything is known or disconnected.
-  void pass(const Generations& generations, const Clusters& clusters);
+  void pass(const Generations& generations, const Clusters& clusters, const ErrorMemory& memory,
+            ErrorMemory& next);
 
   /// Adds an independent error of this size to those of the vertices that are no anchors, in this
   /// frame alone.
-  void widen(const Generations& generations, double size);
-
-  /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
-  /// infinity for disconnected vertices. Empty if there are none.
-  [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
-
-  /// What later frames depend on, beside `of_vertices`, which a state keeps as well.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto* members_of : {&self.errors_, &self.changes_}) {
-      for (auto& one : *members_of) visit(std::span(&one.x, 3));
-    }
-    if (!self.exist()) return;
-    for (auto& energy : self.energies_) {
-      visit(energy.x);
-      visit(energy.y);
-    }
-    visit(self.energy_.x);
-    visit(self.energy_.y);
-    visit(self.frame_);
-  }
-  void write_memory(Writer& writer) const;
-  void read_memory(Reader& reader);
+  static void widen(const Generations& generations, double size, ErrorMemory& next);
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -85,28 +64,20 @@ class ErrorBars {
   static constexpr double largest_member = 1e50;
   using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
 
-  void draw_changes(const Clusters& clusters);
-  void set_noise(const Anchors& anchors);
-  Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
-  void learn_sizes();
-  void find_sizes();
-  void end_frame(Field steps, double scale, const Generations& generations);
+  void draw_changes(const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next);
+  void set_noise(const Anchors& anchors, std::uint64_t frame);
+  Energy compare(const CompletedShape& frame, Field steps, Field k_steps, const Anchors& anchors);
+  void learn_sizes(const ErrorMemory& memory, ErrorMemory& next);
+  void find_sizes(std::span<const Energy> energies);
+  void end_frame(Field steps, double scale, const Generations& generations, ErrorMemory& next);
 
   const Cells& cells_;
   Workers& workers_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
-  // Kept from frame to frame:
-  Members errors_;                // e, of the shape in memory
-  Members changes_;               // eta, how the true shape changes, with unit size
-  std::vector<Energy> energies_;  // (k,) of earlier frames, around each vertex, for sizes of 1
-  std::vector<double> sizes_;     // (k,) of the changes, which follow from these energies
-  Energy energy_;                 // of earlier frames, over the mesh
-  std::uint64_t frame_ = 0;       // the number of frames since the ensemble was begun
-  std::vector<double> standard_errors_;  // (k,)
-
   // Of one frame:
-  Members targets_, next_, noise_;
+  std::vector<double> sizes_;  // (k,) of the changes, which follow from the energies
+  Members targets_, noise_;
   std::vector<Energy> newest_, averaged_;  // (k,)
 };
 

@@ -38,46 +38,49 @@ DetailOperator laplacian_of(const DetailOperator& k) {
   return {l, std::vector<double>(k.size(), 1.0)};
 }
 
-}  // namespace
+constexpr std::size_t n_shares = Gains::n_shares;
 
-void FirstOrder::Gains::add(const Gains& other, double kept) {
+void add(Gains& gains, const Gains& other, double kept = 1) {
   for (std::size_t q = 0; q < n_shares; ++q) {
-    sums[q] = kept * sums[q] + other.sums[q];
-    squares[q] = kept * kept * squares[q] + other.squares[q];
+    gains.sums[q] = kept * gains.sums[q] + other.sums[q];
+    gains.squares[q] = kept * kept * gains.squares[q] + other.squares[q];
   }
-  count = kept * count + other.count;
+  gains.count = kept * gains.count + other.count;
 }
 
-FirstOrder::FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-                       Workers& workers, bool is_noisy)
-    : topology_(topology),
+}  // namespace
+
+FirstOrder::FirstOrder(const ShapeModel& model, Workers& workers, bool is_noisy)
+    : model_(model),
+      topology_(model.topology),
       workers_(workers),
-      laplacian_(laplacian_of(k)),
+      laplacian_(laplacian_of(model.k)),
       // It has so few entries that threads would hardly share it.
       factor_(SparseMatrix(*laplacian_.c), workers),
-      rounding_(rounding),
-      sizes_(topology.report.components),
-      components_(sizes_.size()),
-      kept_(k.size(), is_noisy),
+      sizes_(topology_.report.components),
+      kept_(model.size(), is_noisy),
       drawn_(sizes_.size()),
-      is_left_out_(k.size()),
-      is_free_(k.size()),
-      of_detail_(k.size()),
+      is_left_out_(model.size()),
+      is_free_(model.size()),
+      of_detail_(model.size()),
       newest_(sizes_.size()),
       edges_(laplacian_.c->nonZeros()),
-      quaternions_(k.size()),
-      covariances_(k.size()) {
+      quaternions_(model.size()),
+      covariances_(model.size()) {
   factor_.reserve();
-  nearby_.reserve(k.size());
-  for (const Index c : topology.component) ++sizes_[c];
+  nearby_.reserve(model.size());
+  for (const Index c : topology_.component) ++sizes_[c];
 }
 
 double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
-                           const Generations& generations, ShapeSystem& system) {
+                           const Generations& generations, ShapeSystem& system,
+                           GainMemory& memory) {
   if (generations.reached() == 0) return 0;
   try {
-    if (is_due() && draw(generations)) test(frame, anchors, generations, system);
-    return mix(frame, generations, system);
+    if (is_due(memory.frame) && draw(generations, memory.frame)) {
+      test(frame, anchors, generations, system, memory.components);
+    }
+    return mix(frame, generations, system, memory.components);
   } catch (const std::bad_alloc&) {
     return 0;
   }
@@ -85,20 +88,20 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
 
 /// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,
 /// since nothing is known yet.
-bool FirstOrder::is_due() const {
+bool FirstOrder::is_due(std::uint64_t frame) {
   const auto gap = static_cast<std::uint64_t>(first_order_constants.gap);
-  return frame_ < gap ? std::has_single_bit(frame_) : frame_ % gap == 0;
+  return frame < gap ? std::has_single_bit(frame) : frame % gap == 0;
 }
 
 /// Draws the anchors to leave out. Returns false if there are none.
-bool FirstOrder::draw(const Generations& generations) {
+bool FirstOrder::draw(const Generations& generations, std::uint64_t frame) {
   const auto generation = generations.of_vertices();
   const auto drawn_of = [&](std::size_t v) -> Drawn& { return drawn_[topology_.component[v]]; };
   std::ranges::fill(drawn_, Drawn{});
   for (std::size_t v = 0; v < generation.size(); ++v) {
     drawn_of(v).anchors += generation[v] == Generations::anchor ? 1 : 0;
   }
-  const std::uint64_t of_frame = mixed(frame_);
+  const std::uint64_t of_frame = mixed(frame);
   for (std::size_t v = 0; v < generation.size(); ++v) {
     const double probability = std::min(first_order_constants.left_out / drawn_of(v).anchors,
                                         first_order_constants.largest_left_out);
@@ -151,7 +154,7 @@ void FirstOrder::leave_out(const Anchors& anchors, const Generations& generation
 /// Predicts anchors that are left out, by detail with the shape of the frame and by the first-order
 /// step from there.
 void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generations& generations,
-                      ShapeSystem& system) {
+                      ShapeSystem& system, std::vector<Component>& components) {
   leave_out(anchors, generations);
   system.factorize(kept_);
   system.apply(frame.x, 1, of_detail_);
@@ -161,12 +164,14 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
   std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
   const auto of_first_order = find_step(of_detail_, frame.last, system.scratch());
   std::ranges::transform(of_detail_, of_first_order, of_first_order.begin(), sum);
-  learn(of_first_order, anchors.observed, std::sqrt(rounding_.mean_square_of_positions(frame.x)));
+  learn(of_first_order, anchors.observed,
+        std::sqrt(model_.rounding.mean_square_of_positions(frame.x)), components);
 }
 
 /// Chooses the shares by the predictions of the anchors left out and their `observed` positions.
 /// Errors are in the unit of the positions; those below `rounding` count as 0.
-void FirstOrder::learn(Field first_order, Field observed, double rounding) {
+void FirstOrder::learn(Field first_order, Field observed, double rounding,
+                       std::vector<Component>& components) {
   const auto length = [&](const Vector3<double>& x) {
     const double found = std::sqrt(squared_norm(x));
     return found > rounding ? found : 0;
@@ -194,18 +199,18 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding) {
     return component.gains.count >= first_order_constants.least_count;
   };
   Gains common, newest_common;
-  for (std::size_t c = 0; c < components_.size(); ++c) {
+  for (std::size_t c = 0; c < components.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
-    if (newest_[c].count > 0) components_[c].gains.add(newest_[c], first_order_constants.kept);
-    if (has_shown_enough(components_[c])) continue;
-    common.add(components_[c].gains);
-    newest_common.add(newest_[c]);
+    if (newest_[c].count > 0) add(components[c].gains, newest_[c], first_order_constants.kept);
+    if (has_shown_enough(components[c])) continue;
+    add(common, components[c].gains);
+    add(newest_common, newest_[c]);
   }
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    const bool is_alone = has_shown_enough(components_[c]);
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    const bool is_alone = has_shown_enough(components[c]);
     const Gains& newest = is_alone ? newest_[c] : newest_common;
     if (newest.count == 0) continue;
-    components_[c].share = best_share(is_alone ? components_[c].gains : common, newest);
+    components[c].share = best_share(is_alone ? components[c].gains : common, newest);
   }
 }
 
@@ -228,9 +233,10 @@ double FirstOrder::best_share(const Gains& gains, const Gains& newest) {
 }
 
 /// Moves each satellite by the share of its component of the step.
-double FirstOrder::mix(const Frame& frame, const Generations& generations, ShapeSystem& system) {
-  if (std::ranges::max(components_, {}, &Component::share).share == 0) return 0;
-  const auto share_of = [&](std::size_t v) { return components_[topology_.component[v]].share; };
+double FirstOrder::mix(const Frame& frame, const Generations& generations, ShapeSystem& system,
+                       std::span<const Component> components) {
+  if (std::ranges::max(components, {}, &Component::share).share == 0) return 0;
+  const auto share_of = [&](std::size_t v) { return components[topology_.component[v]].share; };
   const auto generation = generations.of_vertices();
   for (std::size_t v = 0; v < is_free_.size(); ++v) {
     is_free_[v] = generation[v] > 0 && share_of(v) > 0 ? 1 : 0;

@@ -3,7 +3,6 @@
 /// rotations can.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -16,6 +15,8 @@
 #include "kernels/kernels.hpp"
 #include "linear/masked_factor.hpp"
 #include "shape/detail_operator.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
 #include "shape/shape_system.hpp"
 
 namespace dynmesh {
@@ -37,13 +38,8 @@ class FirstOrder {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// For a sequence whose frame 0 has the operator `k`, which is copied. `topology` and
-  /// `workers` must outlive this object.
-  FirstOrder(const Topology& topology, const DetailOperator& k, const Rounding& rounding,
-             Workers& workers, bool is_noisy);
-
-  /// Counts a frame. Called once for each frame after frame 0.
-  void count_frame() { ++frame_; }
+  /// `model` and `workers` must outlive this object.
+  FirstOrder(const ShapeModel& model, Workers& workers, bool is_noisy);
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {
@@ -52,64 +48,39 @@ class FirstOrder {
     Field shape;                   ///< the shape that K X was to have
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
-  /// test. If memory is exhausted, the frame stays as it is.
+  /// test. `memory` counts this frame already. If memory is exhausted, the frame stays as it is.
   double improve(const Frame& frame, const Anchors& anchors, const Generations& generations,
-                 ShapeSystem& system);
-
-  /// What later frames depend on.
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto& [gains, share] : self.components_) {
-      visit(gains.sums);
-      visit(gains.squares);
-      visit(gains.count);
-      visit(share);
-    }
-    visit(self.frame_);
-  }
+                 ShapeSystem& system, GainMemory& memory);
 
  private:
-  static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
-
-  /// How much smaller the errors are with each share than with detail alone.
-  struct Gains {
-    std::array<double, n_shares> sums{};
-    std::array<double, n_shares> squares{};
-    double count = 0;  // the number of errors
-
-    void add(const Gains& other, double kept = 1);
-  };
-  struct Component {
-    Gains gains;  // of earlier tests, the less the older
-    double share = 0;
-  };
+  using Component = GainMemory::Component;
   /// The anchors of a component, and how many of them are left out.
   struct Drawn {
     double anchors = 0;
     double left_out = 0;
   };
 
-  [[nodiscard]] bool is_due() const;
-  bool draw(const Generations& generations);
+  [[nodiscard]] static bool is_due(std::uint64_t frame);
+  bool draw(const Generations& generations, std::uint64_t frame);
   void leave_out(const Anchors& anchors, const Generations& generations);
   void test(const Frame& frame, const Anchors& anchors, const Generations& generations,
-            ShapeSystem& system);
-  void learn(Field first_order, Field observed, double rounding);
+            ShapeSystem& system, std::vector<Component>& components);
+  void learn(Field first_order, Field observed, double rounding,
+             std::vector<Component>& components);
   [[nodiscard]] static double best_share(const Gains& gains, const Gains& newest);
-  double mix(const Frame& frame, const Generations& generations, ShapeSystem& system);
+  double mix(const Frame& frame, const Generations& generations, ShapeSystem& system,
+             std::span<const Component> components);
   std::span<Vector3<double>> find_step(Field positions, Field last,
                                        std::span<Vector3<double>> scratch);
   void fit_rotations(Field positions, Field last);
   [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
 
+  const ShapeModel& model_;
   const Topology& topology_;
   Workers& workers_;
   DetailOperator laplacian_;  // L = diag(sum_j w_ij) - W; its scale is 1
   MaskedFactor factor_;
-  Rounding rounding_;
   std::vector<double> sizes_;  // of the components, in vertices
-  std::vector<Component> components_;
-  std::uint64_t frame_ = 0;  // since frame 0
 
   // Of one frame:
   Anchors kept_;  // the anchors that are not left out

@@ -62,32 +62,31 @@ SparseMatrix couplings_of(const Clusters& clusters, std::span<const Tie> ties) {
 
 }  // namespace
 
-Increments::Increments(const Topology& topology, const Clusters& clusters, Field first_frame,
-                       double mean_edge, double noise, Workers& workers)
-    : topology_(topology),
-      clusters_(clusters),
+Increments::Increments(const ShapeModel& model, double noise, Workers& workers)
+    : topology_(model.topology),
+      clusters_(model.clusters()),
       workers_(workers),
-      mean_edge_(mean_edge),
+      mean_edge_(model.mean_edge),
       squared_noise_(3 * noise * noise),
-      ties_(find_ties(topology, first_frame, mean_edge, increment_constants.tie)),
-      couplings_(couplings_of(clusters, ties_)),
+      ties_(find_ties(topology_, model.first_frame, mean_edge_, increment_constants.tie)),
+      couplings_(couplings_of(clusters_, ties_)),
       factor_(couplings_, workers),
-      generation_(first_frame.size(), Generations::disconnected),
-      anchors_(clusters.size()),
-      cluster_pairs_(clusters, first_frame),
-      has_anchors_(clusters.size()),
-      has_none_(clusters.size()),
-      moments_(clusters.size()),
-      moments_of_components_(topology.report.components),
-      arms_(clusters.size()),
+      generation_(model.size(), Generations::disconnected),
+      anchors_(clusters_.size()),
+      cluster_pairs_(clusters_, model.first_frame),
+      has_anchors_(clusters_.size()),
+      has_none_(clusters_.size()),
+      moments_(clusters_.size()),
+      moments_of_components_(topology_.report.components),
+      arms_(clusters_.size()),
       first_(moments_of_components_.size()),
       next_first_(first_.size()),
-      equations_(clusters.size()),
-      increments_(clusters.size()),
+      equations_(clusters_.size()),
+      increments_(clusters_.size()),
       of_components_(first_.size()) {
-  for (const Index centre : clusters.centres) component_of_.push_back(topology.component[centre]);
+  for (const Index centre : clusters_.centres) component_of_.push_back(topology_.component[centre]);
   for (auto* field : {&omega_, &step_, &residual_, &preconditioned_, &direction_, &product_}) {
-    field->resize(clusters.size());
+    field->resize(clusters_.size());
   }
   factor_.reserve();
 }

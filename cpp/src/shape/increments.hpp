@@ -15,7 +15,7 @@
 #include "linear/masked_factor.hpp"
 #include "mesh/ties.hpp"
 #include "shape/cluster_pairs.hpp"
-#include "shape/rotations.hpp"
+#include "shape/model.hpp"
 
 namespace dynmesh {
 
@@ -40,10 +40,9 @@ class Increments {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `topology`, `clusters` and `workers` must outlive this object. `noise` is the standard
-  /// deviation of a coordinate of an anchor, 0 if they are exact.
-  Increments(const Topology& topology, const Clusters& clusters, Field first_frame,
-             double mean_edge, double noise, Workers& workers);
+  /// `model` and `workers` must outlive this object. `noise` is the standard deviation of a
+  /// coordinate of an anchor, 0 if they are exact.
+  Increments(const ShapeModel& model, double noise, Workers& workers);
 
   /// Returns D (clusters,), valid until the next call. `previous` is X', and `observed` (k,) holds
   /// the positions of the anchors.

@@ -90,9 +90,7 @@ Modes::Modes(SurfaceParts parts, double mean_edge)
     : parts_(std::move(parts)),
       n_coefficients_(static_cast<std::size_t>(modes_of_part * parts_.n_parts)),
       unit_(std::exp2(std::ilogb(mean_edge))),
-      values_(3 * modes_of_part * parts_.parts.size()),
-      coefficients_(n_coefficients_),
-      sums_(parts_.size(), 2 * n_coefficients_) {}
+      values_(3 * modes_of_part * parts_.parts.size()) {}
 
 void Modes::form(const ShapeData& shapes, const CombinationData& combinations, std::size_t size,
                  Workers& workers) {
@@ -105,25 +103,27 @@ void Modes::form(const ShapeData& shapes, const CombinationData& combinations, s
 }
 
 void Modes::combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
-                    Workers& workers) {
-  std::ranges::transform(coefficients, coefficients_.begin(),
+                    ModeSums& sums, Workers& workers) const {
+  std::ranges::transform(coefficients, sums.coefficients.begin(),
                          [](double a) { return static_cast<float>(a); });
   const auto k = static_cast<Index>(combined.size());
   workers.for_each_short_chunk(k, [&](Index first, Index last) {
-    best_kernels().modes.combine(data(), coefficients_.data(), combined.data(), first, last);
+    best_kernels().modes.combine(data(), sums.coefficients.data(), combined.data(), first, last);
     for (Index v = first; v < last; ++v) combined[v] = unit_ * combined[v];
   });
 }
 
 void Modes::project(std::span<const Vector3<double>> field, std::span<double> projected,
-                    std::span<const double> weights, std::span<double> squares, Workers& workers) {
+                    std::span<const double> weights, std::span<double> squares, ModeSums& sums,
+                    Workers& workers) const {
   const std::size_t n = n_coefficients_;
-  const auto add = [&](float* sums, Index first, Index last) {
-    best_kernels().modes.project(data(), field.data(), weights.data(), sums, sums + n, first, last);
+  const auto add = [&](float* partial, Index first, Index last) {
+    best_kernels().modes.project(data(), field.data(), weights.data(), partial, partial + n, first,
+                                 last);
   };
-  const auto sums = sums_.find(weights.empty() ? n : 2 * n, workers, add);
-  for (std::size_t j = 0; j < n; ++j) projected[j] = unit_ * sums[j];
-  for (std::size_t j = n; j < sums.size(); ++j) squares[j - n] = unit_ * unit_ * sums[j];
+  const auto found = sums.of_vertices.find(weights.empty() ? n : 2 * n, workers, add);
+  for (std::size_t j = 0; j < n; ++j) projected[j] = unit_ * found[j];
+  for (std::size_t j = n; j < found.size(); ++j) squares[j - n] = unit_ * unit_ * found[j];
 }
 
 }  // namespace dynmesh

@@ -73,6 +73,16 @@ class VertexSums {
   std::vector<double> sums_;
 };
 
+/// Buffers of products with modes, for one thread of calls at a time.
+struct ModeSums {
+  ModeSums() = default;
+  ModeSums(std::size_t n_vertices, std::size_t n_coefficients)
+      : coefficients(n_coefficients), of_vertices(n_vertices, 2 * n_coefficients) {}
+
+  std::vector<float> coefficients;
+  VertexSums<float> of_vertices;  ///< one or two for each coefficient
+};
+
 /// A shape, as a field of detail in the axes of frame 0, is m_0 + B a. The columns of B are modes,
 /// up to 16 for each part; a coefficient of one is a standard deviation over the training sequence.
 ///
@@ -101,10 +111,11 @@ class Modes {
 
   /// combined = B a.
   void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
-               Workers& workers);
+               ModeSums& sums, Workers& workers) const;
   /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
   void project(std::span<const Vector3<double>> field, std::span<double> projected,
-               std::span<const double> weights, std::span<double> squares, Workers& workers);
+               std::span<const double> weights, std::span<double> squares, ModeSums& sums,
+               Workers& workers) const;
 
  private:
   [[nodiscard]] ModeData data() const {
@@ -117,8 +128,6 @@ class Modes {
   std::size_t n_frames_ = 0;
   double unit_ = 1;
   std::vector<float> values_;  // in this unit, so that their squares are in the range of float
-  std::vector<float> coefficients_;  // as float
-  VertexSums<float> sums_;           // one or two for each coefficient
 };
 
 }  // namespace dynmesh

@@ -28,8 +28,25 @@ inline Quaternion product(const Quaternion& a, const Quaternion& b) {
       a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
-/// Refuses a state in which these are not all of unit length.
-void check_stored(std::span<const Quaternion> rotations);
+/// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
+/// frame. The result may be the same memory.
+void turn(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
+          std::span<Vector3<double>> turned, Workers& workers);
+/// The same for three fields.
+void turn(std::span<const Quaternion> q, std::span<const ShapeTerms> terms,
+          std::span<ShapeTerms> turned, Workers& workers);
+/// Multiplies a field (k,) by Q^T. The result may be the same memory.
+void turn_back(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
+               std::span<Vector3<double>> turned, Workers& workers);
+
+/// Each vertex and what is around it in frame 0.
+struct Surroundings {
+  Surroundings(const Cells& cells, std::span<const Vector3<double>> first_frame, double mean_edge);
+
+  Clusters clusters;
+  Cells ends;                               ///< the vertices of the cells of each cluster
+  std::vector<Vector3<double>> rest_edges;  ///< to these ends from its centre
+};
 
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
 /// edges are weighted by the inverse of their squared length in frame 0, and the covariances are
@@ -38,47 +55,22 @@ void check_stored(std::span<const Quaternion> rotations);
 /// determine a rotation keeps its rotation. Allocates memory only in the constructor.
 class Rotations {
  public:
-  using Field = std::span<const Vector3<double>>;
-
-  /// `workers` must outlive this object. All rotations are the identity.
-  Rotations(const Cells& cells, Workers& workers, std::span<const Vector3<double>> first_frame,
-            double mean_edge);
+  /// `surroundings` and `workers` must outlive this object.
+  Rotations(const Surroundings& surroundings, Workers& workers);
 
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
-  /// clusters. Each vertex then takes the mean rotation of the clusters of its cell.
-  void fit(std::span<const Vector3<double>> frame);
+  /// clusters. Each vertex then takes the mean rotation of the clusters of its cell. (k,) `q` are
+  /// the rotations from which it starts, as unit quaternions, and those that it finds.
+  void fit(std::span<const Vector3<double>> frame, std::span<Quaternion> q);
 
-  /// Turns further by rotations of the clusters: each vertex by the mean of those of its cell.
-  void turn_further(std::span<const Quaternion> of_clusters);
-
-  /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
-  /// frame. The result may be the same memory.
-  void turn(Field field, std::span<Vector3<double>> turned) const { turn(false, field, 1, turned); }
-  /// The same for three fields.
-  void turn(std::span<const ShapeTerms> terms, std::span<ShapeTerms> turned) const {
-    turn(false, side_by_side(terms), 3, side_by_side(turned));
-  }
-  /// Multiplies a field (k,) by Q^T. The result may be the same memory.
-  void turn_back(Field field, std::span<Vector3<double>> turned) const {
-    turn(true, field, 1, turned);
-  }
-
-  /// The rotations (k,), as unit quaternions.
-  [[nodiscard]] std::span<Quaternion> quaternions() { return quaternions_; }
-  [[nodiscard]] std::span<const Quaternion> quaternions() const { return quaternions_; }
-
-  /// The clusters of frame 0.
-  [[nodiscard]] const Clusters& clusters() const { return clusters_; }
+  /// Turns `q` further by rotations of the clusters: each vertex by the mean of those of its cell.
+  void turn_further(std::span<const Quaternion> of_clusters, std::span<Quaternion> q);
 
  private:
   void blend(std::span<const Quaternion> of_clusters, std::span<Quaternion> of_vertices) const;
-  void turn(bool back, Field field, int fields, std::span<Vector3<double>> turned) const;
 
+  const Surroundings& surroundings_;
   Workers& workers_;
-  Clusters clusters_;
-  Cells ends_;                               // the vertices of the cells of each cluster
-  std::vector<Vector3<double>> rest_edges_;  // to these ends from its centre
-  std::vector<Quaternion> quaternions_;
   std::vector<Covariance> sums_, averaged_;  // of the clusters
   std::vector<Quaternion> turns_;            // of the clusters
   std::vector<Quaternion> further_;          // (k,)

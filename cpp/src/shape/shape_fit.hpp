@@ -9,9 +9,9 @@
 
 #include "base/workers.hpp"
 #include "shape/blend.hpp"
+#include "shape/memory.hpp"
 #include "shape/modes.hpp"
 #include "shape/rotations.hpp"
-#include "shape/shape_library.hpp"
 #include "shape/shape_system.hpp"
 
 namespace dynmesh {
@@ -27,12 +27,6 @@ struct AddedShape {
   void set_zero(std::size_t k) {
     for (auto* field : {&shape, &wanted, &steps, &k_steps}) field->assign(k, {});
   }
-};
-
-/// What a frame says about the coefficients.
-struct FittedModes {
-  double prior_weight = 1;  ///< k, 0 to 1
-  double prior_share = 0;   ///< the share of |r|^2 that the modes explain
 };
 
 /// Finds coefficients a so that B a, the columns of B being modes, explains a residual r of the
@@ -51,17 +45,22 @@ class ShapeFit {
     change
   };
 
-  /// `cells` and `workers` must outlive this object. A coefficient that the anchors do not
+  /// `cells`, `modes` and `workers` must outlive this object. A coefficient that the anchors do not
   /// determine is kept up to `largest_kept`.
-  ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_kept, Modes modes);
+  ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_kept, const Modes& modes);
 
-  /// Continues with the modes of these shapes.
-  void learn(ShapeLibrary& library);
+  /// (n,) the coefficients of a memory, as if there were all parts.
+  static std::vector<double> no_coefficients() {
+    return std::vector<double>(at(modes_of_part * (training_constants.local_parts + 1)));
+  }
 
-  [[nodiscard]] const Modes& modes() const { return modes_; }
   [[nodiscard]] bool exists() const { return modes_.size() > 0; }
-  /// Fits a to the residuals. `rotations` are those of the residuals.
-  FittedModes find(const ResidualField& residuals, ShapeSystem& system, const Rotations& rotations);
+  /// Fits a to the residuals, from what was remembered, which it replaces. `q` are the rotations of
+  /// the residuals.
+  void find(const ResidualField& residuals, ShapeSystem& system, std::span<const Quaternion> q,
+            FitMemory& memory);
+  /// (k,) B a.
+  std::span<const Vector3<double>> shape_of(const FitMemory& memory);
   /// B a, and what it changes in the last frame.
   [[nodiscard]] const AddedShape& added() const { return added_; }
   /// Lets m_first + `p` take the place of m_first, or m + `p` that of m.
@@ -70,46 +69,30 @@ class ShapeFit {
     to.to_rest = of_ == Of::change ? to.to_rest - p : to.to_rest + p;
   }
 
-  template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
-    for (auto* of : {&self.residual_variance_, &self.size_, &self.determined_, &self.explained_}) {
-      visit(*of);
-    }
-    if (self.of_ == Of::rest) visit(self.coefficients_);
-  }
-  /// Ends reading them.
-  void recall();
-
  private:
   struct Energies {
     double without = 0;  // |r|^2
     double with = 0;     // |r + r3|^2, with the residual r3 of what is added
   };
 
-  [[nodiscard]] std::span<double> used() {
-    return std::span(coefficients_).first(modes_.n_coefficients());
-  }
-  void begin();
   void begin_at_zero();
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Anchors& anchors);
   void penalize(double ratio);
-  double descend(const Anchors& anchors, ShapeSystem& system, const Rotations& rotations);
-  void update_evidence();
-  [[nodiscard]] bool is_plausible() const;
-  [[nodiscard]] double variance() const;
-  [[nodiscard]] double prior_weight(const Anchors& anchors) const;
+  void step_towards(AddedShape& added, const Anchors& anchors, ShapeSystem& system,
+                    std::span<const Quaternion> q);
+  double descend(const Anchors& anchors, ShapeSystem& system, std::span<const Quaternion> q);
+  void update_evidence(FitMemory& memory) const;
+  [[nodiscard]] double variance(const FitMemory& memory) const;
+  [[nodiscard]] double prior_weight(const FitMemory& memory, const Anchors& anchors) const;
 
   Of of_;
   double largest_kept_;
   const Cells& cells_;
   Workers& workers_;
-  Modes modes_;
-  std::vector<double> coefficients_;  // a, as if there were all parts
-  double residual_variance_ = -1;     // sigma^2; negative before the first frame
-  double size_ = 0;                   // N_v, the evidence: the squared coefficients,
-  double determined_ = 0;             // D_v, and how many of them were determined
-  double explained_ = 0;              // the share of |r|^2 that the modes explain, lately
+  const Modes& modes_;
+  ModeSums sums_;
+  std::vector<double> a_;  // of a frame
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j

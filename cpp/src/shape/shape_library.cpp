@@ -123,7 +123,7 @@ std::size_t ShapeLibrary::find_modes(std::size_t part) {
   return n_modes;
 }
 
-void ShapeLibrary::recall() {
+void ShapeLibrary::multiply_all() {
   const auto all = std::views::iota(Index{0}, static_cast<Index>(slots_));
   if (!std::ranges::is_permutation(order_, all) || n_members_ > most_) {
     refuse_state("does not contain a valid library of shapes");
@@ -131,35 +131,56 @@ void ShapeLibrary::recall() {
   for (std::size_t i = 0; i < n_members_; ++i) multiply(order_[i]);
 }
 
+LearnedModes::LearnedModes(const ShapeModel& model, Workers& workers)
+    : model_(model),
+      modes_(divide_surface(model.topology.cells, model.first_frame), model.mean_edge),
+      library_(modes_, training_constants.most_learned, model.mean_edge,
+               model.rounding.mean_square(model.first_frame), workers) {}
+
+void LearnedModes::learn(const Memory& memory) {
+  if (memory.generations.anchors() == 0) return;
+  if (++n_evident_ % training_constants.learned_interval != 0) return;
+  const double largest = training_constants.largest_learned * model_.mean_edge;
+  const auto is_small = [&](double x) { return std::abs(x) <= largest; };
+  const auto shape_of = [&](std::size_t v) { return -1.0 * (model_.first_shape[v] - memory.m[v]); };
+  for (std::size_t v = 0; v < memory.m.size(); ++v) {
+    const auto [x, y, z, unused] = shape_of(v);
+    if (!is_small(x) || !is_small(y) || !is_small(z)) return;
+  }
+  library_.add(shape_of);
+  if (library_.size() > 1) library_.make(modes_);
+}
+
+void LearnedModes::make() {
+  library_.multiply_all();
+  if (library_.size() > 1) library_.make(modes_);
+}
+
 /// Q is fitted to a frame until it no longer changes, from the rotation that fits the whole frame
-/// best, since its pose may be far from `first`.
+/// best, since its pose may be far from frame 0.
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const DetailOperator& k, const Cells& cells,
-                     std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, Workers& workers) {
+                     const ShapeModel& model, Workers& workers) {
   if (training.empty()) return {};
   double largest_rounding = 0;
   for (const auto& frame : training) {
-    largest_rounding = std::max(largest_rounding, rounding.mean_square(frame));
+    largest_rounding = std::max(largest_rounding, model.rounding.mean_square(frame));
   }
-  Modes modes(divide_surface(cells, first), mean_edge);
-  ShapeLibrary library(modes, training.size(), mean_edge, largest_rounding, workers);
-  std::vector<Vector3<double>> first_shape(first.size()), kx(first.size());
-  std::vector<Quaternion> before(first.size());
-  apply_operator(k, first, 1, first_shape, workers);
-  Rotations rotations(cells, workers, first, mean_edge);
+  Modes modes(divide_surface(model.topology.cells, model.first_frame), model.mean_edge);
+  ShapeLibrary library(modes, training.size(), model.mean_edge, largest_rounding, workers);
+  std::vector<Vector3<double>> kx(model.size());
+  std::vector<Quaternion> q(model.size()), before(model.size());
+  Rotations rotations(model.surroundings, workers);
   for (const auto& frame : training) {
-    const Eigen::Quaterniond whole(fit_rigid_motion(first, frame).rotation);
-    std::ranges::fill(rotations.quaternions(),
-                      Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
+    const Eigen::Quaterniond whole(fit_rigid_motion(model.first_frame, frame).rotation);
+    std::ranges::fill(q, Quaternion{whole.w(), whole.x(), whole.y(), whole.z()});
     for (int n = 0; n < most_fits; ++n) {
-      std::ranges::copy(rotations.quaternions(), before.begin());
-      rotations.fit(frame);
-      if (std::ranges::equal(before, rotations.quaternions(), are_near)) break;
+      before = q;
+      rotations.fit(frame, q);
+      if (std::ranges::equal(before, q, are_near)) break;
     }
-    apply_operator(k, frame, 1, kx, workers);
-    rotations.turn_back(kx, kx);
-    library.add([&](std::size_t v) { return kx[v] - first_shape[v]; });
+    apply_operator(model.k, frame, 1, kx, workers);
+    turn_back(q, kx, kx, workers);
+    library.add([&](std::size_t v) { return kx[v] - model.first_shape[v]; });
   }
   library.make(modes);
   return modes;

@@ -10,7 +10,8 @@
 
 #include "base/workers.hpp"
 #include "kernels/kernels.hpp"
-#include "shape/detail_operator.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
 #include "shape/modes.hpp"
 
 namespace dynmesh {
@@ -46,14 +47,15 @@ class ShapeLibrary {
   /// Sets the modes to those of the shapes.
   void make(Modes& modes);
 
+  /// What a state keeps of it.
   template <class Self, class Visit>
-  static void fields(Self& self, const Visit& visit) {
+  static void each_number(Self& self, const Visit& visit) {
     visit(self.n_members_);
     visit(self.order_);
     visit(self.rows_);
   }
   /// Ends reading them.
-  void recall();
+  void multiply_all();
 
  private:
   void multiply(Index slot);
@@ -85,12 +87,36 @@ class ShapeLibrary {
   std::uint64_t n_members_ = 0;
 };
 
-/// Returns the modes of the shapes of the frames V of a training sequence, in the axes of frame 0,
-/// which is `first` and has the operator `k`; none without frames. Those of a moved and turned
-/// sequence are the same.
+/// Modes of the shapes that a sequence has shown, which it learns as it goes.
+class LearnedModes {
+ public:
+  /// `model` and `workers` must outlive this object.
+  LearnedModes(const ShapeModel& model, Workers& workers);
+
+  /// Adds some of the frames with anchors to the library, and makes new modes. Allocates no memory.
+  void learn(const Memory& memory);
+
+  [[nodiscard]] const Modes& modes() const { return modes_; }
+
+  template <class Self, class Visit>
+  static void each_number(Self& self, const Visit& visit) {
+    ShapeLibrary::each_number(self.library_, visit);
+    visit(self.n_evident_);
+  }
+  /// Ends reading them.
+  void make();
+
+ private:
+  const ShapeModel& model_;
+  Modes modes_;
+  ShapeLibrary library_;
+  std::uint64_t n_evident_ = 0;  // the number of frames with anchors
+};
+
+/// Returns the modes of the shapes of the frames V of a training sequence, in the axes of frame 0;
+/// none without frames. Those of a moved and turned sequence are the same. All but the modes of the
+/// model is used.
 Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const DetailOperator& k, const Cells& cells,
-                     std::span<const Vector3<double>> first, double mean_edge,
-                     const Rounding& rounding, Workers& workers);
+                     const ShapeModel& model, Workers& workers);
 
 }  // namespace dynmesh

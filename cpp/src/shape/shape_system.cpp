@@ -8,17 +8,15 @@
 
 namespace dynmesh {
 
-ShapeSystem::ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
-                         std::span<const Vector3<double>> first_frame, std::vector<double> membrane)
-    : cells_(cells),
+ShapeSystem::ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<double> membrane)
+    : operator_(k),
       workers_(workers),
-      operator_(build_detail_operator(faces, cells, first_frame)),
       membrane_(std::move(membrane)),
-      resistance_(cells.size(), 1.0),
-      factor_(normal_matrix(operator_, membrane_), workers),
-      scaled_residual_(3 * cells.size()),
-      solution_(3 * cells.size()),
-      steps_(cells.size()) {}
+      resistance_(k.size(), 1.0),
+      factor_(normal_matrix(k, membrane_), workers),
+      scaled_residual_(3 * k.size()),
+      solution_(3 * k.size()),
+      steps_(k.size()) {}
 
 void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
   apply_operator(operator_, x, fields, detail, workers_);
@@ -40,7 +38,7 @@ void ShapeSystem::multiply_transposed(int fields) {
 }
 
 void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
-  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
     scaled_residual_[v] = resistance_[v] * operator_.scale[v] * detail[v];
   });
   multiply_transposed(1);
@@ -49,7 +47,7 @@ void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
 
 void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
   apply(x, 1, scaled_residual_);
-  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+  workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
     scaled_residual_[v] =
         resistance_[v] * operator_.scale[v] * scaled_residual_[v] + membrane_[v] * x[v];
   });
@@ -68,14 +66,14 @@ void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
 /// Brings rows into the order of vertices; those that are not solved for are 0.
 void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const {
   const auto order = solved();
-  if (order.size() < cells_.size()) std::ranges::fill(x, Vector3<double>{});
+  if (order.size() < operator_.size()) std::ranges::fill(x, Vector3<double>{});
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     for (std::size_t f = 0; f < width; ++f) x[width * at(order[r]) + f] = rows[width * r + f];
   });
 }
 
 ShapeSystem::Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
-  const auto steps = side_by_side(std::span(steps_)).first(width * cells_.size());
+  const auto steps = side_by_side(std::span(steps_)).first(width * operator_.size());
   scatter(rows, width, steps);
   return steps;
 }
@@ -85,7 +83,7 @@ ShapeSystem::Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
 // conjugate gradients.
 
 void ShapeSystem::take_planes(int steps) {
-  for (auto* fields : {&residual_, &direction_, &found_}) fields->resize(3 * cells_.size());
+  for (auto* fields : {&residual_, &direction_, &found_}) fields->resize(3 * operator_.size());
   plane_steps_ = steps;
 }
 

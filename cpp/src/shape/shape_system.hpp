@@ -77,16 +77,12 @@ class ShapeSystem {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// `cells` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane
-  /// at the vertices, which `multiply` adds.
-  ShapeSystem(std::span<const Triangle> faces, const Cells& cells, Workers& workers,
-              std::span<const Vector3<double>> first_frame, std::vector<double> membrane = {});
+  /// `k` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane at
+  /// the vertices, which `multiply` adds.
+  ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<double> membrane = {});
 
-  [[nodiscard]] const DetailOperator& k() const { return operator_; }
   /// (k,) mu.
   [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
-  /// N + mu C of all vertices.
-  [[nodiscard]] SparseMatrix normal() const { return normal_matrix(operator_, membrane_); }
 
   /// detail = K x.
   void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
@@ -114,7 +110,7 @@ class ShapeSystem {
   /// to `pull(v, field)`, which is not called if anchors are exact.
   template <int fields, int pulled, class Residual, class Pull>
   Field solve(const Residual& residual, const Pull& pull, const Anchors& anchors) {
-    workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
       for (std::size_t f = 0; f < fields; ++f) {
         scaled_residual_[fields * v + f] = operator_.scale[v] * residual(v, f);
       }
@@ -173,9 +169,8 @@ class ShapeSystem {
   Field descend_to_planes(const Anchors& anchors);
   void multiply_with_planes(std::size_t width, const Anchors& anchors);
 
-  const Cells& cells_;
+  const DetailOperator& operator_;  // K
   Workers& workers_;
-  DetailOperator operator_;  // K
   std::vector<double> membrane_;
   std::vector<double> resistance_;  // W
   MaskedFactor factor_;             // of N

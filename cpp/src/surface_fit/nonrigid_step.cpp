@@ -19,90 +19,68 @@ std::vector<double> membrane_of(std::span<const Index> component,
   return mu;
 }
 
-std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_frame,
-                                      const ShapeSystem& system) {
-  std::vector<Vector3<double>> shape(first_frame.size());
-  system.apply(first_frame, 1, shape);
-  return shape;
-}
-
 }  // namespace
 
-NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
-                           Workers& workers, const TrackingConstants& constants, Field first_frame,
-                           double mean_edge, std::span<const Material> materials,
-                           const TrainingFrames& training, bool has_uncertainty, double epsilon)
-    : topology_(topology),
+// No coefficient is kept that the points do not determine: the shape of the last frame keeps hidden
+// parts as they were, and modes that keep them as well would confirm what was found wrongly.
+NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> faces,
+                           Workers& workers, const TrackingConstants& constants,
+                           std::span<const Material> materials, bool has_uncertainty)
+    : model_(model),
+      topology_(model.topology),
+      workers_(workers),
       materials_(materials),
-      system_(faces, topology.cells, workers, first_frame,
-              membrane_of(topology.component, materials)),
-      rotations_(topology.cells, workers, first_frame, mean_edge),
-      rounding_(system_.k(), mean_edge, epsilon),
-      shape_(shape_of(first_frame, system_)),
-      rest_(topology.cells, workers, !training.empty(),
-            training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
-                           workers),
-            shape_),
-      error_bars_(topology.cells, workers, has_uncertainty, true),
-      membrane_(faces, first_frame, mean_edge, system_.membrane(), workers),
-      surface_system_(system_, topology.cells, constants,
-                      find_ties(topology, first_frame, mean_edge, constants.tie_weight),
-                      first_frame, rotations_.clusters(), workers),
-      anchors_(first_frame.size(), true),
-      wanted_(first_frame.size()),
-      turned_(first_frame.size()),
-      kx_(first_frame.size()),
-      planes_(first_frame.size()),
-      forces_(first_frame.size()) {
+      system_(model.k, workers, membrane_of(topology_.component, materials)),
+      rotations_(model.surroundings, workers),
+      fit_(ShapeFit::Of::rest, topology_.cells, workers, 0, model.modes),
+      error_bars_(topology_.cells, workers, has_uncertainty, true),
+      membrane_(faces, model.first_frame, model.mean_edge, system_.membrane(), workers),
+      surface_system_(
+          system_, model, constants,
+          find_ties(topology_, model.first_frame, model.mean_edge, constants.tie_weight), workers),
+      anchors_(model.size(), true),
+      rest_(model.first_shape),
+      wanted_(model.size()),
+      turned_(model.size()),
+      kx_(model.size()),
+      planes_(model.size()),
+      forces_(model.size()) {
   system_.take_planes(constants.steps);
-  keep();
 }
 
-/// They are always as many, so this allocates, and can throw, in the constructor only.
-void NonrigidStep::keep() {
-  remembered_.clear();
-  fields(*this, [&](const auto& visited) {
-    const auto numbers = numbers_of(visited);
-    remembered_.insert(remembered_.end(), numbers.begin(), numbers.end());
-  });
+void NonrigidStep::begin(Memory& memory) const {
+  memory.q.assign(model_.size(), {1, 0, 0, 0});
+  memory.m = model_.first_shape;
+  if (model_.is_trained) memory.fit.coefficients = ShapeFit::no_coefficients();
+  memory.errors = error_bars_.no_errors();
 }
 
-void NonrigidStep::begin_frame() {
-  auto number = remembered_.begin();
-  fields(*this, [&](auto&& visited) {
-    for (double& x : numbers_of(visited)) x = *number++;
-  });
-  rest_.recall();
-}
-
-bool NonrigidStep::take(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                        double mode_weights, std::span<Vector3<double>> x) {
-  if (rows.empty() && landmarks.empty()) return false;
-  rotations_.fit(x);
-  if (mode_weights > 0 && rest_.is_trained()) {
-    fit_modes(rows, mode_weights, x);
+bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3<double>> x, Memory& next) {
+  if (draw.rows.empty() && draw.landmarks.empty()) return false;
+  rotations_.fit(x, next.q);
+  if (draw.mode_weights > 0 && model_.is_trained) {
+    fit_modes(draw, m, x, next);
     surface_system_.factorize_again();
   }
   for (std::size_t v = 0; v < x.size(); ++v) {
     const double pull = materials_[topology_.component[v]].pull;
-    wanted_[v] = shape_[v] + pull * (rest_.shape()[v] - shape_[v]);
+    wanted_[v] = m[v] + pull * (rest_[v] - m[v]);
   }
-  rotations_.turn(wanted_, turned_);
-  find_forces(x);
-  surface_system_.solve(rows, landmarks, x, forces_);
+  turn(next.q, wanted_, turned_, workers_);
+  find_forces(x, next.q, draw.yields_beyond);
+  surface_system_.solve(draw.rows, draw.landmarks, x, forces_);
   return true;
 }
 
 /// Half of the negative gradient of the energies of the shape, the membrane and the ties.
-void NonrigidStep::find_forces(Field x) {
+void NonrigidStep::find_forces(Field x, std::span<const Quaternion> q, double yields_beyond) {
   system_.apply(x, 1, kx_);
   for (std::size_t v = 0; v < x.size(); ++v) kx_[v] = turned_[v] - kx_[v];
-  find_resistance();
+  find_resistance(yields_beyond);
   system_.apply_transposed(kx_, forces_);
   membrane_.add_forces(x, forces_);
   for (const Tie& tie : surface_system_.ties()) {
-    const auto turned = 0.5 * (rotated(rotations_.quaternions()[tie.i], tie.kept) +
-                               rotated(rotations_.quaternions()[tie.j], tie.kept));
+    const auto turned = 0.5 * (rotated(q[tie.i], tie.kept) + rotated(q[tie.j], tie.kept));
     const auto force = tie.weight * (turned - (x[tie.i] - x[tie.j]));
     forces_[tie.i] = forces_[tie.i] + force;
     forces_[tie.j] = forces_[tie.j] - force;
@@ -111,13 +89,16 @@ void NonrigidStep::find_forces(Field x) {
 
 /// W, for which the step is that of iteratively reweighted least squares. Vertices without edges,
 /// which never depart, do not tell what is usual.
-void NonrigidStep::find_resistance() {
-  if (std::isinf(yield_beyond_)) return;
+void NonrigidStep::find_resistance(double yields_beyond) {
+  if (std::isinf(yields_beyond)) {
+    std::ranges::fill(system_.resistance(), 1.0);
+    return;
+  }
   std::vector<double> departures;
   for (const auto& departure : kx_) departures.push_back(std::sqrt(squared_norm(departure)));
   auto usual = departures;
   std::erase(usual, 0.0);
-  const double limit = usual.empty() ? 0 : yield_beyond_ * quantile(std::move(usual), 0.5);
+  const double limit = usual.empty() ? 0 : yields_beyond * quantile(std::move(usual), 0.5);
   for (std::size_t v = 0; v < departures.size(); ++v) {
     system_.resistance()[v] = departures[v] > limit ? limit / departures[v] : 1;
   }
@@ -158,11 +139,31 @@ void NonrigidStep::observe_planes(std::span<const SurfaceRow> rows, Field x) {
 }
 
 /// Fits the rest shape by the points.
-void NonrigidStep::fit_modes(std::span<const SurfaceRow> rows, double mode_weights, Field x) {
-  observe_planes(rows, x);
-  for (double& weight : anchors_.weights) weight *= mode_weights;
+void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
+  observe_planes(draw.rows, x);
+  for (double& weight : anchors_.weights) weight *= draw.mode_weights;
   system_.factorize(anchors_);
-  rest_.fit(x, shape_, anchors_, rounding_.mean_square(x), system_, rotations_);
+  if (!fit_.exists() || anchors_.number == 0) return;
+  std::vector<ShapeTerms> wanted(x.size()), steps(x.size()), k_steps(x.size());
+  for (std::size_t v = 0; v < x.size(); ++v) wanted[v] = {m[v], model_.first_shape[v] - m[v], {}};
+  turn(next.q, wanted, wanted, workers_);
+  system_.apply(x, 1, kx_);
+  system_.solve_terms(wanted, x, kx_, anchors_);
+  system_.keep_steps(steps);  // the next solutions overwrite them
+  system_.apply(steps, k_steps);
+  const double rounding = model_.rounding.mean_square(x);
+  fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system_, next.q, next.fit);
+  rest_shape(next.fit);
+}
+
+NonrigidStep::Field NonrigidStep::rest_shape(const FitMemory& fit) {
+  rest_ = model_.first_shape;
+  if (fit.prior_weight == 0) return rest_;
+  const Field added = fit_.shape_of(fit);
+  for (std::size_t v = 0; v < rest_.size(); ++v) {
+    rest_[v] = model_.first_shape[v] + fit.prior_weight * added[v];
+  }
+  return rest_;
 }
 
 void NonrigidStep::keep_rows(std::span<const SurfaceRow> rows, Field x) {
@@ -171,42 +172,24 @@ void NonrigidStep::keep_rows(std::span<const SurfaceRow> rows, Field x) {
   if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
-void NonrigidStep::measure_errors(const Generations& generations, Field x, double unseen) {
+void NonrigidStep::measure_errors(const Memory& memory, Field x, double unseen, Memory& next) {
   if (!error_bars_.exist()) return;
   if (!anchors_.any_solved()) {
-    error_bars_.pass(generations, rotations_.clusters());
+    error_bars_.pass(next.generations, model_.clusters(), memory.errors, next.errors);
     return;
   }
   system_.apply(x, 1, kx_);
   anchors_.normals = planes_;
-  error_bars_.update({x, kx_, turned_, rounding_.mean_square(x)}, anchors_, generations, system_,
-                     rotations_.clusters());
-  error_bars_.widen(generations, unseen);
+  error_bars_.update({x, kx_, turned_, model_.rounding.mean_square(x)}, anchors_, next.generations,
+                     system_, model_.clusters(), memory.errors, next.errors);
+  ErrorBars::widen(next.generations, unseen, next.errors);
   anchors_.normals = {};
 }
 
-void NonrigidStep::remember(Field completed) {
-  rotations_.fit(completed);
-  keep();
-  find_shape(completed);
-}
-
-void NonrigidStep::find_shape(Field frame) {
+void NonrigidStep::remember(Field frame, Memory& memory) {
+  rotations_.fit(frame, memory.q);
   system_.apply(frame, 1, wanted_);
-  rotations_.turn_back(wanted_, shape_);
-}
-
-void NonrigidStep::write_memory(Writer& writer) const {
-  writer.write(std::span<const double>(remembered_));
-  error_bars_.write_memory(writer);
-}
-
-void NonrigidStep::read_memory(Reader& reader, Field last) {
-  reader.read_finite(std::span(remembered_));
-  error_bars_.read_memory(reader);
-  begin_frame();
-  check_stored(rotations_.quaternions());
-  find_shape(last);
+  turn_back(memory.q, wanted_, memory.m, workers_);
 }
 
 }  // namespace dynmesh

@@ -24,17 +24,18 @@ SparseMatrix tied(SparseMatrix normal, std::span<const Tie> ties) {
 
 }  // namespace
 
-SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const Cells& cells,
+SurfaceSystem::SurfaceSystem(ShapeSystem& shape, const ShapeModel& model,
                              const TrackingConstants& constants, std::vector<Tie> ties,
-                             Field first_frame, const Clusters& clusters, Workers& workers)
+                             Workers& workers)
     : shape_(shape),
       constants_(constants),
       workers_(workers),
       ties_(std::move(ties)),
-      coarse_(cells, first_frame, clusters, tied(shape.normal(), ties_)),
-      anchors_(cells.size(), true) {
+      coarse_(model.topology.cells, model.first_frame, model.clusters(),
+              tied(normal_matrix(model.k, shape.membrane()), ties_)),
+      anchors_(model.size(), true) {
   std::ranges::fill(anchors_.is_solved, std::uint8_t{1});
-  anchors_.n_solved = cells.size();
+  anchors_.n_solved = model.size();
 }
 
 /// (k,) the weights that hold the vertices.

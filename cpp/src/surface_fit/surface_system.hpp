@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mesh/ties.hpp"
-#include "shape/rotations.hpp"
+#include "shape/model.hpp"
 #include "shape/shape_system.hpp"
 #include "surface_fit/coarse_space.hpp"
 #include "surface_fit/constants.hpp"
@@ -33,9 +33,8 @@ class SurfaceSystem {
   using Field = std::span<const Vector3<double>>;
 
   /// `shape`, `constants` and `workers` must outlive this object.
-  SurfaceSystem(ShapeSystem& shape, const Cells& cells, const TrackingConstants& constants,
-                std::vector<Tie> ties, Field first_frame, const Clusters& clusters,
-                Workers& workers);
+  SurfaceSystem(ShapeSystem& shape, const ShapeModel& model, const TrackingConstants& constants,
+                std::vector<Tie> ties, Workers& workers);
 
   [[nodiscard]] std::span<const Tie> ties() const { return ties_; }
 

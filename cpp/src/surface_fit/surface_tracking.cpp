@@ -39,30 +39,33 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
                                  bool has_uncertainty, double epsilon)
     : constants_(constants),
       faces_(std::move(faces)),
-      mean_edge_(mean_edge_length(topology.cells, first_frame)),
+      model_(topology, faces_, first_frame, training, epsilon, workers),
       materials_(find_materials(faces_, topology, first_frame, constants_)),
-      shape_(faces_, topology, workers, constants_, first_frame, mean_edge_, materials_, training,
-             has_uncertainty, epsilon),
-      matches_(faces_, topology, workers, constants_, first_frame, mean_edge_, materials_,
-               shape_.rotations().clusters()),
+      shape_(model_, faces_, workers, constants_, materials_, has_uncertainty),
+      matches_(faces_, topology, workers, constants_, first_frame, model_.mean_edge, materials_,
+               model_.clusters()),
       all_slide_(std::ranges::all_of(materials_, &Material::slides)),
       any_slides_(std::ranges::any_of(materials_, &Material::slides)),
-      last_(first_frame.begin(), first_frame.end()),
-      before_(last_),
-      x_(last_),
-      observed_(last_.size()) {}
+      x_(first_frame.begin(), first_frame.end()),
+      observed_(first_frame.size()) {}
 
-SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
-                                              std::span<const Landmark> landmarks,
-                                              int fewest_iterations, double times_weight) {
-  shape_.begin_frame();
+void SurfaceTracking::begin(Memory& memory) const {
+  memory.before = memory.last;
+  shape_.begin(memory);
+}
+
+SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointScan& measurement,
+                                            const Guides& guides, Memory& next) {
+  next.q = memory.q;
+  next.fit = memory.fit;
+  shape_.rest_shape(memory.fit);
   matches_.begin(measurement);
-  begin_where_points_are();
+  begin_where_points_are(memory);
   factored_weight_ = 0;
-  const int iterations = approach(fewest_iterations);
+  const int iterations = approach(guides.fewest_iterations);
   std::vector<Vector3<double>> before = x_;
   for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, times_weight * constants_.last_weight, landmarks)) break;
+    if (!iterate(left, guides, memory.m, next)) break;
     // The last iteration begins where the one before it ended.
     if (left > 1) carry_on(x_, before, constants_.prediction);
   }
@@ -74,19 +77,19 @@ SurfaceTracking::Found SurfaceTracking::track(const PointScan& measurement,
 
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
-void SurfaceTracking::begin_where_points_are() {
+void SurfaceTracking::begin_where_points_are(const Memory& memory) {
   const Search search = {.is_sparse = !any_slides_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
   };
-  const double distance_of_last = distance_from(last_);
-  std::ranges::copy(last_, x_.begin());
-  auto before = before_;
+  const double distance_of_last = distance_from(memory.last);
+  std::ranges::copy(memory.last, x_.begin());
+  auto before = memory.before;
   carry_on(x_, before, constants_.prediction);
   constexpr double far = 1;  // in mean edges, as of points
   if (distance_from(x_) > distance_of_last + far) {
-    std::ranges::copy(last_, x_.begin());
+    std::ranges::copy(memory.last, x_.begin());
   }
 }
 
@@ -99,7 +102,7 @@ int SurfaceTracking::approach(int fewest_iterations) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || rows.size() < constants_.fewest) break;
-    if (move_by(fit_to_planes(rows, x_), x_) < constants_.resolution * mean_edge_) break;
+    if (move_by(fit_to_planes(rows, x_), x_) < constants_.resolution * model_.mean_edge) break;
   }
   if (any_slides_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
@@ -109,7 +112,8 @@ int SurfaceTracking::approach(int fewest_iterations) {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceTracking::iterate(int left, double last_weight, std::span<const Landmark> landmarks) {
+bool SurfaceTracking::iterate(int left, const Guides& guides, Field m, Memory& next) {
+  const double last_weight = guides.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
   const bool arrives = left < constants_.final_iterations;
@@ -119,10 +123,11 @@ bool SurfaceTracking::iterate(int left, double last_weight, std::span<const Land
                                                  .is_sparse = !any_slides_ && !arrives});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
-    shape_.factorize(rows, landmarks, std::sqrt(growth));
+    shape_.factorize(rows, guides.landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
-  return shape_.take(rows, landmarks, left == 1 ? constants_.first_weight / weight : 0, x_);
+  const double mode_weights = left == 1 ? constants_.first_weight / weight : 0;
+  return shape_.take({rows, guides.landmarks, guides.yields_beyond, mode_weights}, m, x_, next);
 }
 
 /// Which vertices have a measured point in the end, and how far the points are.
@@ -137,53 +142,38 @@ SurfaceTracking::Found SurfaceTracking::observe() {
   return {x_, observed_, 0, matches_.agreements()};
 }
 
-void SurfaceTracking::remember(Field completed, bool moves) {
-  std::ranges::copy(moves ? Field(last_) : completed, before_.begin());
-  std::ranges::copy(completed, last_.begin());
-  shape_.remember(last_);
+void SurfaceTracking::remember(const Memory& memory, bool moves, Memory& next) {
+  std::ranges::copy(moves ? memory.last : next.last, next.before.begin());
+  shape_.remember(next.last, next);
 }
 
-void SurfaceTracking::place(Field frame) {
-  shape_.begin_frame();
-  remember(frame, false);
+void SurfaceTracking::place(Field frame, Memory& memory) {
+  for (auto* of : {&memory.last, &memory.before}) std::ranges::copy(frame, of->begin());
+  shape_.remember(memory.last, memory);
 }
 
-SurfaceTracking::Found SurfaceTracking::compare_last(const PointScan& measurement) {
-  std::ranges::copy(last_, x_.begin());
+SurfaceTracking::Found SurfaceTracking::compare(Field frame, const PointScan& measurement) {
+  std::ranges::copy(frame, x_.begin());
   matches_.begin(measurement);
   matches_.find(x_, {.scale = constants_.radius / 2});
   return observe();
 }
 
-void SurfaceTracking::bend(std::span<const Landmark> landmarks, int steps) {
-  std::ranges::copy(last_, x_.begin());
-  shape_.factorize({}, landmarks, 1);
-  std::vector<Landmark> moving(landmarks.begin(), landmarks.end());
+void SurfaceTracking::bend(const Guides& guides, int steps, Memory& memory) {
+  x_ = memory.last;
+  Memory bent = memory;
+  shape_.factorize({}, guides.landmarks, 1);
+  std::vector<Landmark> moving(guides.landmarks.begin(), guides.landmarks.end());
   for (int step = 0; step < steps; ++step) {
     const double share = static_cast<double>(step + 1) / steps;
-    for (std::size_t i = 0; i < landmarks.size(); ++i) {
-      const auto& start = last_[landmarks[i].vertex];
-      moving[i].target = start + share * (landmarks[i].target - start);
+    for (std::size_t i = 0; i < moving.size(); ++i) {
+      const auto& start = memory.last[moving[i].vertex];
+      moving[i].target = start + share * (guides.landmarks[i].target - start);
     }
-    shape_.take({}, moving, 0, x_);
+    shape_.take({{}, moving, guides.yields_beyond}, memory.m, x_, bent);
   }
-  const std::vector<Vector3<double>> bent = x_;
-  place(bent);
-  forget_shape();
-}
-
-void SurfaceTracking::write_memory(Writer& writer) const {
-  writer.write(before_);
-  shape_.write_memory(writer);
-}
-
-void SurfaceTracking::read_memory(Reader& reader, Field last) {
-  std::ranges::copy(last, last_.begin());
-  reader.read(before_);
-  if (!are_in_range(before_)) {
-    refuse_state("does not contain a valid last frame but one");
-  }
-  shape_.read_memory(reader, last_);
+  place(x_, memory);
+  forget_shape(memory);
 }
 
 }  // namespace dynmesh

@@ -2,6 +2,7 @@
 /// the method.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -11,6 +12,8 @@
 
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
 #include "surface_fit/constants.hpp"
 #include "surface_fit/matches.hpp"
 #include "surface_fit/nonrigid_step.hpp"
@@ -18,18 +21,32 @@
 
 namespace dynmesh {
 
+/// What a frame is found by, beside its points.
+struct Guides {
+  std::span<const Landmark> landmarks = {};
+  /// Points are matched so often at least, and more often where they are far; of more iterations,
+  /// the first are stiffer. In the last one, a point weighs so many times its usual weight.
+  int fewest_iterations = 1;
+  double times_weight = 1;
+  double yields_beyond = std::numeric_limits<double>::infinity();  ///< as NonrigidStep::Draw
+};
+
 /// The places of the points on the surface and the rotations of its shape depend on the positions X
-/// of a frame, so they and X are found in turn. Frames allocate memory.
+/// of a frame, so they and X are found in turn. Holds nothing on which a later frame depends.
+/// Frames allocate memory.
 class SurfaceTracking {
  public:
   using Field = std::span<const Vector3<double>>;
 
-  /// Begins a sequence. `topology` and `workers` must outlive this object. `training` is a training
+  /// `topology`, `workers` and `first_frame` must outlive this object. `training` is a training
   /// sequence, or empty. `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
                   Field first_frame, const TrackingConstants& constants = {},
                   const TrainingFrames& training = {}, bool has_uncertainty = false,
                   double epsilon = std::numeric_limits<double>::epsilon());
+
+  /// What is remembered of frame 0.
+  void begin(Memory& memory) const;
 
   /// What was found in a frame, valid until the next call.
   struct Found {
@@ -39,64 +56,51 @@ class SurfaceTracking {
     Agreements agreements = {};  ///< how well the positions explain the points
   };
 
-  /// Finds the surface in a frame, from what is remembered of the last ones, and does not remember
-  /// it: frames may be found again, and nothing is lost if this throws. Points are matched so often
-  /// at least, and more often where they are far; of more iterations, the first are stiffer. In the
-  /// last one, a point weighs so many times its usual weight.
-  Found track(const PointScan& measurement, std::span<const Landmark> landmarks = {},
-              int fewest_iterations = 1, double times_weight = 1);
-  /// Compares the last frame with what was measured.
-  Found compare_last(const PointScan& measurement);
+  /// Finds the surface in a frame from what is remembered of the last one. `next` then holds the
+  /// rotations of X, and what it says of modes.
+  Found fit(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
+  /// Compares a frame with what was measured.
+  Found compare(Field frame, const PointScan& measurement);
 
-  /// Finds the standard errors of the frame that `track` has just found, and does not throw.
-  /// `generations` are those of its vertices. Where the surface was lost, the far points tell how
-  /// far from it unseen vertices may be.
-  void measure_errors(const Generations& generations, bool is_lost) {
-    shape_.measure_errors(generations, x_, is_lost ? matches_.distance_of_far() : 0);
+  /// Completes the next memory by the completed frame `next.last` of what `fit` has just found, and
+  /// does not throw. Velocities are 0 if nothing was found in it.
+  void remember(const Memory& memory, bool moves, Memory& next);
+  /// Finds the standard errors of the frame that `fit` has just found, and does not throw. Where
+  /// the surface was lost, the far points tell how far from it unseen vertices may be.
+  void measure_errors(const Memory& memory, bool is_lost, Memory& next) {
+    shape_.measure_errors(memory, x_, is_lost ? matches_.distance_of_far() : 0, next);
   }
 
-  /// Makes this the last frame. Velocities are 0 if nothing was found in it.
-  void remember(Field completed, bool moves);
-
-  /// Makes this the last frame, at rest and in any pose, whatever was before.
-  void place(Field frame);
-  /// Lets the last frame have the shape of frame 0, where its own is not trusted.
-  void forget_shape() { shape_.forget_shape(); }
+  /// Lets a memory be of this frame, at rest and in any pose.
+  void place(Field frame, Memory& memory);
+  /// Lets the last frame have the rest shape, where its own is not trusted.
+  void forget_shape(Memory& memory) {
+    std::ranges::copy(shape_.rest_shape(memory.fit), memory.m.begin());
+  }
   /// Bends the last frame, without points, while its landmarks move to their targets.
-  void bend(std::span<const Landmark> landmarks, int steps);
+  void bend(const Guides& guides, int steps, Memory& memory);
 
-  /// As NonrigidStep::yield_beyond; at first, the shape yields nowhere.
-  void yield_beyond(double medians) { shape_.yield_beyond(medians); }
-
-  [[nodiscard]] const NonrigidStep& shape() const { return shape_; }
   [[nodiscard]] const Matches& matches() const { return matches_; }
-  /// (k,) the last frame.
-  [[nodiscard]] Field last() const { return last_; }
-  [[nodiscard]] double mean_edge() const { return mean_edge_; }
+  [[nodiscard]] double mean_edge() const { return model_.mean_edge; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
-  /// What later frames depend on, beside frame 0 and the last frame.
-  void write_memory(Writer& writer) const;
-  /// Reads what `write_memory` wrote, with the last frame. Refuses other numbers, and is of no use
-  /// then.
-  void read_memory(Reader& reader, Field last);
-
  private:
-  void begin_where_points_are();
+  void begin_where_points_are(const Memory& memory);
   int approach(int fewest_iterations);
-  bool iterate(int left, double last_weight, std::span<const Landmark> landmarks);
+  bool iterate(int left, const Guides& guides, Field m, Memory& next);
   Found observe();
 
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
-  double mean_edge_;
+  ShapeModel model_;
   std::vector<Material> materials_;
   NonrigidStep shape_;
   Matches matches_;
   bool all_slide_, any_slides_;
+
+  // Of the current frame:
   double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored
-  std::vector<Vector3<double>> last_, before_;  // the last frame, and the one before it
-  std::vector<Vector3<double>> x_;              // the current frame
+  std::vector<Vector3<double>> x_;
   std::vector<std::uint8_t> observed_;
 };
 

@@ -1,0 +1,53 @@
+#include "shape/memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "base/checks.hpp"
+#include "base/stored_numbers.hpp"
+
+namespace dynmesh {
+
+// The checksum of a state detects damage but not bytes that were made up. This refuses all values
+// that later frames cannot handle, wherever the bytes come from.
+void check_memory(const Memory& memory, double largest) {
+  check_stored_frame(memory.last, largest);
+  if (!are_in_range(memory.before) || !are_in_range(memory.good)) {
+    refuse_state("does not contain valid frames before the last one");
+  }
+  for (std::size_t v = 0; v < memory.age.size(); ++v) {
+    if (memory.age[v] >= 0 && memory.known[v] <= 1) continue;
+    refuse_state(joined("vertex ", v, " has the age ", memory.age[v], " and the mask ",
+                        memory.known[v], ", which is not possible"));
+  }
+  constexpr double rounding = 1e-6;
+  for (const auto& [w, x, y, z] : memory.q) {
+    if (std::abs(w * w + x * x + y * y + z * z - 1) <= rounding) continue;
+    refuse_state("holds a rotation that is none");
+  }
+  const double range = detail_constants.range_of_lambda;
+  if (memory.lambda < detail_constants.first_lambda / range ||
+      memory.lambda > detail_constants.first_lambda * range) {
+    refuse_state("weighs anchors as no frame can");
+  }
+  const Verdict& verdict = memory.verdict;
+  if (verdict.n_judged < 0 || verdict.sum_of_steps < 0 || verdict.is_misfit > 1) {
+    refuse_state("holds a verdict that no frames can have left");
+  }
+  const auto is_error = [](double x) { return x >= 0; };
+  if (!std::ranges::all_of(memory.errors.standard_errors, is_error) || memory.errors.energy.x < 0 ||
+      memory.errors.energy.y < 0) {
+    refuse_state("holds standard errors that are none");
+  }
+  const auto is_share = [](double x) { return x >= 0 && x <= 1; };
+  const auto is_plausible = [](double a) {
+    return std::abs(a) <= training_constants.largest_coefficient;
+  };
+  if (!is_share(memory.fit.prior_weight) || !is_share(memory.fit.prior_share) ||
+      !std::ranges::all_of(memory.fit.coefficients, is_plausible)) {
+    refuse_state("holds a pose far out of any range");
+  }
+}
+
+}  // namespace dynmesh

@@ -1,0 +1,141 @@
+/// What later frames of a sequence depend on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <dynmesh/types.hpp>
+#include <utility>
+#include <vector>
+
+#include "base/geometry.hpp"
+#include "frame/generations.hpp"
+#include "kernels/rotation_kernels.hpp"
+#include "shape/constants.hpp"
+
+namespace dynmesh {
+
+/// What earlier frames say about modes.
+struct FitMemory {
+  std::vector<double> coefficients;  ///< a, as if there were all parts; empty if it begins at 0
+  double residual_variance = -1;     ///< sigma^2; negative before the first fit
+  double size = 0;                   ///< N_v, the evidence: the squared coefficients,
+  double determined = 0;             ///< D_v, and how many of them were determined
+  double explained = 0;              ///< the share of |r|^2 that the modes explain, lately
+  double prior_weight = 0;           ///< k of the last fit, 0 to 1
+  double prior_share = 0;            ///< the share of |r|^2 that the modes explained in it
+};
+
+/// How much smaller errors were with each share of the first-order step than without it.
+struct Gains {
+  static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
+
+  std::array<double, n_shares> sums{};
+  std::array<double, n_shares> squares{};
+  double count = 0;  ///< the number of errors
+};
+struct GainMemory {
+  struct Component {
+    Gains gains;  ///< of earlier tests, the less the older
+    double share = 0;
+  };
+  std::vector<Component> components;
+  std::uint64_t frame = 0;  ///< since frame 0
+};
+
+/// Squares of residuals, or sums of them over earlier frames, each weighted less than the next: x
+/// is that of the residuals found in the frames, y that of the residuals expected by the ensemble.
+using Energy = Vector3<double>;
+
+/// The ensemble of errors; all vectors are empty if standard errors are not wanted.
+struct ErrorMemory {
+  std::vector<Vector3<double>> errors;   ///< (3 k,) e, of the shape in memory
+  std::vector<Vector3<double>> changes;  ///< (3 k,) eta, how the true shape changes, of unit size
+  std::vector<Energy> energies;          ///< (k,) of earlier frames, around each vertex
+  Energy energy;                         ///< of earlier frames, over the mesh
+  std::uint64_t frame = 0;               ///< the number of frames since the ensemble was begun
+  std::vector<double> standard_errors;   ///< (k,) of the last frame
+};
+
+/// Whether frame 0 fits the first frames; see api/completion_quality.hpp.
+struct Verdict {
+  Index n_judged = 0;       ///< frames, up to a limit
+  double sum_of_steps = 0;  ///< changes between them
+  std::uint8_t is_misfit = 0;
+};
+
+/// A regular value: a frame is found from the memory of the last one and writes that of the next
+/// one, and when nothing can fail any more, the two change places. What a method does not remember
+/// is empty.
+struct Memory {
+  /// Of a sequence that begins with this frame, so far without a shape.
+  explicit Memory(std::vector<Vector3<double>> first_frame)
+      : last(std::move(first_frame)),
+        known(last.size(), 1),
+        age(last.size()),
+        generations(last.size()) {}
+
+  std::vector<Vector3<double>> last;    ///< (k,) the completed frame
+  std::vector<Vector3<double>> before;  ///< (k,) the one before it
+  std::vector<std::uint8_t> known;      ///< (k,) its anchors
+  std::vector<Index> age;               ///< (k,) the number of frames since each was known
+  std::size_t n_frames = 0;             ///< since frame 0
+  Generations generations;              ///< which follow from `known`
+
+  std::vector<Quaternion> q;       ///< (k,) Q, how the surface has turned since frame 0
+  std::vector<Vector3<double>> m;  ///< (k,) its detail, turned back by Q
+  std::vector<Vector3<double>> u;  ///< (k,) the recent change of m per frame
+  double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
+  FitMemory fit;
+  GainMemory gains;
+  ErrorMemory errors;
+  Verdict verdict;
+
+  std::vector<Vector3<double>> good;  ///< (k,) the last frame in which the surface was not lost
+  std::uint8_t pause = 0;             ///< the number of frames in which it is not sought elsewhere
+};
+
+/// Calls `visit` with all numbers of a memory, some at a time: a number or a vector of numbers, of
+/// Vector3 or of Quaternion. With `false` if they need not be finite.
+template <class Visited, class Visit>
+void each_number(Visited& memory, const Visit& visit) {
+  visit(memory.n_frames);
+  visit(memory.last);
+  visit(memory.before);
+  visit(memory.age);
+  visit(memory.known);
+  visit(memory.verdict.n_judged);
+  visit(memory.verdict.sum_of_steps);
+  visit(memory.verdict.is_misfit);
+  visit(memory.q);
+  visit(memory.m);
+  visit(memory.u);
+  visit(memory.lambda);
+  for (auto& [gains, share] : memory.gains.components) {
+    visit(gains.sums);
+    visit(gains.squares);
+    visit(gains.count);
+    visit(share);
+  }
+  visit(memory.gains.frame);
+  auto& fit = memory.fit;
+  visit(fit.coefficients);
+  for (auto* number : {&fit.residual_variance, &fit.size, &fit.determined, &fit.explained,
+                       &fit.prior_weight, &fit.prior_share}) {
+    visit(*number);
+  }
+  visit(memory.errors.errors);
+  visit(memory.errors.changes);
+  visit(memory.errors.energies);
+  visit(memory.errors.energy);
+  visit(memory.errors.frame);
+  visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
+  visit(memory.good);
+  visit(memory.pause);
+}
+
+/// Refuses numbers that no frame can have left. All are finite but those that need not be, and
+/// `largest` is the largest coordinate of a position.
+void check_memory(const Memory& memory, double largest);
+
+}  // namespace dynmesh
