@@ -63,7 +63,6 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
     const Stopwatch stopwatch(report.factor_seconds);
     system_.factorize(anchors_);
   }
-  next.q = memory.q;
   next.lambda = memory.lambda;
   next.fit = memory.fit;
   next.gains = memory.gains;
@@ -72,7 +71,10 @@ std::size_t Detail::estimate(const Memory& memory, Memory& next, StageReport& re
   const bool any_disconnected = generations.disconnected_vertices() > 0;
   if (anchors_.any_solved() || (anchors_.number > 0 && any_disconnected)) {
     const Stopwatch stopwatch(report.rotation_seconds);
-    rotations_.turn_further(increments_.find(memory.last, anchors_.observed, generations), next.q);
+    rotations_.turn_further(increments_.find(memory.last, anchors_.observed, generations), memory.q,
+                            next.q);
+  } else {
+    next.q = memory.q;
   }
   if (!anchors_.any_solved()) {
     if (error_bars_.exist()) {
@@ -149,9 +151,11 @@ void Detail::fit_rotations(Field positions, Memory& next, StageReport& report) {
 /// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
 /// leave.
 ResidualField Detail::find_directions(const Memory& memory, std::span<const Quaternion> q) {
-  workers_.for_each_in_chunks(turned_.size(),
-                              [&](std::size_t v) { turned_[v] = terms(memory, v); });
-  turn(q, turned_, turned_, workers_);
+  const std::span<Vector3<double>> turned = side_by_side(std::span(turned_));
+  workers_.for_each_short_chunk(static_cast<Index>(q.size()), [&](Index first, Index last) {
+    for (Index v = first; v < last; ++v) turned_[v] = terms(memory, at(v));
+    best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
+  });
   const auto steps = system_.solve_terms(turned_, x_, kx_, anchors_);
   system_.apply(steps, k_steps_);
   return {anchors_, x_, kx_, turned_, steps, k_steps_, model_.rounding.mean_square(x_)};

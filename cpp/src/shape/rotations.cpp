@@ -61,8 +61,7 @@ Rotations::Rotations(const Surroundings& surroundings, Workers& workers)
       workers_(workers),
       sums_(surroundings.clusters.size()),
       averaged_(sums_.size()),
-      turns_(sums_.size()),
-      further_(surroundings.clusters.of_vertex.size()) {}
+      turns_(sums_.size()) {}
 
 void Rotations::fit(std::span<const Vector3<double>> frame, std::span<Quaternion> q) {
   const auto& [clusters, ends, rest_edges] = surroundings_;
@@ -102,9 +101,11 @@ void Rotations::blend(std::span<const Quaternion> of_clusters,
       });
 }
 
-void Rotations::turn_further(std::span<const Quaternion> of_clusters, std::span<Quaternion> q) {
-  blend(of_clusters, further_);
-  workers_.for_each_in_chunks(q.size(), [&](std::size_t v) { q[v] = product(further_[v], q[v]); });
+void Rotations::turn_further(std::span<const Quaternion> of_clusters, std::span<const Quaternion> q,
+                             std::span<Quaternion> turned) {
+  blend(of_clusters, turned);
+  workers_.for_each_in_chunks(q.size(),
+                              [&](std::size_t v) { turned[v] = product(turned[v], q[v]); });
 }
 
 }  // namespace dynmesh

@@ -64,7 +64,8 @@ class Rotations {
   void fit(std::span<const Vector3<double>> frame, std::span<Quaternion> q);
 
   /// Turns `q` further by rotations of the clusters: each vertex by the mean of those of its cell.
-  void turn_further(std::span<const Quaternion> of_clusters, std::span<Quaternion> q);
+  void turn_further(std::span<const Quaternion> of_clusters, std::span<const Quaternion> q,
+                    std::span<Quaternion> turned);
 
  private:
   void blend(std::span<const Quaternion> of_clusters, std::span<Quaternion> of_vertices) const;
@@ -73,7 +74,6 @@ class Rotations {
   Workers& workers_;
   std::vector<Covariance> sums_, averaged_;  // of the clusters
   std::vector<Quaternion> turns_;            // of the clusters
-  std::vector<Quaternion> further_;          // (k,)
 };
 
 }  // namespace dynmesh

@@ -30,7 +30,11 @@ ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_k
 }
 
 std::span<const Vector3<double>> ShapeFit::shape_of(const FitMemory& memory) {
-  modes_.combine(std::span(memory.coefficients).first(a_.size()), added_.shape, sums_, workers_);
+  const auto a = std::span(memory.coefficients).first(a_.size());
+  if (!std::ranges::equal(a, a_)) {
+    std::ranges::copy(a, a_.begin());
+    modes_.combine(a_, added_.shape, sums_, workers_);
+  }
   return added_.shape;
 }
 
@@ -179,7 +183,6 @@ void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
   }
   const Anchors& anchors = residuals.anchors;
   if (of_ == Of::rest) {
-    std::copy_n(memory.coefficients.begin(), a_.size(), a_.begin());
     shape_of(memory);
     step_towards(added_, anchors, system, q);
   } else {

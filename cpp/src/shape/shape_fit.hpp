@@ -92,7 +92,7 @@ class ShapeFit {
   Workers& workers_;
   const Modes& modes_;
   ModeSums sums_;
-  std::vector<double> a_;  // of a frame
+  std::vector<double> a_;  // of B a
   std::vector<double> gradient_, direction_, product_, preconditioned_, squares_;
   std::vector<double> penalties_;  // lambda_j
   std::vector<double> shares_;     // g_j
