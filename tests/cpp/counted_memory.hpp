@@ -25,9 +25,11 @@ class FailingAllocation {
 };
 
 /// Executes `call` once for each of its allocations, which fails, on a new result of `prepare`, and
-/// then calls `check`. Returns the number of calls that failed.
-template <class Prepare, class Call, class Check>
-int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
+/// then calls `check`, or `check_done` if the call has done without that memory. Returns the number
+/// of calls that failed.
+template <class Prepare, class Call, class Check, class CheckDone>
+int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check,
+                    const CheckDone& check_done) {
   int failures = 0;
   for (std::size_t n = 0;; ++n) {
     auto subject = prepare();
@@ -44,10 +46,17 @@ int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check
     }
     if (!was_reached) return failures;
     // Algorithms such as std::stable_sort use memory only if it is available.
-    if (!is_out_of_memory) continue;
+    if (!is_out_of_memory) {
+      check_done(subject);
+      continue;
+    }
     ++failures;
     check(subject);
   }
+}
+template <class Prepare, class Call, class Check>
+int fail_everywhere(const Prepare& prepare, const Call& call, const Check& check) {
+  return fail_everywhere(prepare, call, check, [](auto&&) {});
 }
 
 }  // namespace dynmesh::testing

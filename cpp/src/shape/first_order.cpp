@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <new>
 
 #include "base/geometry.hpp"
 #include "shape/constants.hpp"
@@ -76,14 +75,10 @@ double FirstOrder::improve(const Frame& frame, const Anchors& anchors,
                            const Generations& generations, ShapeSystem& system,
                            GainMemory& memory) {
   if (generations.reached() == 0) return 0;
-  try {
-    if (is_due(memory.frame) && draw(generations, memory.frame)) {
-      test(frame, anchors, generations, system, memory.components);
-    }
-    return mix(frame, generations, system, memory.components);
-  } catch (const std::bad_alloc&) {
-    return 0;
+  if (is_due(memory.frame) && draw(generations, memory.frame)) {
+    test(frame, anchors, generations, system, memory.components);
   }
+  return mix(frame, generations, system, memory.components);
 }
 
 /// Whether this frame is to be tested: every `gap`th, and before these frames 1, 2, 4 and so on,

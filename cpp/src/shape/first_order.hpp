@@ -32,8 +32,9 @@ namespace dynmesh {
 /// others fixed. The edges and the weights w are those of C, so the result does not depend on the
 /// scale of the mesh.
 ///
-/// Allocates memory only in the constructor. All sums run in the order of the vertices, so they are
-/// the same for any number of threads.
+/// Allocates memory in the constructor, and in a test if the factor of the system is larger than all
+/// earlier ones. All sums run in the order of the vertices, so they are the same for any number of
+/// threads.
 class FirstOrder {
  public:
   using Field = std::span<const Vector3<double>>;
@@ -48,7 +49,7 @@ class FirstOrder {
     Field shape;                   ///< the shape that K X was to have
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
-  /// test. `memory` counts this frame already. If memory is exhausted, the frame stays as it is.
+  /// test. `memory` counts this frame already.
   double improve(const Frame& frame, const Anchors& anchors, const Generations& generations,
                  ShapeSystem& system, GainMemory& memory);
 
