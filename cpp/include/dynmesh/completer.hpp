@@ -1,16 +1,13 @@
 /// Completion of a dynamic mesh, one frame at a time.
 #pragma once
 
-#include <cstddef>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/frame_stream.hpp>
 #include <dynmesh/settings.hpp>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
-#include <vector>
 
 namespace dynmesh {
 
@@ -36,10 +33,9 @@ namespace dynmesh {
 /// If a call throws any exception, including std::bad_alloc, the completer stays as it was before
 /// the call and nothing is written to `completed`.
 ///
-/// A completer may be used by one thread at a time. Different completers are independent. One that
-/// was moved from may only be destroyed or assigned to.
+/// A completer may be used by one thread at a time. Different completers are independent.
 template <class Real>
-class DYNMESH_EXPORT Completer {
+class DYNMESH_EXPORT Completer : public FrameStream {
  public:
   /// `faces` must hold at least one face and is not needed after construction. `first_frame` must
   /// be complete: it has at least one vertex, and all of its positions are finite. Throws
@@ -52,11 +48,6 @@ class DYNMESH_EXPORT Completer {
   /// fifty times that of `first_frame`, which means another unit of length. The frames are copied.
   Completer(Faces faces, Points<const Real> first_frame, const Settings& settings,
             const Training<Real>& training);
-  ~Completer();
-  Completer(const Completer&) = delete;
-  Completer& operator=(const Completer&) = delete;
-  Completer(Completer&&) noexcept;
-  Completer& operator=(Completer&&) noexcept;
 
   /// `points` and `known` have one row for each vertex. Rows of `points` that are not known are not
   /// read.
@@ -76,38 +67,7 @@ class DYNMESH_EXPORT Completer {
   /// Allocates memory.
   void reset(Points<const Real> frame);
 
-  /// `state` returns everything that later frames depend on, in a little-endian, versioned format
-  /// that can be stored or sent. It contains no times, so completers that received the same frames
-  /// have identical states.
-  ///
-  /// `restore` continues from a state in any completer with the same faces in the same order, Real,
-  /// settings and training sequence. It throws std::invalid_argument if the state belongs to
-  /// another mesh or other settings, is damaged, or holds values that no completer can produce. It
-  /// is safe to pass arbitrary bytes. Both functions allocate memory.
-  [[nodiscard]] std::vector<std::byte> state() const;
-  /// The number of bytes that `state` returns. It does not change during the lifetime of the
-  /// completer.
-  [[nodiscard]] std::size_t state_size() const;
-  void restore(std::span<const std::byte> state);
-
-  [[nodiscard]] std::size_t n_vertices() const;
-  /// The number of edges of the mesh.
-  [[nodiscard]] std::size_t n_edges() const;
   [[nodiscard]] const Settings& settings() const;
-  [[nodiscard]] const TopologyReport& topology() const;
-
-  // `restore` restores the next five as well, except for the times in the report, which become 0.
-
-  /// The number of frames completed since construction or `reset`.
-  [[nodiscard]] std::size_t n_frames() const;
-  /// (k,) the generation of each vertex in the last frame: 0 for an anchor (a known vertex), the
-  /// number of edges to the nearest anchor for a satellite (an unknown vertex that a chain of edges
-  /// connects to an anchor), -1 for a disconnected vertex. Valid until the next call of any member
-  /// function.
-  [[nodiscard]] std::span<const Index> generation() const;
-  /// (k,) the number of frames since the vertex was last observed. Valid until the next call of any
-  /// member function.
-  [[nodiscard]] std::span<const Index> age() const;
   /// (k,) the standard error of a coordinate of each vertex of the last frame, in the unit of the
   /// positions: the true position is within 2.5 standard errors for about 90 % of the vertices that
   /// were estimated, and within 1.54 for half of them. 0 for exact anchors and before the first
@@ -120,7 +80,7 @@ class DYNMESH_EXPORT Completer {
  private:
   struct Parts;
 
-  std::unique_ptr<Parts> parts_;
+  [[nodiscard]] Parts& parts() const;
 };
 
 }  // namespace dynmesh

@@ -6,6 +6,7 @@
 #include <dynmesh/alignment.hpp>
 #include <dynmesh/baselines.hpp>
 #include <dynmesh/completer.hpp>
+#include <dynmesh/frame_stream.hpp>
 #include <dynmesh/metrics.hpp>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/registration.hpp>

@@ -7,14 +7,12 @@
 #include <cstdint>
 #include <dynmesh/export.hpp>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/frame_stream.hpp>
 #include <dynmesh/quality.hpp>
 #include <dynmesh/settings.hpp>
-#include <dynmesh/topology.hpp>
 #include <dynmesh/training.hpp>
 #include <dynmesh/types.hpp>
-#include <memory>
 #include <span>
-#include <vector>
 
 namespace dynmesh {
 
@@ -91,10 +89,10 @@ struct TrackingReport : FrameReport {
 /// empty, count as frames in which nothing was observed. No points at all are allowed.
 ///
 /// If a call throws any exception, the tracker stays as it was before the call and nothing is
-/// written to `tracked`. A tracker may be used by one thread at a time. One that was moved from may
-/// only be destroyed or assigned to.
+/// written to `tracked`. A tracker may be used by one thread at a time. A state of a completer is
+/// refused.
 template <class Real>
-class DYNMESH_EXPORT Tracker {
+class DYNMESH_EXPORT Tracker : public FrameStream {
  public:
   /// `first_frame` is the template, complete and finite, in the pose of the first scan. See
   /// Completer for `faces`.
@@ -104,11 +102,6 @@ class DYNMESH_EXPORT Tracker {
   /// does.
   Tracker(Faces faces, Points<const Real> first_frame, const TrackerSettings& settings,
           const Training<Real>& training);
-  ~Tracker();
-  Tracker(const Tracker&) = delete;
-  Tracker& operator=(const Tracker&) = delete;
-  Tracker(Tracker&&) noexcept;
-  Tracker& operator=(Tracker&&) noexcept;
 
   /// Finds the template in a scan.
   TrackingReport push(const Scan<Real>& scan, Points<Real> tracked);
@@ -122,25 +115,10 @@ class DYNMESH_EXPORT Tracker {
   /// Makes this complete frame the new template, as if the tracker were newly constructed.
   void reset(Points<const Real> frame);
 
-  /// Everything that later frames depend on; see Completer. A state of a completer is refused.
-  [[nodiscard]] std::vector<std::byte> state() const;
-  [[nodiscard]] std::size_t state_size() const;
-  void restore(std::span<const std::byte> state);
-
-  [[nodiscard]] std::size_t n_vertices() const;
-  [[nodiscard]] std::size_t n_edges() const;
   [[nodiscard]] const TrackerSettings& settings() const;
-  [[nodiscard]] const TopologyReport& topology() const;
-  /// The number of frames since construction or `reset`.
-  [[nodiscard]] std::size_t n_frames() const;
   /// (k,) 1 for the vertices that have a measured point in the last frame, else 0. Valid until the
-  /// next call of any member function, like the next two.
+  /// next call of any member function.
   [[nodiscard]] std::span<const std::uint8_t> observed() const;
-  /// (k,) 0 for observed vertices, g for those that g edges separate from the next observed one, -1
-  /// where there is none.
-  [[nodiscard]] std::span<const Index> generation() const;
-  /// (k,) the number of frames since the vertex was last observed.
-  [[nodiscard]] std::span<const Index> age() const;
   /// (k,) the standard error of the distance of each vertex of the last frame from the true
   /// surface, in the unit of the positions: about 90 % are within 1.645 of it. Infinite where no
   /// measured point is connected. How far a vertex is off along the surface, where nothing measured
@@ -156,7 +134,7 @@ class DYNMESH_EXPORT Tracker {
  private:
   struct Parts;
 
-  std::unique_ptr<Parts> parts_;
+  [[nodiscard]] Parts& parts() const;
 };
 
 }  // namespace dynmesh

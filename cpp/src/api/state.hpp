@@ -3,16 +3,13 @@
 /// and packed.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <dynmesh/types.hpp>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "api/stream.hpp"
-#include "base/geometry.hpp"
 #include "base/stored_numbers.hpp"
 
 namespace dynmesh {
@@ -38,15 +35,6 @@ void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
 template <class Settings>
 Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
                   const StreamMesh& mesh, const Settings& settings);
-
-/// Reads a frame and checks it.
-inline std::vector<Vector3<double>> stored_frame(Reader& reader, std::size_t n_vertices,
-                                                 double largest) {
-  std::vector<Vector3<double>> frame(n_vertices);
-  reader.read(frame);
-  check_stored_frame(frame, largest);
-  return frame;
-}
 
 /// What a state keeps of a report. Later numbers of vertices and the standard error follow from
 /// what else it keeps.

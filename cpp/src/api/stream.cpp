@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/arguments.hpp"
+#include "base/default_arithmetic.hpp"
 #include "base/stored_numbers.hpp"
 #include "mesh/faces.hpp"
 
@@ -23,16 +24,17 @@ StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
   }
 }
 
-Stream::Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule, double largest)
-    : first_frame(std::move(frame)),
+FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, Frame frame, DisconnectedRule rule,
+                          double largest)
+    : mesh(std::move(of_all)),
+      largest_coordinate(largest),
+      first_frame(std::move(frame)),
       memory(first_frame),
       next(first_frame),
-      mesh_(mesh),
-      largest_(largest),
-      disconnected_(mesh.topology, rule, first_frame) {}
+      disconnected(mesh->topology, rule, first_frame) {}
 
 template <class Real>
-void Stream::read(Points<const Real> rows, KnownMask mask) {
+void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
   std::atomic<bool> are_in_range{true};
   // Loops without branches, since masks may be random.
   const auto read_rows = [&, rows, mask](Index first, Index last) {
@@ -42,21 +44,21 @@ void Stream::read(Points<const Real> rows, KnownMask mask) {
     }
     bool all_in_range = true;
     for (Index v = first; v < last; ++v) {
-      all_in_range &= is_in_range(next.last[v], largest_) | (next.known[v] == 0);
+      all_in_range &= is_in_range(next.last[v], largest_coordinate) | (next.known[v] == 0);
     }
     if (!all_in_range) are_in_range.store(false, std::memory_order_relaxed);
   };
-  mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
+  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), read_rows);
   for (std::size_t v = 0; v < n_vertices() && !are_in_range; ++v) {
     if (next.known[v] != 0) (void)known_row(rows, v);
   }
 }
 
-void Stream::finish(std::span<const Quaternion> rotations) {
-  disconnected_.complete(memory.last, next.last, next.generations, rotations);
-  mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
+void FrameStream::Parts::finish(std::span<const Quaternion> rotations) {
+  disconnected.complete(memory.last, next.last, next.generations, rotations);
+  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
-      if (!is_in_range(next.last[v], largest_)) next.last[v] = memory.last[v];
+      if (!is_in_range(next.last[v], largest_coordinate)) next.last[v] = memory.last[v];
     }
   });
   for (std::size_t v = 0; v < next.age.size(); ++v) {
@@ -68,17 +70,23 @@ void Stream::finish(std::span<const Quaternion> rotations) {
 }
 
 template <class Real>
-void Stream::write(Points<Real> completed) const {
-  mesh_.workers.for_each_chunk(static_cast<Index>(n_vertices()),
+void FrameStream::Parts::put(Points<Real> completed) const {
+  mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()),
                                [&, completed](Index first, Index last) {
                                  for (Index v = first; v < last; ++v)
                                    put_row(completed, at(v), memory.last[v]);
                                });
 }
 
-void Stream::check() {
-  check_memory(memory, largest_);
-  memory.generations.classify(mesh_.topology.cells, memory.known);
+void FrameStream::Parts::check() {
+  check_memory(memory, largest_coordinate);
+  memory.generations.classify(mesh->topology.cells, memory.known);
+}
+
+void FrameStream::Parts::measure_state() {
+  Writer writer;
+  write(writer);
+  state_size = writer.take_sealed().size();
 }
 
 void count(const Generations& generations, FrameReport& report) {
@@ -87,9 +95,43 @@ void count(const Generations& generations, FrameReport& report) {
   report.disconnected = generations.disconnected_vertices();
 }
 
-template void Stream::read(Points<const float>, KnownMask);
-template void Stream::read(Points<const double>, KnownMask);
-template void Stream::write(Points<float>) const;
-template void Stream::write(Points<double>) const;
+template void FrameStream::Parts::read(Points<const float>, KnownMask);
+template void FrameStream::Parts::read(Points<const double>, KnownMask);
+template void FrameStream::Parts::put(Points<float>) const;
+template void FrameStream::Parts::put(Points<double>) const;
+
+FrameStream::FrameStream() = default;
+FrameStream::~FrameStream() = default;
+FrameStream::FrameStream(FrameStream&&) noexcept = default;
+FrameStream& FrameStream::operator=(FrameStream&&) noexcept = default;
+
+std::vector<std::byte> FrameStream::state() const {
+  Writer writer(state_size());
+  parts_->write(writer);
+  return writer.take_sealed();
+}
+std::size_t FrameStream::state_size() const { return parts_->state_size; }
+
+void FrameStream::restore(std::span<const std::byte> state) {
+  const DefaultArithmetic arithmetic;
+  Reader reader = parts_->open(state);
+  Parts::Frame frame(n_vertices());
+  reader.read(frame);
+  check_stored_frame(frame, parts_->largest_coordinate);
+  auto restored = parts_->begun(std::move(frame));
+  restored->read_memory(reader);
+  parts_ = std::move(restored);
+}
+
+std::size_t FrameStream::n_vertices() const { return parts_->n_vertices(); }
+std::size_t FrameStream::n_edges() const {
+  return parts_->mesh->topology.cells.neighbours.size() / 2;
+}
+const TopologyReport& FrameStream::topology() const { return parts_->mesh->topology.report; }
+std::size_t FrameStream::n_frames() const { return parts_->memory.n_frames; }
+std::span<const Index> FrameStream::generation() const {
+  return parts_->memory.generations.of_vertices();
+}
+std::span<const Index> FrameStream::age() const { return parts_->memory.age; }
 
 }  // namespace dynmesh

@@ -1,18 +1,21 @@
-/// What a completer and a tracker share: one stream of frames of one mesh.
+/// What completers and trackers share: one stream of frames of one mesh.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/frame_report.hpp>
+#include <dynmesh/frame_stream.hpp>
 #include <dynmesh/settings.hpp>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "api/disconnected.hpp"
 #include "base/geometry.hpp"
+#include "base/stored_numbers.hpp"
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
 #include "kernels/rotation_kernels.hpp"
@@ -35,14 +38,27 @@ struct StreamMesh {
 /// One sequence: its memory, and that of the next frame while it is found.
 ///
 /// A frame: call `read` or set `next.last` and `next.known`, estimate the satellites in
-/// `next.last`, and call `finish`, `advance` and `write`. Allocates memory only in the constructor.
-class Stream {
- public:
+/// `next.last`, and call `finish`, `advance` and `put`. Allocates memory only in the constructor.
+struct FrameStream::Parts {
   using Frame = std::vector<Vector3<double>>;
 
-  /// Begins a sequence. `mesh` must outlive this object. `largest` is the largest coordinate of the
-  /// type in which positions are given.
-  Stream(StreamMesh& mesh, Frame frame, DisconnectedRule rule, double largest);
+  /// Begins a sequence. `largest` is the largest coordinate of the type in which positions are
+  /// given.
+  Parts(std::shared_ptr<StreamMesh> of_all, Frame frame, DisconnectedRule rule, double largest);
+  virtual ~Parts() = default;
+  Parts(const Parts&) = delete;
+  Parts& operator=(const Parts&) = delete;
+  Parts(Parts&&) = delete;
+  Parts& operator=(Parts&&) = delete;
+
+  /// Another sequence with the same mesh and settings.
+  [[nodiscard]] virtual std::unique_ptr<Parts> begun(Frame frame) const = 0;
+  /// Everything that later frames depend on.
+  virtual void write(Writer& writer) const = 0;
+  /// Checks the beginning of a state, after which frame 0 follows, and reads what follows that.
+  /// What is read refuses values that no sequence can have, and is of no use then.
+  [[nodiscard]] virtual Reader open(std::span<const std::byte> state) const = 0;
+  virtual void read_memory(Reader& reader) = 0;
 
   /// Reads a row for each vertex. Without a mask, finite rows are known. Refuses known rows that
   /// are out of range.
@@ -56,19 +72,20 @@ class Stream {
   void advance() noexcept { std::swap(memory, next); }
   /// Copies the last completed frame to the caller's rows.
   template <class Real>
-  void write(Points<Real> completed) const;
+  void put(Points<Real> completed) const;
 
   [[nodiscard]] std::size_t n_vertices() const { return first_frame.size(); }
-  /// Ends reading a memory. Refuses values that no stream can have.
+  /// Checks the memory that was read, and finds what follows from it.
   void check();
+  /// Finds the size of states, which is always the same.
+  void measure_state();
 
+  std::shared_ptr<StreamMesh> mesh;  ///< of all sequences
+  double largest_coordinate;
   Frame first_frame;
   Memory memory, next;
-
- private:
-  StreamMesh& mesh_;
-  double largest_;
-  Disconnected disconnected_;
+  Disconnected disconnected;
+  std::size_t state_size = 0;
 };
 
 /// The numbers of vertices in the report of a frame.

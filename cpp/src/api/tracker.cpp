@@ -60,32 +60,27 @@ void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found
 
 /// One sequence of frames, tracked after the public functions have checked the arguments.
 template <class Real>
-struct Tracker<Real>::Parts {
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
-        Stream::Frame first_frame)
-      : mesh(std::move(of_all)),
+struct Tracker<Real>::Parts final : FrameStream::Parts {
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame frame)
+      : FrameStream::Parts(std::move(of_all), std::move(frame), DisconnectedRule::follow,
+                           dynmesh::largest_coordinate<Real>),
         settings(chosen),
-        stream(*mesh, std::move(first_frame), DisconnectedRule::follow, largest_coordinate<Real>),
-        surface(mesh->faces, mesh->topology, mesh->workers, stream.first_frame, TrackingConstants{},
+        surface(mesh->faces, mesh->topology, mesh->workers, first_frame, TrackingConstants{},
                 mesh->training, settings.uncertainty, std::numeric_limits<Real>::epsilon()),
-        recovery(*mesh, stream.first_frame, settings.recover) {
-    surface.begin(stream.memory);
-    recovery.begin(stream.memory);
-    stream.next = stream.memory;
-    standard_error.resize(stream.memory.errors.standard_errors.size());
+        recovery(*mesh, first_frame, settings.recover) {
+    surface.begin(memory);
+    recovery.begin(memory);
+    next = memory;
+    standard_error.resize(memory.errors.standard_errors.size());
     tell_errors(report);
-    count(stream.memory.generations, report);
-    Writer writer;
-    write(writer);
-    state_size = writer.take_sealed().size();
+    count(memory.generations, report);
+    measure_state();
   }
 
   /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between
   /// calls changes before `advance`.
   TrackingReport track(const PointScan& measurement, Points<Real> tracked,
                        Clock::time_point start) {
-    Memory& memory = stream.memory;
-    Memory& next = stream.next;
     SurfaceTracking::Found found = surface.fit(memory, measurement, {}, next);
     if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
     TrackingReport made;
@@ -108,13 +103,13 @@ struct Tracker<Real>::Parts {
       const bool is_found = generation[v] != Generations::disconnected;
       next.last[v] = is_found ? found.x[v] : memory.last[v];
     }
-    stream.finish();
+    finish();
     const Memory& from = again ? *again : memory;
     surface.measure_errors(from, made.quality == Quality::ruined, next);
     surface.remember(from, next.generations.anchors() > 0, next);
     recovery.remember(memory, made.measure, is_due, next);
-    stream.advance();
-    stream.write(tracked);
+    advance();
+    this->put(tracked);
     count(memory.generations, made);
     made.iterations = static_cast<std::size_t>(found.iterations);
     made.stages.prior_weight = memory.fit.prior_weight;
@@ -128,7 +123,7 @@ struct Tracker<Real>::Parts {
 
   /// Tells the standard errors, and the root mean square of those that are finite; 0 without any.
   void tell_errors(FrameReport& of_frame) {
-    const std::vector<double>& errors = stream.memory.errors.standard_errors;
+    const std::vector<double>& errors = memory.errors.standard_errors;
     std::ranges::transform(errors, standard_error.begin(), saturated_or_infinite<Real>);
     double sum = 0;
     std::size_t n = 0;
@@ -140,24 +135,29 @@ struct Tracker<Real>::Parts {
     of_frame.standard_error = n > 0 ? std::sqrt(sum / static_cast<double>(n)) : 0;
   }
 
+  [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
+    return std::make_unique<Parts>(mesh, settings, std::move(frame));
+  }
+
   /// What a state is of.
   static StateKind kind() { return {tracker_state, "tracker", sizeof(Real)}; }
 
-  /// Writes everything that later frames depend on.
-  void write(Writer& writer) const {
+  void write(Writer& writer) const override {
     begin_state(writer, kind(), *mesh, settings);
-    writer.write(stream.first_frame);
+    writer.write(first_frame);
     for_each_number(*this, NumberWriter(writer));
   }
 
-  /// Reads what follows frame 0.
-  void read(Reader& reader) {
+  [[nodiscard]] Reader open(std::span<const std::byte> state) const override {
+    return open_state(state, state_size, kind(), *mesh, settings);
+  }
+  void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));
-    stream.check();
-    Recovery::check(stream.memory);
+    check();
+    Recovery::check(memory);
     report.measure.quality = judged(report.measure);
     tell_quality(report);
-    count(stream.memory.generations, report);
+    count(memory.generations, report);
     tell_errors(report);
   }
 
@@ -169,18 +169,15 @@ struct Tracker<Real>::Parts {
     for_each_field(self.report.measure.agreement, any);
     dynmesh::for_each_number(self.report.measure, any);
     visit(self.report.recovered);
-    each_number(self.stream.memory, visit);
+    each_number(self.memory, visit);
   }
 
-  std::shared_ptr<StreamMesh> mesh;  // of all sequences
   TrackerSettings settings;
-  Stream stream;
   SurfaceTracking surface;
   Recovery recovery;
   std::vector<Real> standard_error;  // (k,), or empty
   TrackingReport report;
   std::vector<Agreement> of_sensors;
-  std::size_t state_size = 0;
 };
 
 template <class Real>
@@ -206,17 +203,15 @@ Tracker<Real>::Tracker(Faces faces, Points<const Real> first_frame, const Tracke
 }
 
 template <class Real>
-Tracker<Real>::~Tracker() = default;
-template <class Real>
-Tracker<Real>::Tracker(Tracker&&) noexcept = default;
-template <class Real>
-Tracker<Real>& Tracker<Real>::operator=(Tracker&&) noexcept = default;
+typename Tracker<Real>::Parts& Tracker<Real>::parts() const {
+  return static_cast<Parts&>(*parts_);
+}
 
 template <class Real>
 void Tracker<Real>::reset(Points<const Real> frame) {
   const DefaultArithmetic arithmetic;
   check_rows("frame", frame, n_vertices());
-  parts_ = std::make_unique<Parts>(parts_->mesh, parts_->settings, complete_frame("frame", frame));
+  parts_ = parts().begun(complete_frame("frame", frame));
 }
 
 template <class Real>
@@ -224,12 +219,12 @@ TrackingReport Tracker<Real>::push(const Scan<Real>& scan, Points<Real> tracked)
   const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   const PointScan measured =
-      point_scan_of(scan, parts_->surface.mean_edge(), parts_->mesh->workers);
+      point_scan_of(scan, parts().surface.mean_edge(), parts().mesh->workers);
   check_output(tracked, n_vertices(),
                {{"points", Extent::of(scan.points)},
                 {"normals", Extent::of(scan.normals)},
                 {"viewpoints", Extent::of(scan.viewpoints)}});
-  return parts_->track(measured, tracked, start);
+  return parts().track(measured, tracked, start);
 }
 
 template <class Real>
@@ -237,8 +232,8 @@ TrackingReport Tracker<Real>::push_depth(std::span<const DepthImage> images, Poi
   const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  const TrackingConstants& constants = parts_->surface.constants();
-  return parts_->track(point_scan_of(images, constants.jump * parts_->surface.mean_edge(),
+  const TrackingConstants& constants = parts().surface.constants();
+  return parts().track(point_scan_of(images, constants.jump * parts().surface.mean_edge(),
                                      constants.pixels_per_vertex * n_vertices()),
                        tracked, start);
 }
@@ -248,78 +243,32 @@ TrackingReport Tracker<Real>::skip(Points<Real> tracked) {
   const DefaultArithmetic arithmetic;
   const auto start = Clock::now();
   check_output(tracked, n_vertices(), {});
-  return parts_->track({}, tracked, start);
+  return parts().track({}, tracked, start);
 }
 
 template <class Real>
-std::size_t Tracker<Real>::n_vertices() const {
-  return parts_->stream.n_vertices();
-}
-template <class Real>
-std::size_t Tracker<Real>::n_edges() const {
-  return parts_->mesh->topology.cells.neighbours.size() / 2;
-}
-template <class Real>
-std::size_t Tracker<Real>::n_frames() const {
-  return parts_->stream.memory.n_frames;
-}
-template <class Real>
 const TrackerSettings& Tracker<Real>::settings() const {
-  return parts_->settings;
-}
-template <class Real>
-const TopologyReport& Tracker<Real>::topology() const {
-  return parts_->mesh->topology.report;
+  return parts().settings;
 }
 template <class Real>
 std::span<const std::uint8_t> Tracker<Real>::observed() const {
-  return parts_->stream.memory.known;
-}
-template <class Real>
-std::span<const Index> Tracker<Real>::generation() const {
-  return parts_->stream.memory.generations.of_vertices();
-}
-template <class Real>
-std::span<const Index> Tracker<Real>::age() const {
-  return parts_->stream.memory.age;
+  return parts().memory.known;
 }
 template <class Real>
 std::span<const Real> Tracker<Real>::standard_error() const {
   if (!settings().uncertainty) {
     refuse("standard_error", "requires uncertainty");
   }
-  return parts_->standard_error;
+  return parts().standard_error;
 }
 template <class Real>
 const TrackingReport& Tracker<Real>::report() const {
-  return parts_->report;
+  return parts().report;
 }
 
 template <class Real>
 std::span<const Agreement> Tracker<Real>::agreement_of_sensors() const {
-  return parts_->of_sensors;
-}
-
-template <class Real>
-std::size_t Tracker<Real>::state_size() const {
-  return parts_->state_size;
-}
-
-template <class Real>
-std::vector<std::byte> Tracker<Real>::state() const {
-  Writer writer(state_size());
-  parts_->write(writer);
-  return writer.take_sealed();
-}
-
-template <class Real>
-void Tracker<Real>::restore(std::span<const std::byte> state) {
-  const DefaultArithmetic arithmetic;
-  Reader reader = open_state(state, state_size(), Parts::kind(), *parts_->mesh, settings());
-  auto restored = std::make_unique<Parts>(
-      parts_->mesh, parts_->settings, stored_frame(reader, n_vertices(), largest_coordinate<Real>));
-  restored->read(reader);
-  parts_ = std::move(restored);
+  return parts().of_sensors;
 }
 
 template class Tracker<float>;

@@ -1,0 +1,64 @@
+/// What completers and trackers have in common.
+#pragma once
+
+#include <cstddef>
+#include <dynmesh/export.hpp>
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace dynmesh {
+
+/// One sequence of frames of one mesh. One that was moved from may only be destroyed or assigned
+/// to.
+class DYNMESH_EXPORT FrameStream {
+ public:
+  /// `state` returns everything that later frames depend on, in a little-endian, versioned format
+  /// that can be stored or sent. It contains no times, so objects that received the same frames
+  /// have identical states.
+  ///
+  /// `restore` continues from a state in any object of the same class with the same faces in the
+  /// same order, Real, settings and training sequence. It throws std::invalid_argument if the state
+  /// belongs to another mesh or other settings, is damaged, or holds values that no such object can
+  /// produce. It is safe to pass arbitrary bytes. Both functions allocate memory.
+  [[nodiscard]] std::vector<std::byte> state() const;
+  /// The number of bytes that `state` returns. It does not change during the lifetime of the
+  /// object.
+  [[nodiscard]] std::size_t state_size() const;
+  void restore(std::span<const std::byte> state);
+
+  [[nodiscard]] std::size_t n_vertices() const;
+  /// The number of edges of the mesh.
+  [[nodiscard]] std::size_t n_edges() const;
+  [[nodiscard]] const TopologyReport& topology() const;
+
+  // `restore` restores what follows, and the standard errors and reports, except for times, which
+  // become 0.
+
+  /// The number of frames since construction or `reset`.
+  [[nodiscard]] std::size_t n_frames() const;
+  /// (k,) the generation of each vertex in the last frame: 0 for an anchor (a known vertex, or one
+  /// that has a measured point), the number of edges to the nearest anchor for a satellite (another
+  /// vertex that a chain of edges connects to an anchor), -1 for a disconnected vertex. Valid until
+  /// the next call of any member function.
+  [[nodiscard]] std::span<const Index> generation() const;
+  /// (k,) the number of frames since the vertex was last observed. Valid until the next call of any
+  /// member function.
+  [[nodiscard]] std::span<const Index> age() const;
+
+ protected:
+  struct Parts;
+
+  FrameStream();
+  ~FrameStream();
+  FrameStream(const FrameStream&) = delete;
+  FrameStream& operator=(const FrameStream&) = delete;
+  FrameStream(FrameStream&&) noexcept;
+  FrameStream& operator=(FrameStream&&) noexcept;
+
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace dynmesh
