@@ -93,7 +93,7 @@ std::vector<Method> methods_for(const Sparse& whole, Workers& workers) {
   // The structure is found together with the numbers.
   methods.push_back(
       {"dynmesh", [factor](const Sparse& matrix, const Mask& mask) {
-         std::vector<Vector3<double>> values(static_cast<std::size_t>(matrix.rows()), {1, 1, 1});
+         std::vector<Vector3> values(static_cast<std::size_t>(matrix.rows()), {1, 1, 1});
          return timed([] {}, [&] { factor->factorize(mask); }, [&] { factor->solve(values, 1); });
        }});
 #ifdef DYNMESH_CHOLMOD

@@ -24,8 +24,8 @@ struct Tori {
   Mesh<double> torus = bumpy_torus(24);
   Mesh<double> mesh = all();
   std::vector<Triangle> faces = triangles_of(mesh);
-  std::vector<Vector3<double>> frame = rows_of(mesh.vertices), x = frame;
-  std::vector<Vector3<double>> normals = vertex_normals(faces, frame);
+  std::vector<Vector3> frame = rows_of(mesh.vertices), x = frame;
+  std::vector<Vector3> normals = vertex_normals(faces, frame);
   Topology topology = build_topology(mesh.faces(), mesh.size());
   PointScan scan;
 
@@ -79,7 +79,7 @@ TEST_CASE("parts that lie on the same points overlap unless they face opposite w
 
 /// Squares of n by n vertices, one edge apart, around the origin of the x and y axes.
 struct Squares {
-  std::vector<Vector3<double>> vertices, normals;
+  std::vector<Vector3> vertices, normals;
 
   void add(int n, double z, double facing) {
     for (int i = 0; i < n * n; ++i) {
@@ -88,8 +88,8 @@ struct Squares {
     }
   }
   /// How many of the vertices of each square are seen.
-  [[nodiscard]] std::vector<std::ptrdiff_t> seen_from(
-      const std::vector<Vector3<double>>& viewpoints, const std::vector<int>& sizes) const {
+  [[nodiscard]] std::vector<std::ptrdiff_t> seen_from(const std::vector<Vector3>& viewpoints,
+                                                      const std::vector<int>& sizes) const {
     const std::vector<std::uint8_t> is_sheet(vertices.size());
     const auto seen =
         find_seen({{}, Cells{}, {}, vertices, normals, is_sheet, 1.0, 1.0}, viewpoints);

@@ -30,10 +30,10 @@ TEST_CASE("if a cell does not determine a rotation, it keeps the last one") {
   const std::vector<Quaternion> before = q;
   CHECK(before.back().w == 1);
   SUBCASE("all vertices coincide") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1, 2, 3}), q);
+    rotations.fit(std::vector<Vector3>(mesh.size(), Vector3{1, 2, 3}), q);
   }
   SUBCASE("out of range") {
-    rotations.fit(std::vector<Vector3<double>>(mesh.size(), Vector3<double>{1e308, 0, 0}), q);
+    rotations.fit(std::vector<Vector3>(mesh.size(), Vector3{1e308, 0, 0}), q);
   }
   for (std::size_t v = 0; v < before.size(); ++v) {
     CHECK(q[v].w == doctest::Approx(before[v].w));
@@ -161,8 +161,8 @@ TEST_CASE("if several rotations are equally good, the one nearest to the last is
 }
 
 TEST_CASE("degenerate triangles and non-manifold edges are handled") {
-  const std::vector<Vector3<double>> frame = {{0, 0, 0}, {1, 0, 0},   {1, 0, 0},      {2, 0, 0},
-                                              {0, 1, 0}, {0.5, 9, 0}, {0.5, -1e-9, 0}};
+  const std::vector<Vector3> frame = {{0, 0, 0}, {1, 0, 0},   {1, 0, 0},      {2, 0, 0},
+                                      {0, 1, 0}, {0.5, 9, 0}, {0.5, -1e-9, 0}};
   const std::vector<Triangle> faces = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {1, 0, 5}, {0, 1, 6},
                                        {3, 3, 4}, {0, 1, 4}, {1, 0, 4}, {4, 3, 5}, {5, 3, 4}};
   const auto triangles = intrinsic_delaunay(faces, frame, 1);
@@ -193,13 +193,13 @@ Topology random_mesh(std::mt19937& random, std::size_t k) {
 
 /// Algorithm 1 of the paper. With `revisits`, every iteration estimates all satellites that were
 /// reached, otherwise only those that it reaches.
-Index complete_plainly(const Cells& cells, const std::vector<Vector3<double>>& previous,
-                       std::vector<Vector3<double>>& points, std::span<const std::uint8_t> known,
+Index complete_plainly(const Cells& cells, const std::vector<Vector3>& previous,
+                       std::vector<Vector3>& points, std::span<const std::uint8_t> known,
                        Index extra_iterations, bool revisits, Generations& generations) {
   generations.classify(cells, known);
   const auto generation = generations.of_vertices();
   const double h = mean_edge_length(cells, previous);
-  std::vector<Vector3<double>> motions(points.size());
+  std::vector<Vector3> motions(points.size());
   for (std::size_t v = 0; v < points.size(); ++v) {
     if (known[v] != 0) motions[v] = points[v] - previous[v];
   }
@@ -208,7 +208,7 @@ Index complete_plainly(const Cells& cells, const std::vector<Vector3<double>>& p
     const auto before = motions;
     for (const Index j : generations.satellites()) {
       if (generation[j] > t || (generation[j] < t && !revisits)) continue;
-      Vector3<double> sum;
+      Vector3 sum;
       double weights = 0;
       for (const Index i : cells[j]) {
         if (generation[i] >= t) continue;
@@ -230,8 +230,8 @@ void check_against_plain(std::size_t k, Index extra_iterations, bool revisits, d
   std::normal_distribution<double> normal;
   std::bernoulli_distribution is_known(share);
   const Topology topology = random_mesh(random, k);
-  std::vector<Vector3<double>> previous(k);
-  std::vector<Vector3<double>> points(k);
+  std::vector<Vector3> previous(k);
+  std::vector<Vector3> points(k);
   std::vector<std::uint8_t> known(k);
   for (std::size_t v = 0; v < k; ++v) {
     previous[v] = {static_cast<double>(v) + normal(random), normal(random), normal(random)};

@@ -43,14 +43,11 @@ Matrix smooth_matrix(const Mesh<double>& mesh) {
   return matrix;
 }
 
-bool are_same(const Vector3<double>& a, const Vector3<double>& b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z;
-}
+bool are_same(const Vector3& a, const Vector3& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /// The solution computed by Eigen; entries outside the mask keep their `values`.
-std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
-                                               const std::vector<std::uint8_t>& mask,
-                                               std::vector<Vector3<double>> values) {
+std::vector<Vector3> expected_solution(const Matrix& matrix, const std::vector<std::uint8_t>& mask,
+                                       std::vector<Vector3> values) {
   std::vector<int> chosen;
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] != 0) chosen.push_back(static_cast<int>(i));
@@ -76,13 +73,13 @@ std::vector<Vector3<double>> expected_solution(const Matrix& matrix,
   return values;
 }
 
-using Solve = void (MaskedFactor::*)(std::span<Vector3<double>>, int);
+using Solve = void (MaskedFactor::*)(std::span<Vector3>, int);
 
 /// Solves for 1 or 3 frames at once; entries outside the mask keep their values.
-void solve(MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> frames,
+void solve(MaskedFactor& factor, std::vector<std::vector<Vector3>*> frames,
            Solve method = &MaskedFactor::solve) {
   const auto order = factor.order();
-  std::vector<Vector3<double>> values;
+  std::vector<Vector3> values;
   for (const Index row : order) {
     for (const auto* frame : frames) values.push_back((*frame)[static_cast<std::size_t>(row)]);
   }
@@ -94,15 +91,14 @@ void solve(MaskedFactor& factor, std::vector<std::vector<Vector3<double>>*> fram
   }
 }
 
-double inner_product(const std::vector<Vector3<double>>& a, const std::vector<Vector3<double>>& b) {
+double inner_product(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
     sum += a[i].x * b[i].x + a[i].y * b[i].y + a[i].z * b[i].z;
   return sum;
 }
 
-double largest_difference(const std::vector<Vector3<double>>& a,
-                          const std::vector<Vector3<double>>& b) {
+double largest_difference(const std::vector<Vector3>& a, const std::vector<Vector3>& b) {
   double largest = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     largest = std::max(largest, std::sqrt(squared_norm(a[i] - b[i])));
@@ -133,7 +129,7 @@ void check_against_eigen(const Matrix& matrix, MaskedFactor& factor) {
     const auto mask = random_mask(static_cast<std::size_t>(matrix.cols()), share, ++seed);
     CAPTURE(share);
     factor.factorize(mask);
-    std::vector<std::vector<Vector3<double>>> given, expected;
+    std::vector<std::vector<Vector3>> given, expected;
     for (int n = 0; n < 3; ++n) {
       given.push_back(random_field(mask.size(), ++seed));
       expected.push_back(expected_solution(matrix, mask, given.back()));
@@ -227,7 +223,7 @@ TEST_CASE("a masked factor agrees with Eigen for every mask, kind of processor a
 TEST_CASE("the solution is the same with any number of threads, to the last bit") {
   // Large enough that threads share the subtrees and the solves.
   const Matrix matrix = smooth_matrix(torus(40));
-  std::vector<std::vector<Vector3<double>>> expected;
+  std::vector<std::vector<Vector3>> expected;
   for (const Index threads : {1, 2, 3, -1}) {
     TaskSharing task_sharing = in_small_pieces();
     task_sharing.backwards = threads < 0;  // one thread that does everything in another order
@@ -273,7 +269,7 @@ TEST_CASE("singular directions have no part in the solution") {
   const std::vector<std::uint8_t> all(6, 1);
   factor.factorize(all);
   for (const auto method : {&MaskedFactor::solve, &MaskedFactor::precondition}) {
-    std::vector<Vector3<double>> values(6);
+    std::vector<Vector3> values(6);
     values[2] = {1, 0, 0};
     solve(factor, {&values}, method);
     CHECK(values[2].x == doctest::Approx(3));

@@ -24,8 +24,8 @@ struct Mesh {
 
 /// x y z of each vertex, as the library has them.
 template <class Real>
-std::vector<Vector3<Real>> rows_of(const std::vector<Real>& vertices) {
-  std::vector<Vector3<Real>> rows;
+std::vector<Vector3> rows_of(const std::vector<Real>& vertices) {
+  std::vector<Vector3> rows;
   for (std::size_t i = 0; i < vertices.size(); i += 3) {
     rows.push_back({vertices[i], vertices[i + 1], vertices[i + 2]});
   }
@@ -93,10 +93,10 @@ Mesh<Real> join(const Mesh<Real>& a, const Mesh<Real>& b) {
   return both;
 }
 
-inline std::vector<Vector3<double>> random_field(std::size_t rows, unsigned seed) {
+inline std::vector<Vector3> random_field(std::size_t rows, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
-  std::vector<Vector3<double>> field(rows);
+  std::vector<Vector3> field(rows);
   for (auto& x : field) x = {normal(random), normal(random), normal(random)};
   return field;
 }

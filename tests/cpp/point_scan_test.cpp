@@ -58,7 +58,7 @@ struct ObliqueImage {
   }
 };
 
-const Vector3<double> towards_camera = (1 / std::sqrt(1.05)) * Vector3<double>{0.2, 0.1, -1};
+const Vector3 towards_camera = (1 / std::sqrt(1.05)) * Vector3{0.2, 0.1, -1};
 
 TEST_CASE("the points of a depth image lie on its surface, with its normal") {
   ObliqueImage near(5);

@@ -93,11 +93,11 @@ inline std::vector<Image> images_of(const Mesh<double>& mesh, const std::vector<
   for (int n = 0; n < n_cameras; ++n) {
     const double angle = 0.4 + 6.283185307 * n / n_cameras;
     const double tilt = 0.7;
-    const Vector3<double> back = {std::cos(tilt) * std::cos(angle),
-                                  std::cos(tilt) * std::sin(angle), std::sin(tilt)};
-    const Vector3<double> right = {-std::sin(angle), std::cos(angle), 0};
-    const Vector3<double> down = cross(right, back);
-    const Vector3<double> position = 15.0 * back;
+    const Vector3 back = {std::cos(tilt) * std::cos(angle), std::cos(tilt) * std::sin(angle),
+                          std::sin(tilt)};
+    const Vector3 right = {-std::sin(angle), std::cos(angle), 0};
+    const Vector3 down = cross(right, back);
+    const Vector3 position = 15.0 * back;
     const double focal = 1.5 * side;
     const double centre = 0.5 * side;
     Image image;

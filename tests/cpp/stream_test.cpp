@@ -189,7 +189,7 @@ TEST_CASE("donors are the nearest vertices of other components") {
     std::uniform_int_distribution<Index> label(0, static_cast<Index>(seed % 7));
     std::uniform_int_distribution<int> coordinate(0,
                                                   seed % 2 == 0 ? 3 : 1000);  // many ties, or few
-    std::vector<Vector3<double>> frame(300);
+    std::vector<Vector3> frame(300);
     std::vector<Index> component(frame.size());
     for (std::size_t v = 0; v < frame.size(); ++v) {
       frame[v] = {static_cast<double>(coordinate(random)), static_cast<double>(coordinate(random)),
@@ -213,7 +213,7 @@ TEST_CASE("donors are the nearest vertices of other components") {
 }
 
 TEST_CASE("coincident isolated vertices do not slow down the search") {
-  const std::vector<Vector3<double>> frame(200'000, Vector3<double>{1, 2, 3});
+  const std::vector<Vector3> frame(200'000, Vector3{1, 2, 3});
   std::vector<Index> component(frame.size());
   for (std::size_t v = 0; v < frame.size(); ++v) component[v] = static_cast<Index>(v);
   const auto donors = find_donors(frame, component);
@@ -233,7 +233,7 @@ TEST_CASE("only anchors that move away from their neighbours are rejected") {
     auto expected = known;
     const std::vector<std::size_t> far_away = {0, 57, 210, 399};
     for (const std::size_t v : far_away) {
-      points[v] = points[v] + Vector3<double>{0, 6, -8};
+      points[v] = points[v] + Vector3{0, 6, -8};
       known[v] = 1;
       expected[v] = 0;
     }

@@ -45,12 +45,10 @@ TEST_CASE("numbers out of the range of float become the largest one") {
 TEST_CASE("points turn about a line unless they are nearer to it than rounding") {
   const std::vector<Index> chosen = {0, 1, 2, 3};
   for (const double width : {1e-1, 1e-3, 1e-4, 1e-6}) {
-    const std::vector<Vector3<double>> before = {
-        {0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
-    const std::vector<Vector3<double>> after = {
-        {0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
+    const std::vector<Vector3> before = {{0, 0, -1}, {0, 0, 1}, {width, 0, 0}, {-width, 0, 0}};
+    const std::vector<Vector3> after = {{0, 0, -1}, {0, 0, 1}, {0, width, 0}, {0, -width, 0}};
     const auto motion = fit_rigid_motion(chosen, before, after);
-    const auto turned = motion.apply(Vector3<double>{1, 0, 0});
+    const auto turned = motion.apply(Vector3{1, 0, 0});
     CHECK(turned.x == doctest::Approx(width > 1e-5 ? 0 : 1));
     CHECK(turned.y == doctest::Approx(width > 1e-5 ? 1 : 0));
   }

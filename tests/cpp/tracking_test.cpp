@@ -73,7 +73,7 @@ TEST_CASE("a walk over a flat surface ends at the nearest place of all") {
 
 TEST_CASE("a place on a triangle without area is on one of its sides") {
   const std::vector<Triangle> faces = {{0, 1, 2}, {3, 3, 3}};
-  const std::vector<Vector3<double>> x = {{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {5, 0, 0}};
+  const std::vector<Vector3> x = {{0, 0, 0}, {2, 0, 0}, {1, 0, 0}, {5, 0, 0}};
   SurfacePlaces places(faces, x);
   places.follow(x);
   const auto anywhere = [](const Place&) { return true; };
@@ -81,7 +81,7 @@ TEST_CASE("a place on a triangle without area is on one of its sides") {
   CHECK(places.nearest(x, {5, 0, 3}, {}, anywhere).squared == doctest::Approx(9));
 }
 
-using Field = std::vector<Vector3<double>>;
+using Field = std::vector<Vector3>;
 
 /// The slope of a quadratic function in random directions, which differences show exactly, over
 /// that at 0.
@@ -271,7 +271,7 @@ TEST_CASE("the membrane pulls down the slope of its energy, and not where cloth 
   Membrane membrane(triangles_of(mesh), rows_of(mesh.vertices), 1,
                     std::vector<double>(mesh.size(), 1.0), workers);
   const auto force_at = [&](const std::vector<double>& x) {
-    std::vector<Vector3<double>> forces(mesh.size());
+    std::vector<Vector3> forces(mesh.size());
     membrane.add_forces(rows_of(x), forces);
     return forces;
   };

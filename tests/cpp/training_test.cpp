@@ -124,7 +124,7 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
   const std::vector<double> weights(given.begin() + n, given.end());
 
   // The sums in double precision.
-  std::vector<Vector3<double>> combined(n_vertices);
+  std::vector<Vector3> combined(n_vertices);
   std::vector<double> projected(n);
   std::vector<double> squares(n);
   constexpr Index first = 3;
@@ -133,7 +133,7 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
     for (Index e = parts.offsets[v]; e < parts.offsets[v + 1]; ++e) {
       for (std::size_t j = 0; j < modes_of_part; ++j) {
         const float* mode = &values[3 * modes_of_part * e + j];
-        const Vector3<double> b = {mode[0], mode[modes_of_part], mode[2 * modes_of_part]};
+        const Vector3 b = {mode[0], mode[modes_of_part], mode[2 * modes_of_part]};
         const std::size_t c = modes_of_part * part_of[e] + j;
         combined[v] = combined[v] + static_cast<double>(coefficients[c]) * b;
         projected[c] += b.x * field[v].x + b.y * field[v].y + b.z * field[v].z;
@@ -144,12 +144,11 @@ TEST_CASE("the products are the same for every kind of processor, up to rounding
   for (const Kernels& level : runnable_kernels()) {
     const ModeKernels& kernels = level.modes;
     constexpr double untouched = 7;
-    std::vector<Vector3<double>> of_level(n_vertices, {untouched, untouched, untouched});
+    std::vector<Vector3> of_level(n_vertices, {untouched, untouched, untouched});
     kernels.combine(data, coefficients.data(), of_level.data(), first, last);
     for (Index v = 0; v < static_cast<Index>(n_vertices); ++v) {
       const bool is_inside = v >= first && v < last;
-      const Vector3<double> expected =
-          is_inside ? combined[v] : Vector3<double>{untouched, untouched, untouched};
+      const Vector3 expected = is_inside ? combined[v] : Vector3{untouched, untouched, untouched};
       CHECK(squared_norm(of_level[v] - expected) < 1e-8);
     }
     std::vector<float> sums(n, 1);

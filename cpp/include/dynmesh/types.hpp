@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 namespace dynmesh {
@@ -88,12 +89,11 @@ struct Faces {
 
 /// A position or a motion vector. It is padded to four numbers, so that it can be loaded with one
 /// instruction.
-template <class Real>
-struct alignas(4 * sizeof(Real)) Vector3 {
-  Real x{};
-  Real y{};
-  Real z{};
-  Real unused{};
+struct alignas(4 * sizeof(double)) Vector3 {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+  double unused = 0;
 
   friend Vector3 operator+(const Vector3& a, const Vector3& b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -101,10 +101,13 @@ struct alignas(4 * sizeof(Real)) Vector3 {
   friend Vector3 operator-(const Vector3& a, const Vector3& b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
   }
-  friend Vector3 operator*(Real factor, const Vector3& a) {
+  friend Vector3 operator*(double factor, const Vector3& a) {
     return {factor * a.x, factor * a.y, factor * a.z};
   }
-  friend Real squared_norm(const Vector3& a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
+  friend double squared_norm(const Vector3& a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
 };
+
+/// Positions, or other vectors, of the vertices.
+using Field = std::span<const Vector3>;
 
 }  // namespace dynmesh

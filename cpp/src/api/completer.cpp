@@ -114,13 +114,13 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
   static StateKind kind() { return {completer_state, "completer", sizeof(Real)}; }
 
   void write(Writer& writer) const override {
-    begin_state(writer, kind(), *mesh, settings);
+    write_head(writer, kind(), *mesh, settings);
     writer.write(first_frame);
     for_each_number(*this, NumberWriter(writer));
   }
 
   [[nodiscard]] Reader open(std::span<const std::byte> state) const override {
-    return open_state(state, state_size, kind(), *mesh, settings);
+    return read_head(state, state_size, kind(), *mesh, settings);
   }
   void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));

@@ -30,20 +30,19 @@ void give_reason(FrameReport& report, Quality quality, const char* format, Value
 
 /// How many times as large the anchors' part of one frame is as the same part of another: the root
 /// mean square distance from its centre, in any unit.
-double size_ratio(std::span<const Vector3<double>> from, std::span<const Vector3<double>> to,
-                  std::span<const Index> generation, double unit) {
-  const auto size = [&](std::span<const Vector3<double>> frame) {
-    Vector3<double> sum;
+double size_ratio(Field from, Field to, std::span<const Index> generation, double unit) {
+  const auto size = [&](Field frame) {
+    Vector3 sum;
     double n = 0;
     const auto for_each_anchor = [&](const auto& visit) {
       for (std::size_t v = 0; v < frame.size(); ++v) {
         if (generation[v] == 0) visit(unit * frame[v]);
       }
     };
-    for_each_anchor([&](const Vector3<double>& x) { sum = sum + x, ++n; });
+    for_each_anchor([&](const Vector3& x) { sum = sum + x, ++n; });
     const auto centre = (1 / n) * sum;
     double squares = 0;
-    for_each_anchor([&](const Vector3<double>& x) { squares += squared_norm(x - centre); });
+    for_each_anchor([&](const Vector3& x) { squares += squared_norm(x - centre); });
     return std::sqrt(squares);
   };
   return size(to) / size(from);
@@ -51,7 +50,7 @@ double size_ratio(std::span<const Vector3<double>> from, std::span<const Vector3
 
 }  // namespace
 
-CompletionQuality::CompletionQuality(const Cells& cells, Frame first_frame)
+CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
     : first_frame_(first_frame), per_edge_(1 / mean_edge_length(cells, first_frame)) {
   const std::size_t n_half_edges = cells.neighbours.size();
   const std::size_t n = std::min(n_half_edges, std::clamp(first_frame.size() / vertices_per_edge,
@@ -79,7 +78,7 @@ CompletionQuality::CompletionQuality(const Cells& cells, Frame first_frame)
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
-void CompletionQuality::judge(Frame previous, Frame completed, Generation generation,
+void CompletionQuality::judge(Field previous, Field completed, Generation generation,
                               Verdict& verdict, FrameReport& report) {
   if (verdict.n_judged < limits.judged_frames) {
     const double change = change_at_anchors(generation, first_frame_, completed);
@@ -94,7 +93,7 @@ void CompletionQuality::judge(Frame previous, Frame completed, Generation genera
   tell(completed, generation, verdict, report);
 }
 
-void CompletionQuality::tell(Frame completed, Generation generation, const Verdict& verdict,
+void CompletionQuality::tell(Field completed, Generation generation, const Verdict& verdict,
                              FrameReport& report) {
   report.quality = Quality::good;
   report.reason = {};
@@ -135,16 +134,16 @@ void CompletionQuality::tell(Frame completed, Generation generation, const Verdi
   }
 }
 
-double CompletionQuality::square_of(const Edge& edge, Frame frame) const {
+double CompletionQuality::square_of(const Edge& edge, Field frame) const {
   return squared_norm(per_edge_ * (frame[edge.a] - frame[edge.b]));
 }
 
-double CompletionQuality::length_of(const Edge& edge, Frame frame) const {
+double CompletionQuality::length_of(const Edge& edge, Field frame) const {
   return std::min(std::sqrt(square_of(edge, frame)), longest_measured);
 }
 
 /// The share of the edges that are out of range, or of those at anchors if it is larger.
-double CompletionQuality::share_out_of_range(Frame frame, Generation generation) const {
+double CompletionQuality::share_out_of_range(Field frame, Generation generation) const {
   std::size_t n_at_anchors = 0;
   std::size_t n_outside = 0;
   std::size_t n_outside_at_anchors = 0;
@@ -165,7 +164,7 @@ double CompletionQuality::share_out_of_range(Frame frame, Generation generation)
 }
 
 /// By which share of its length the median edge at an anchor became longer or shorter.
-double CompletionQuality::change_at_anchors(Generation generation, Frame from, Frame to) {
+double CompletionQuality::change_at_anchors(Generation generation, Field from, Field to) {
   changes_.clear();
   for (const Edge& edge : edges_) {
     if (generation[edge.a] != 0 && generation[edge.b] != 0) continue;

@@ -40,16 +40,14 @@ struct CompletionLimits {
 /// of the time of a frame. Allocates memory only in the constructor.
 class CompletionQuality {
  public:
-  using Frame = std::span<const Vector3<double>>;
-
-  CompletionQuality(const Cells& cells, Frame first_frame);
+  CompletionQuality(const Cells& cells, Field first_frame);
 
   /// Sets `quality` and `reason` in the report of the frame that follows `previous`, and its
   /// verdict, which is that of the frame before so far. `generation` is that of each vertex.
-  void judge(Frame previous, Frame completed, std::span<const Index> generation, Verdict& verdict,
+  void judge(Field previous, Field completed, std::span<const Index> generation, Verdict& verdict,
              FrameReport& report);
   /// The same of a frame that was judged before, by its verdict.
-  void tell(Frame completed, std::span<const Index> generation, const Verdict& verdict,
+  void tell(Field completed, std::span<const Index> generation, const Verdict& verdict,
             FrameReport& report);
 
  private:
@@ -62,12 +60,12 @@ class CompletionQuality {
     double longest;
   };
 
-  [[nodiscard]] double square_of(const Edge& edge, Frame frame) const;
-  [[nodiscard]] double length_of(const Edge& edge, Frame frame) const;
-  [[nodiscard]] double share_out_of_range(Frame frame, Generation generation) const;
-  double change_at_anchors(Generation generation, Frame from, Frame to);
+  [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
+  [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
+  [[nodiscard]] double share_out_of_range(Field frame, Generation generation) const;
+  double change_at_anchors(Generation generation, Field from, Field to);
 
-  Frame first_frame_;
+  Field first_frame_;
   double per_edge_;  // mean edges of frame 0 in a unit of length
   std::vector<Edge> edges_;
   std::vector<double> changes_;

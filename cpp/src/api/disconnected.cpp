@@ -15,7 +15,7 @@ constexpr std::size_t fewest_donors = 4;  // that a component must have to follo
 
 }  // namespace
 
-Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame)
+Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Field first_frame)
     : topology_(topology), rule_(rule), components_(topology.report.components) {
   for (std::size_t v = 0; v < first_frame.size(); ++v) {
     components_[topology.component[v]].members.push_back(static_cast<Index>(v));
@@ -33,7 +33,7 @@ Disconnected::Disconnected(const Topology& topology, DisconnectedRule rule, Fram
   chosen_.reserve(first_frame.size());
 }
 
-void Disconnected::complete(Frame previous, std::span<Vector3<double>> points,
+void Disconnected::complete(Field previous, std::span<Vector3> points,
                             const Generations& generations, std::span<const Quaternion> rotations) {
   if (generations.disconnected_vertices() == 0) return;
 

@@ -16,11 +16,9 @@ namespace dynmesh {
 /// constructor.
 class Disconnected {
  public:
-  using Frame = std::span<const Vector3<double>>;
-
   /// For a sequence whose frame 0 is `first_frame`. The donor of each vertex is the vertex of
   /// another component that is nearest to it in that frame. `topology` must outlive this object.
-  Disconnected(const Topology& topology, DisconnectedRule rule, Frame first_frame);
+  Disconnected(const Topology& topology, DisconnectedRule rule, Field first_frame);
 
   /// Estimates the disconnected vertices of `points`, in which the anchors and satellites are
   /// already complete.
@@ -35,7 +33,7 @@ class Disconnected {
   /// (components,) `rotations` are those of the components from the previous frame, or empty. With
   /// them, donors count if their component contains any anchor, and a component with fewer than
   /// four such donors is turned by its own rotation, and shifted as they are on average.
-  void complete(Frame previous, std::span<Vector3<double>> points, const Generations& generations,
+  void complete(Field previous, std::span<Vector3> points, const Generations& generations,
                 std::span<const Quaternion> rotations = {});
 
  private:

@@ -24,10 +24,8 @@ namespace dynmesh {
 /// than three other anchors in its component is never an outlier.
 class Outliers {
  public:
-  using Frame = std::span<const Vector3<double>>;
-
   /// `cells` must outlive this object. Allocates memory only in the constructor.
-  Outliers(const Cells& cells, Frame first_frame)
+  Outliers(const Cells& cells, Field first_frame)
       : cells_(cells), mean_edge_(mean_edge_length(cells, first_frame)), found_from_(cells.size()) {
     found_.reserve(cells.size());
     deviations_.reserve(cells.size());
@@ -36,7 +34,7 @@ class Outliers {
 
   /// Sets `known` to 0 for the outliers of a frame and returns their number. The time is linear in
   /// the number of edges, times eight.
-  std::size_t drop(Frame previous, Frame points, std::span<std::uint8_t> known) {
+  std::size_t drop(Field previous, Field points, std::span<std::uint8_t> known) {
     std::ranges::fill(found_from_, -1);
     deviations_.clear();
     sorted_.clear();
@@ -45,7 +43,7 @@ class Outliers {
       const auto nearest = nearest_anchors(static_cast<Index>(v), known);
       if (nearest.size() < 3) continue;
       const auto motion = [&](std::size_t vertex, std::size_t axis) {
-        const Vector3<double> d = points[vertex] - previous[vertex];
+        const Vector3 d = points[vertex] - previous[vertex];
         return axis == 0 ? d.x : axis == 1 ? d.y : d.z;
       };
       std::array<double, most_neighbours> around{};

@@ -29,7 +29,7 @@ namespace dynmesh {
 /// in ten frames, by a registration; see TrackerSettings::recover.
 class Recovery {
  public:
-  using Frame = std::vector<Vector3<double>>;
+  using Frame = std::vector<Vector3>;
 
   /// `mesh` and `first_frame` must outlive this object.
   Recovery(StreamMesh& mesh, const Frame& first_frame, bool is_wanted)

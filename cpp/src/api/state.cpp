@@ -76,15 +76,15 @@ void for_each_trait(const StateKind& kind, const StreamMesh& mesh, const Setting
 }  // namespace
 
 template <class Settings>
-void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
-                 const Settings& settings) {
+void write_head(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+                const Settings& settings) {
   writer.write(std::span<const char>(kind.format));
   for_each_trait(kind, mesh, settings, [&](std::uint64_t value, auto) { writer.write(value); });
 }
 
 template <class Settings>
-Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                  const StreamMesh& mesh, const Settings& settings) {
+Reader read_head(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
+                 const StreamMesh& mesh, const Settings& settings) {
   Reader reader(state);
   StateFormat format{};
   reader.read(std::span<char>(format));
@@ -110,11 +110,11 @@ Reader open_state(std::span<const std::byte> state, std::size_t size, const Stat
   return reader;
 }
 
-template void begin_state(Writer&, const StateKind&, const StreamMesh&, const Settings&);
-template void begin_state(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
-template Reader open_state(std::span<const std::byte>, std::size_t, const StateKind&,
-                           const StreamMesh&, const Settings&);
-template Reader open_state(std::span<const std::byte>, std::size_t, const StateKind&,
-                           const StreamMesh&, const TrackerSettings&);
+template void write_head(Writer&, const StateKind&, const StreamMesh&, const Settings&);
+template void write_head(Writer&, const StateKind&, const StreamMesh&, const TrackerSettings&);
+template Reader read_head(std::span<const std::byte>, std::size_t, const StateKind&,
+                          const StreamMesh&, const Settings&);
+template Reader read_head(std::span<const std::byte>, std::size_t, const StateKind&,
+                          const StreamMesh&, const TrackerSettings&);
 
 }  // namespace dynmesh

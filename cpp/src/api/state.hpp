@@ -27,14 +27,14 @@ struct StateKind {
 /// Writes the beginning of a state: its kind, and what the stream that reads it must share.
 /// `Settings` are those of a completer or a tracker.
 template <class Settings>
-void begin_state(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
-                 const Settings& settings);
+void write_head(Writer& writer, const StateKind& kind, const StreamMesh& mesh,
+                const Settings& settings);
 
 /// Reads it again. Refuses a state of another kind, mesh or settings, and one that is damaged or
 /// not of `size` bytes.
 template <class Settings>
-Reader open_state(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
-                  const StreamMesh& mesh, const Settings& settings);
+Reader read_head(std::span<const std::byte> state, std::size_t size, const StateKind& kind,
+                 const StreamMesh& mesh, const Settings& settings);
 
 /// What a state keeps of a report. Later numbers of vertices and the standard error follow from
 /// what else it keeps.

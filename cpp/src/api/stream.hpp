@@ -40,7 +40,7 @@ struct StreamMesh {
 /// A frame: call `read` or set `next.last` and `next.known`, estimate the satellites in
 /// `next.last`, and call `finish`, `advance` and `put`. Allocates memory only in the constructor.
 struct FrameStream::Parts {
-  using Frame = std::vector<Vector3<double>>;
+  using Frame = std::vector<Vector3>;
 
   /// Begins a sequence. `largest` is the largest coordinate of the type in which positions are
   /// given.

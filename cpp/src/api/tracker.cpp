@@ -41,8 +41,8 @@ void tell_quality(TrackingReport& report) {
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
-void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found,
-                      std::span<const Vector3<double>> last, const SurfaceTracking& surface) {
+void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found, Field last,
+                      const SurfaceTracking& surface) {
   const double far_share = found.agreements.all.far_share;
   const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
                           static_cast<double>(found.observed.size());
@@ -143,13 +143,13 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   static StateKind kind() { return {tracker_state, "tracker", sizeof(Real)}; }
 
   void write(Writer& writer) const override {
-    begin_state(writer, kind(), *mesh, settings);
+    write_head(writer, kind(), *mesh, settings);
     writer.write(first_frame);
     for_each_number(*this, NumberWriter(writer));
   }
 
   [[nodiscard]] Reader open(std::span<const std::byte> state) const override {
-    return open_state(state, state_size, kind(), *mesh, settings);
+    return read_head(state, state_size, kind(), *mesh, settings);
   }
   void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));

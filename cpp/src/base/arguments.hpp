@@ -16,22 +16,22 @@ namespace dynmesh {
 
 /// Returns a row, which must be in range. `kind` says whether it is a row or a vertex.
 template <class Real>
-Vector3<double> checked_row(const char* argument, const char* kind,
-                            const Points<const Real>& points, std::size_t i, const char* rule) {
-  const Vector3<double> v = row(points, i);
+Vector3 checked_row(const char* argument, const char* kind, const Points<const Real>& points,
+                    std::size_t i, const char* rule) {
+  const Vector3 v = row(points, i);
   if (is_in_range(v, largest_coordinate<Real>)) return v;
   const auto limit = sizeof(Real) == 4 ? " and below 1e18" : " and below 1e200";
   refuse(argument, kind, " ", i, " is at ", to_text(v), ", but ", rule, is_finite(v) ? limit : "");
 }
 
 template <class Real>
-Vector3<double> known_row(const Points<const Real>& points, std::size_t i) {
+Vector3 known_row(const Points<const Real>& points, std::size_t i) {
   return checked_row("points", "row", points, i, "known positions must be finite");
 }
 
 template <class Real>
-std::vector<Vector3<double>> complete_frame(const char* argument, Points<const Real> points) {
-  std::vector<Vector3<double>> frame(points.count);
+std::vector<Vector3> complete_frame(const char* argument, Points<const Real> points) {
+  std::vector<Vector3> frame(points.count);
   for (std::size_t v = 0; v < points.count; ++v) {
     frame[v] = checked_row(argument, "vertex", points, v, "this frame must be complete and finite");
   }
@@ -56,8 +56,8 @@ void check_output(const Points<Real>& completed, std::size_t n_vertices,
 }
 
 template <class Real>
-std::vector<Vector3<double>> first_frame_of(Points<const Real> points,
-                                            const char* argument = "first_frame") {
+std::vector<Vector3> first_frame_of(Points<const Real> points,
+                                    const char* argument = "first_frame") {
   if (points.count == 0) refuse(argument, "has no vertices");
   if (points.count > at(std::numeric_limits<Index>::max())) {
     refuse(argument, "has ", points.count, " rows, more than 32-bit indices can count");

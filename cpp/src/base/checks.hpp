@@ -34,7 +34,7 @@ inline std::string to_text(double value, int digits = 9) {
   (void)std::snprintf(text.data(), text.size(), "%.*g", digits, value);
   return text.data();
 }
-inline std::string to_text(const Vector3<double>& v, int digits = 9) {
+inline std::string to_text(const Vector3& v, int digits = 9) {
   return joined("(", to_text(v.x, digits), ", ", to_text(v.y, digits), ", ", to_text(v.z, digits),
                 ")");
 }
@@ -82,10 +82,10 @@ void check_rows(const char* argument, const View& view, std::size_t n_vertices) 
 
 /// The positions of a frame that must be complete, with a row for each vertex.
 template <class Real>
-std::vector<Vector3<double>> finite_frame(const char* argument, Points<const Real> points,
-                                          std::size_t n_vertices) {
+std::vector<Vector3> finite_frame(const char* argument, Points<const Real> points,
+                                  std::size_t n_vertices) {
   check_rows(argument, points, n_vertices);
-  std::vector<Vector3<double>> frame(n_vertices);
+  std::vector<Vector3> frame(n_vertices);
   for (std::size_t v = 0; v < n_vertices; ++v) {
     frame[v] = row(points, v);
     if (is_finite(frame[v])) continue;

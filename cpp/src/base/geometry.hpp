@@ -23,7 +23,7 @@ constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 inline constexpr double squared_length_floor = 1e-12;
 inline constexpr double squared_length_ceiling = 1e24;
 
-inline bool is_finite(const Vector3<double>& v) {
+inline bool is_finite(const Vector3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
@@ -33,11 +33,10 @@ inline bool is_finite(const Vector3<double>& v) {
 template <class Real>
 constexpr double largest_coordinate = sizeof(Real) == 4 ? 1e18 : 1e200;
 
-inline bool is_in_range(const Vector3<double>& v, double largest) {
+inline bool is_in_range(const Vector3& v, double largest) {
   return (std::abs(v.x) <= largest) & (std::abs(v.y) <= largest) & (std::abs(v.z) <= largest);
 }
-inline bool are_in_range(std::span<const Vector3<double>> frame,
-                         double largest = largest_coordinate<double>) {
+inline bool are_in_range(Field frame, double largest = largest_coordinate<double>) {
   return std::ranges::all_of(frame, [&](const auto& v) { return is_in_range(v, largest); });
 }
 
@@ -59,22 +58,20 @@ constexpr Real saturated_or_infinite(double x) {
 
 /// Rows become double where they enter, and their own type again where they leave.
 template <class Real>
-Vector3<double> row(const Points<const Real>& points, std::size_t i) {
+Vector3 row(const Points<const Real>& points, std::size_t i) {
   return {static_cast<double>(points(i, 0)), static_cast<double>(points(i, 1)),
           static_cast<double>(points(i, 2))};
 }
 template <class Real>
-void put_row(const Points<Real>& points, std::size_t i, const Vector3<double>& position) {
+void put_row(const Points<Real>& points, std::size_t i, const Vector3& position) {
   points(i, 0) = saturated<Real>(position.x);
   points(i, 1) = saturated<Real>(position.y);
   points(i, 2) = saturated<Real>(position.z);
 }
 
-inline double dot(const Vector3<double>& a, const Vector3<double>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
+inline double dot(const Vector3& a, const Vector3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-inline Vector3<double> cross(const Vector3<double>& a, const Vector3<double>& b) {
+inline Vector3 cross(const Vector3& a, const Vector3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
@@ -94,8 +91,7 @@ Cells lists_by_key(std::size_t n_keys, const Add& add) {
 
 /// Returns how much longer or shorter edges became on average: 1 - the shorter length / the longer
 /// one. Edges without a length do not count.
-inline double mean_stretch(const Cells& cells, std::span<const Vector3<double>> before,
-                           std::span<const Vector3<double>> after) {
+inline double mean_stretch(const Cells& cells, Field before, Field after) {
   double sum = 0;
   double n_edges = 0;
   for (std::size_t v = 0; v < before.size(); ++v) {
@@ -111,7 +107,7 @@ inline double mean_stretch(const Cells& cells, std::span<const Vector3<double>> 
 }
 
 /// Returns h, the mean edge length of `frame`, or 1 if it is zero or there are no edges.
-inline double mean_edge_length(const Cells& cells, std::span<const Vector3<double>> frame) {
+inline double mean_edge_length(const Cells& cells, Field frame) {
   double sum = 0;
   for (std::size_t v = 0; v < cells.size(); ++v) {
     for (const Index n : cells[v]) {

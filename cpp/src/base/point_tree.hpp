@@ -115,8 +115,8 @@ class PointTree {
       tree_;
 };
 
-inline std::array<double, 3> array_of(const Vector3<double>& x) { return {x.x, x.y, x.z}; }
-inline std::vector<std::array<double, 3>> arrays_of(std::span<const Vector3<double>> points) {
+inline std::array<double, 3> array_of(const Vector3& x) { return {x.x, x.y, x.z}; }
+inline std::vector<std::array<double, 3>> arrays_of(Field points) {
   std::vector<std::array<double, 3>> arrays(points.size());
   std::ranges::transform(points, arrays.begin(), array_of);
   return arrays;

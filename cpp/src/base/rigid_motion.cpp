@@ -28,9 +28,7 @@ RigidMotion fit_rigid_motion(const Moments& moments) {
   return {rotation, from, to, spread[1]};
 }
 
-RigidMotion fit_rigid_motion(std::span<const Index> vertices,
-                             std::span<const Vector3<double>> before,
-                             std::span<const Vector3<double>> after) {
+RigidMotion fit_rigid_motion(std::span<const Index> vertices, Field before, Field after) {
   Moments moments;
   moments.number = static_cast<double>(vertices.size());
   for (const Index v : vertices) {
@@ -45,8 +43,7 @@ RigidMotion fit_rigid_motion(std::span<const Index> vertices,
   return fit_rigid_motion(moments);
 }
 
-RigidMotion fit_rigid_motion(std::span<const Vector3<double>> before,
-                             std::span<const Vector3<double>> after) {
+RigidMotion fit_rigid_motion(Field before, Field after) {
   std::vector<Index> all(before.size());
   std::iota(all.begin(), all.end(), Index{0});
   return fit_rigid_motion(all, before, after);

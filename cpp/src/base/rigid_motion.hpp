@@ -9,9 +9,9 @@
 
 namespace dynmesh {
 
-inline Eigen::Vector3d to_eigen(const Vector3<double>& v) { return {v.x, v.y, v.z}; }
+inline Eigen::Vector3d to_eigen(const Vector3& v) { return {v.x, v.y, v.z}; }
 
-inline Vector3<double> from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+inline Vector3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// x -> rotation * (x - from) + to, in double precision.
 struct RigidMotion {
@@ -22,7 +22,7 @@ struct RigidMotion {
   /// times after.
   double squared_across = 0;
 
-  [[nodiscard]] Vector3<double> apply(const Vector3<double>& point) const {
+  [[nodiscard]] Vector3 apply(const Vector3& point) const {
     const Eigen::Vector3d arm = to_eigen(point) - from;
     return from_eigen(rotation.col(0) * arm.x() + rotation.col(1) * arm.y() +
                       rotation.col(2) * arm.z() + to);
@@ -77,12 +77,9 @@ RigidMotion fit_rigid_motion(const Moments& moments);
 
 /// Returns the least-squares rigid motion from `before[v]` to `after[v]` over the given vertices,
 /// which must not be none.
-RigidMotion fit_rigid_motion(std::span<const Index> vertices,
-                             std::span<const Vector3<double>> before,
-                             std::span<const Vector3<double>> after);
+RigidMotion fit_rigid_motion(std::span<const Index> vertices, Field before, Field after);
 
 /// The same for all points.
-RigidMotion fit_rigid_motion(std::span<const Vector3<double>> before,
-                             std::span<const Vector3<double>> after);
+RigidMotion fit_rigid_motion(Field before, Field after);
 
 }  // namespace dynmesh

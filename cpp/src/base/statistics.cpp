@@ -24,16 +24,16 @@ double quantile(std::vector<double> values, double share) {
   return *at + (place - static_cast<double>(below)) * (above - *at);
 }
 
-Vector3<double> median_of(std::span<const Vector3<double>> points) {
-  const auto of = [&](double Vector3<double>::*coordinate) {
+Vector3 median_of(Field points) {
+  const auto of = [&](double Vector3::*coordinate) {
     std::vector<double> values(points.size());
     std::ranges::transform(points, values.begin(), coordinate);
     return quantile(std::move(values), 0.5);
   };
-  return {of(&Vector3<double>::x), of(&Vector3<double>::y), of(&Vector3<double>::z)};
+  return {of(&Vector3::x), of(&Vector3::y), of(&Vector3::z)};
 }
 
-double size_of(std::span<const Vector3<double>> points) {
+double size_of(Field points) {
   const auto middle = median_of(points);
   std::vector<double> distances;
   for (const auto& point : points) {

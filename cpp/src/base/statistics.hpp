@@ -15,10 +15,10 @@ double median(std::span<double> values);
 double quantile(std::vector<double> values, double share);
 
 /// The median of each coordinate.
-Vector3<double> median_of(std::span<const Vector3<double>> points);
+Vector3 median_of(Field points);
 
 /// Twice the distance from the median point within which nine of ten points are, since a few points
 /// may lie elsewhere.
-double size_of(std::span<const Vector3<double>> points);
+double size_of(Field points);
 
 }  // namespace dynmesh

@@ -35,7 +35,7 @@ inline std::uint64_t hash_of(std::span<const std::byte> bytes) {
 }
 
 /// Refuses positions that are not finite, or too large.
-inline void check_stored_frame(std::span<const Vector3<double>> frame, double largest) {
+inline void check_stored_frame(Field frame, double largest) {
   const auto wrong =
       std::ranges::find_if_not(frame, [&](const auto& v) { return is_in_range(v, largest); });
   if (wrong == frame.end()) return;
@@ -59,7 +59,7 @@ class Writer {
     const auto bytes = std::as_bytes(numbers);
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
-  void write(const std::vector<Vector3<double>>& frame) {
+  void write(const std::vector<Vector3>& frame) {
     for (const auto& v : frame) write(std::span<const double>(&v.x, 3));
   }
   /// Appends a hash of everything written, and returns the bytes.
@@ -103,7 +103,7 @@ class Reader {
       }
     }
   }
-  void read(std::vector<Vector3<double>>& frame) {
+  void read(std::vector<Vector3>& frame) {
     for (auto& v : frame) read(std::span<double>(&v.x, 3));
   }
 

@@ -15,13 +15,13 @@
 namespace dynmesh {
 
 /// The frames of a training sequence, each (k,).
-using TrainingFrames = std::vector<std::vector<Vector3<double>>>;
+using TrainingFrames = std::vector<std::vector<Vector3>>;
 
 /// The root mean square distance of the vertices from their mean, which does not depend on their
 /// order or on how they are turned.
-inline double spread_of(std::span<const Vector3<double>> frame) {
+inline double spread_of(Field frame) {
   const double share = 1 / static_cast<double>(frame.size());
-  Vector3<double> mean;
+  Vector3 mean;
   for (const auto& x : frame) mean = mean + share * x;
   double square = 0;
   for (const auto& x : frame) square += share * squared_norm(x - mean);
@@ -32,8 +32,7 @@ inline double spread_of(std::span<const Vector3<double>> frame) {
 /// another mesh, of too few frames, or in another unit of length, such as millimetres for metres.
 /// One whose size differs less is useless at worst, and then it is not used.
 template <class Real>
-TrainingFrames frames_of(const Training<Real>& training,
-                         std::span<const Vector3<double>> first_frame) {
+TrainingFrames frames_of(const Training<Real>& training, Field first_frame) {
   if (training.n_vertices() != first_frame.size()) {
     throw SettingError("training", joined("its frames have ", training.n_vertices(),
                                           " vertices, but first_frame has ", first_frame.size()));

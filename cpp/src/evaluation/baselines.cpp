@@ -20,7 +20,7 @@ struct Baseline::System {
 namespace {
 
 using Mask = std::vector<std::uint8_t>;
-using Frame = std::vector<Vector3<double>>;
+using Frame = std::vector<Vector3>;
 
 void check_components(const Topology& topology, const Mask& known) {
   std::vector<std::size_t> size(topology.report.components), first(size), n_known(size);
@@ -51,7 +51,7 @@ struct Given {
     for (std::size_t v = 0; v < known.size(); ++v) {
       known[v] = mask[v] ? 1 : 0;
       if (known[v] == 0) continue;
-      const Vector3<double> position = row(points, v);
+      const Vector3 position = row(points, v);
       if (!is_finite(position)) {
         refuse("points", "row ", v, " is at ", to_text(position),
                ", but known positions must be finite");

@@ -11,14 +11,14 @@ namespace dynmesh {
 namespace {
 
 /// Returns GL(v_i), eq. (6).
-Vector3<double> geometric_laplacian(const Cells& cells, const std::vector<Vector3<double>>& frame,
-                                    std::size_t vertex, double shortest) {
-  const Vector3<double> v_i = frame[vertex];
+Vector3 geometric_laplacian(const Cells& cells, const std::vector<Vector3>& frame,
+                            std::size_t vertex, double shortest) {
+  const Vector3 v_i = frame[vertex];
   if (cells[vertex].empty()) return {};
-  Vector3<double> sum;
+  Vector3 sum;
   double weights = 0;
   for (const Index neighbour : cells[vertex]) {
-    const Vector3<double>& v_j = frame[neighbour];
+    const Vector3& v_j = frame[neighbour];
     const double inverse_distance = 1 / std::max(std::sqrt(squared_norm(v_i - v_j)), shortest);
     sum = sum + inverse_distance * v_j;
     weights += inverse_distance;

@@ -21,12 +21,10 @@ using Doubles [[gnu::vector_size(32), gnu::may_alias]] = double;
 using Integers [[gnu::vector_size(32), gnu::may_alias]] = std::int64_t;
 constexpr int lanes = 4;
 
-[[gnu::always_inline]] inline Doubles quad(const Vector3<double>* v) {
+[[gnu::always_inline]] inline Doubles quad(const Vector3* v) {
   return *reinterpret_cast<const Doubles*>(v);
 }
-[[gnu::always_inline]] inline Doubles& quad(Vector3<double>* v) {
-  return *reinterpret_cast<Doubles*>(v);
-}
+[[gnu::always_inline]] inline Doubles& quad(Vector3* v) { return *reinterpret_cast<Doubles*>(v); }
 
 /// Quads at any address.
 using AtAnyAddress [[gnu::vector_size(32), gnu::may_alias, gnu::aligned(8)]] = double;

@@ -25,8 +25,8 @@ template <class Number, class Quads>
   return static_cast<double>((sum[0] + sum[1]) + (sum[2] + sum[3]));
 }
 
-void combine(const ModeData& modes, const float* coefficients, Vector3<double>* combined,
-             Index first, Index last) {
+void combine(const ModeData& modes, const float* coefficients, Vector3* combined, Index first,
+             Index last) {
   for (Index i = first; i < last; ++i) {
     Floats sums[3][quads] = {};
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
@@ -41,11 +41,12 @@ void combine(const ModeData& modes, const float* coefficients, Vector3<double>* 
 }
 
 template <bool with_squares>
-void add_projections(const ModeData& modes, const Vector3<double>* field, const double* weights,
+void add_projections(const ModeData& modes, const Vector3* field, const double* weights,
                      float* sums, float* squares, Index first, Index last) {
   for (Index i = first; i < last; ++i) {
-    const Vector3<float> v = {static_cast<float>(field[i].x), static_cast<float>(field[i].y),
-                              static_cast<float>(field[i].z)};
+    const auto v_x = static_cast<float>(field[i].x);
+    const auto v_y = static_cast<float>(field[i].y);
+    const auto v_z = static_cast<float>(field[i].z);
     const auto weight = with_squares ? static_cast<float>(weights[i]) : 0.0F;
     for (Index e = modes.offsets[i]; e < modes.offsets[i + 1]; ++e) {
       const Floats* mode = of_entry(modes, e);
@@ -53,15 +54,15 @@ void add_projections(const ModeData& modes, const Vector3<double>* field, const 
       auto* square = with_squares ? of_part<float, Floats>(squares, modes, e) : nullptr;
       for (int q = 0; q < quads; ++q) {
         const Floats x = mode[q], y = mode[quads + q], z = mode[2 * quads + q];
-        sum[q] += v.x * x + v.y * y + v.z * z;
+        sum[q] += v_x * x + v_y * y + v_z * z;
         if constexpr (with_squares) square[q] += weight * (x * x + y * y + z * z);
       }
     }
   }
 }
 
-void project(const ModeData& modes, const Vector3<double>* field, const double* weights,
-             float* sums, float* squares, Index first, Index last) {
+void project(const ModeData& modes, const Vector3* field, const double* weights, float* sums,
+             float* squares, Index first, Index last) {
   const auto add = weights != nullptr ? add_projections<true> : add_projections<false>;
   add(modes, field, weights, sums, squares, first, last);
 }

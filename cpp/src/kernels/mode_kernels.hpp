@@ -40,13 +40,13 @@ struct CombinationData {
 /// `coefficients` and `sums` have modes_of_part numbers for each part.
 struct ModeKernels {
   /// Sets rows `first` to `last` - 1 of `combined` to the sum of the modes times the coefficients.
-  void (*combine)(const ModeData& modes, const float* coefficients, Vector3<double>* combined,
-                  Index first, Index last);
+  void (*combine)(const ModeData& modes, const float* coefficients, Vector3* combined, Index first,
+                  Index last);
   /// Adds to `sums` the products of the modes with `field` in rows `first` to `last` - 1 and,
   /// unless `weights` is null, to `squares` the squared norms of the modes times the weights. The
   /// modes are read once for both.
-  void (*project)(const ModeData& modes, const Vector3<double>* field, const double* weights,
-                  float* sums, float* squares, Index first, Index last);
+  void (*project)(const ModeData& modes, const Vector3* field, const double* weights, float* sums,
+                  float* squares, Index first, Index last);
   /// Sets the values of the modes of vertices `first` to `last` - 1, times the weights.
   void (*form)(const ModeData& modes, const ShapeData& shapes, const CombinationData& combinations,
                float* values, Index first, Index last);

@@ -216,23 +216,23 @@ void blend(const OperatorData& weights, const Index* cluster_of, const Quaternio
 }
 
 template <int fields>
-void multiply_fields(const OperatorData& k, const Vector3<double>* x, const Index* rows,
-                     Vector3<double>* products, Index first, Index last) {
+void multiply_fields(const OperatorData& k, const Vector3* x, const Index* rows, Vector3* products,
+                     Index first, Index last) {
   for (Index n = first; n < last; ++n) {
     const Index i = rows != nullptr ? rows[n] : n;
     Doubles sums[fields] = {};
     for (Index e = k.offsets[i]; e < k.offsets[i + 1]; ++e) {
-      const Vector3<double>* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
+      const Vector3* other = x + static_cast<std::ptrdiff_t>(k.columns[e]) * fields;
       for (int f = 0; f < fields; ++f) sums[f] += k.values[e] * quad(other + f);
     }
     const double scale = k.scale != nullptr ? k.scale[i] : 1;
-    Vector3<double>* product = products + static_cast<std::ptrdiff_t>(n) * fields;
+    Vector3* product = products + static_cast<std::ptrdiff_t>(n) * fields;
     for (int f = 0; f < fields; ++f) quad(product + f) = scale * sums[f];
   }
 }
 
-void multiply(const OperatorData& k, const Vector3<double>* x, int fields, const Index* rows,
-              Vector3<double>* products, Index first, Index last) {
+void multiply(const OperatorData& k, const Vector3* x, int fields, const Index* rows,
+              Vector3* products, Index first, Index last) {
   const auto multiply_them = fields == 1 ? multiply_fields<1> : multiply_fields<3>;
   multiply_them(k, x, rows, products, first, last);
 }
@@ -251,22 +251,22 @@ struct Matrix {
 }
 
 template <int fields>
-void turn_fields(const Quaternion* rotations, bool back, const Vector3<double>* values,
-                 Vector3<double>* turned, Index first, Index last) {
+void turn_fields(const Quaternion* rotations, bool back, const Vector3* values, Vector3* turned,
+                 Index first, Index last) {
   const double sign = back ? -1 : 1;
   for (Index i = first; i < last; ++i) {
     const Quaternion& q = rotations[i];
     const Matrix columns = matrix_of(Quaternion{q.w, sign * q.x, sign * q.y, sign * q.z});
     for (int f = 0; f < fields; ++f) {
       const std::ptrdiff_t row = fields * static_cast<std::ptrdiff_t>(i) + f;
-      const Vector3<double>& v = values[row];
+      const Vector3& v = values[row];
       quad(turned + row) = v.x * columns.x + v.y * columns.y + v.z * columns.z;
     }
   }
 }
 
-void turn(const Quaternion* rotations, bool back, const Vector3<double>* values, int fields,
-          Vector3<double>* turned, Index first, Index last) {
+void turn(const Quaternion* rotations, bool back, const Vector3* values, int fields,
+          Vector3* turned, Index first, Index last) {
   const auto turn_them = fields == 1 ? turn_fields<1> : turn_fields<3>;
   turn_them(rotations, back, values, turned, first, last);
 }

@@ -23,17 +23,17 @@ Quaternion best_rotation(const double (&s)[3][3], const Quaternion& last, const 
 
 /// Row c is the sum, over a list, of coordinate c of the current edge times the rest edge.
 struct Covariance {
-  Vector3<double> rows[3];
+  Vector3 rows[3];
 };
 
 /// Lists of weighted rest edges, of n vertices or clusters.
 struct RotationData {
   const Index* offsets;
-  const Index* ends;                  // the vertices at the ends of the edges
-  const Vector3<double>* rest_edges;  // weighted
-  const Index* starts;                // (n,) the vertices at which they start; null: 0 to n - 1
-  const Vector3<double>* frame;       // (k,)
-  Covariance* covariances;            // (n,)
+  const Index* ends;          // the vertices at the ends of the edges
+  const Vector3* rest_edges;  // weighted
+  const Index* starts;        // (n,) the vertices at which they start; null: 0 to n - 1
+  const Vector3* frame;       // (k,)
+  Covariance* covariances;    // (n,)
 };
 
 /// K = M^-1/2 C, see detail_operator.hpp, or C if `scale` is null.
@@ -60,11 +60,11 @@ struct RotationKernels {
                 Quaternion* rotations, Index first, Index last);
   /// Sets row n of `products` to row rows[n] of K x, or to row n if `rows` is null, for n = `first`
   /// to `last` - 1.
-  void (*multiply)(const OperatorData& k, const Vector3<double>* x, int fields, const Index* rows,
-                   Vector3<double>* products, Index first, Index last);
+  void (*multiply)(const OperatorData& k, const Vector3* x, int fields, const Index* rows,
+                   Vector3* products, Index first, Index last);
   /// Rotates rows `first` to `last` - 1 of one or three fields, by the inverse rotations if `back`.
-  void (*turn)(const Quaternion* rotations, bool back, const Vector3<double>* values, int fields,
-               Vector3<double>* turned, Index first, Index last);
+  void (*turn)(const Quaternion* rotations, bool back, const Vector3* values, int fields,
+               Vector3* turned, Index first, Index last);
 };
 
 }  // namespace dynmesh

@@ -36,13 +36,13 @@ inline SparseMatrix laplacian(const Cells& cells) {
 /// of a quadratic energy with the other values fixed. `factor` is that of the energy. Each
 /// component must have a fixed value.
 inline void interpolate(const SparseMatrix& energy, MaskedFactor& factor,
-                        std::span<const std::uint8_t> is_free, std::span<Vector3<double>> values) {
+                        std::span<const std::uint8_t> is_free, std::span<Vector3> values) {
   factor.factorize(is_free);
   const auto order = factor.order();
   if (order.empty()) return;
-  std::vector<Vector3<double>> solution;
+  std::vector<Vector3> solution;
   for (const Index v : order) {
-    Vector3<double> pull;  // of the fixed values
+    Vector3 pull;  // of the fixed values
     for (SparseMatrix::InnerIterator e(energy, v); e; ++e) {
       if (is_free[e.row()] == 0) pull = pull - e.value() * values[e.row()];
     }

@@ -74,12 +74,12 @@ class MaskedFactor {
   /// Replaces right-hand sides by the solutions. There are one or three `fields` for each row of
   /// `order()`. Directions in which the submatrix is singular in double precision have no part in
   /// the solution.
-  void solve(std::span<Vector3<double>> values, int fields);
+  void solve(std::span<Vector3> values, int fields);
 
   /// The same with the factor in single precision, which is faster where one factor solves many
   /// systems. What it multiplies by is symmetric and positive semidefinite, as conjugate gradients
   /// need it, whatever the rounding. Allocates memory as `factorize` does.
-  void precondition(std::span<Vector3<double>> values, int fields);
+  void precondition(std::span<Vector3> values, int fields);
 
  private:
   struct Panel {
@@ -133,9 +133,9 @@ class MaskedFactor {
 
   // solves.cpp
   template <class Forward, class Backward>
-  void pass(std::span<Vector3<double>> values, int fields, const Forward& forward,
+  void pass(std::span<Vector3> values, int fields, const Forward& forward,
             const Backward& backward);
-  void precondition_one(std::span<Vector3<double>> values);
+  void precondition_one(std::span<Vector3> values);
   void round();
   void round(const Panel& panel);
 
@@ -176,14 +176,14 @@ class MaskedFactor {
   std::vector<double> inverse_;  // the inverse of the diagonal of the factor
   std::vector<float> rounded_;   // the factor in single precision, if it is_rounded_
   bool is_rounded_ = false;
-  std::vector<Vector3<double>> field_;  // one of several right-hand sides of `precondition`
-  std::size_t n_entries_ = 0;           // of the factor
+  std::vector<Vector3> field_;  // one of several right-hand sides of `precondition`
+  std::size_t n_entries_ = 0;   // of the factor
 
-  std::vector<Index> above_;                  // the panels that are in no subtree
-  std::vector<Border> borders_;               // those of the subtrees
-  std::vector<Index> border_rows_;            // ascending in each border
-  std::vector<Index> in_border_;              // by rows_: the index in the border of its subtree
-  std::vector<Vector3<double>> border_sums_;  // of forward steps, three for each row of a border
+  std::vector<Index> above_;          // the panels that are in no subtree
+  std::vector<Border> borders_;       // those of the subtrees
+  std::vector<Index> border_rows_;    // ascending in each border
+  std::vector<Index> in_border_;      // by rows_: the index in the border of its subtree
+  std::vector<Vector3> border_sums_;  // of forward steps, three for each row of a border
 
   // For the construction of panels:
   std::vector<Index> seen_;         // (n,) by positions: the last panel with an entry in that row

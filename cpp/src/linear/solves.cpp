@@ -49,20 +49,20 @@ float* round_rows(const double* rows, Index n, Index columns, float* blocks) {
 /// add up in `sums` what they contribute to the rows above their subtree, to which others
 /// contribute at the same time. Subtrees are shared if it is worth it.
 template <class Forward, class Backward>
-void MaskedFactor::pass(std::span<Vector3<double>> values, int fields, const Forward& forward,
+void MaskedFactor::pass(std::span<Vector3> values, int fields, const Forward& forward,
                         const Backward& backward) {
   const std::size_t width = at(fields);
   const bool is_worth_it =
       static_cast<double>(n_entries_) * fields >= workers_.task_sharing().solve_from;
   for_each_subtree(is_worth_it, [&](Border& border) {
-    Vector3<double>* sums = border_sums_.data() + 3 * border.first;
-    std::fill_n(sums, at(border.end - border.first) * width, Vector3<double>{});
+    Vector3* sums = border_sums_.data() + 3 * border.first;
+    std::fill_n(sums, at(border.end - border.first) * width, Vector3{});
     for (Index p = border.first_panel; p < border.end_panel; ++p) forward(panels_[p], &sums->x);
   });
   for (const Border& border : borders_) {
-    const Vector3<double>* sums = border_sums_.data() + 3 * border.first;
+    const Vector3* sums = border_sums_.data() + 3 * border.first;
     for (Index i = border.first; i < border.end; ++i) {
-      Vector3<double>* row = &values[at(border_rows_[i]) * width];
+      Vector3* row = &values[at(border_rows_[i]) * width];
       for (std::size_t f = 0; f < width; ++f) row[f] = row[f] + *sums++;
     }
   }
@@ -73,7 +73,7 @@ void MaskedFactor::pass(std::span<Vector3<double>> values, int fields, const For
   });
 }
 
-void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
+void MaskedFactor::solve(std::span<Vector3> values, int fields) {
   const SolveKernels& kernels =
       fields == 1 ? kernels_.dense.of_one_field : kernels_.dense.of_three_fields;
   double* numbers = &values[0].x;
@@ -97,7 +97,7 @@ void MaskedFactor::solve(std::span<Vector3<double>> values, int fields) {
   pass(values, fields, forward, backward);
 }
 
-void MaskedFactor::precondition(std::span<Vector3<double>> values, int fields) {
+void MaskedFactor::precondition(std::span<Vector3> values, int fields) {
   if (!is_rounded_) round();
   if (fields == 1) return precondition_one(values);
   const std::size_t width = at(fields);
@@ -147,7 +147,7 @@ void MaskedFactor::round(const Panel& panel) {
   round_rows(inside + panel.n_inside * n, panel.n_below - panel.n_inside, n, blocks);
 }
 
-void MaskedFactor::precondition_one(std::span<Vector3<double>> values) {
+void MaskedFactor::precondition_one(std::span<Vector3> values) {
   double* numbers = &values[0].x;
   const DenseKernels& kernels = kernels_.dense;
   const auto forward = [&](const Panel& panel, double* sums) {

@@ -13,9 +13,9 @@ namespace {
 
 /// The order in which vertices may become centres. Distances are rounded, since the order of a sum
 /// over all vertices affects the mean.
-std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
+std::vector<Index> in_order(Field positions) {
   constexpr double steps = 1 << 20;
-  const auto sum = std::accumulate(positions.begin(), positions.end(), Vector3<double>{});
+  const auto sum = std::accumulate(positions.begin(), positions.end(), Vector3{});
   const auto mean = (1 / static_cast<double>(positions.size())) * sum;
   std::vector<double> distances(positions.size());
   double largest = 0;
@@ -29,7 +29,7 @@ std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
   std::vector<Index> order(positions.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::ranges::sort(order, std::less{}, [&](Index v) {
-    const Vector3<double>& p = positions[v];
+    const Vector3& p = positions[v];
     return std::tuple(-distances[v], p.x, p.y, p.z, v);
   });
   return order;
@@ -37,7 +37,7 @@ std::vector<Index> in_order(std::span<const Vector3<double>> positions) {
 
 }  // namespace
 
-Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions) {
+Clusters cluster_vertices(const Cells& cells, Field positions) {
   const auto k = static_cast<Index>(cells.size());
   Clusters clusters;
   std::vector<Index> cell_of(at(k), none);

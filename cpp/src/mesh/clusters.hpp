@@ -29,6 +29,6 @@ struct Clusters {
 /// joins a cluster of a neighbour. Vertices far from the mean position come first, and of vertices
 /// at the same distance those with the smaller coordinates, so that the clusters do not depend on
 /// the numbers of the vertices. Sorts the vertices; otherwise linear in the number of edges.
-Clusters cluster_vertices(const Cells& cells, std::span<const Vector3<double>> positions);
+Clusters cluster_vertices(const Cells& cells, Field positions);
 
 }  // namespace dynmesh

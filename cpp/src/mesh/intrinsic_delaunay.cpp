@@ -146,8 +146,7 @@ double IntrinsicTriangle::cotangent(std::size_t side) const {
   return (b * b + c * c - a * a) / std::max(4 * area(), std::numeric_limits<double>::min());
 }
 
-std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
-                                                  std::span<const Vector3<double>> frame,
+std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces, Field frame,
                                                   double unit) {
   std::vector<IntrinsicTriangle> triangles;
   double missing = 0;

@@ -29,8 +29,7 @@ struct IntrinsicTriangle {
 /// opposite orientation are not flipped. Lengths are in units of `unit`, and all of them are
 /// increased by the smallest amount for which no triangle is degenerate (Sharp and Crane 2020).
 /// Faces with a repeated vertex are omitted.
-std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces,
-                                                  std::span<const Vector3<double>> frame,
+std::vector<IntrinsicTriangle> intrinsic_delaunay(std::span<const Triangle> faces, Field frame,
                                                   double unit);
 
 }  // namespace dynmesh

@@ -19,7 +19,7 @@ constexpr double tied_within = 1.5;
 
 /// Chooses at most `n` of the vertices, each the one that is farthest from those before it.
 std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, std::size_t n,
-                                  std::span<const Vector3<double>> x) {
+                                  Field x) {
   if (vertices.size() <= n) return vertices;
   std::vector<std::uint32_t> chosen;
   std::vector<double> nearest(vertices.size(), std::numeric_limits<double>::infinity());
@@ -39,8 +39,7 @@ std::vector<std::uint32_t> spread(const std::vector<std::uint32_t>& vertices, st
 /// the nearest one over all bits of those whose component has the other value of the bit, which
 /// takes two trees for each bit. In one tree of all vertices, a search from inside a large
 /// component would visit all of that component first.
-std::vector<Index> find_donors(std::span<const Vector3<double>> frame,
-                               std::span<const Index> component) {
+std::vector<Index> find_donors(Field frame, std::span<const Index> component) {
   constexpr double scale = 0x1p-200;  // with which squares of all accepted coordinates are in range
   std::vector<std::array<double, 3>> positions;
   for (const auto& x : frame) positions.push_back(array_of(scale * x));
@@ -67,8 +66,8 @@ std::vector<Index> find_donors(std::span<const Vector3<double>> frame,
   return donors;
 }
 
-std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
-                           double mean_edge, double weight) {
+std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double mean_edge,
+                           double weight) {
   if (topology.report.components < 2) return {};
   const std::vector<Index> nearest = find_donors(first_frame, topology.component);
   std::vector<double> distances;  // (k,) of each vertex from the nearest one, in mean edges

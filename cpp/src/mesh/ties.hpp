@@ -12,21 +12,20 @@ namespace dynmesh {
 /// Returns (k,) the nearest vertex of another component, or -1 if there is only one component. Of
 /// several, any, but always the same one. The time is about k log k, times the logarithm of the
 /// number of components.
-std::vector<Index> find_donors(std::span<const Vector3<double>> frame,
-                               std::span<const Index> component);
+std::vector<Index> find_donors(Field frame, std::span<const Index> component);
 
 /// Two vertices of different components whose difference is kept.
 struct Tie {
   std::uint32_t i = 0;
   std::uint32_t j = 0;
   double weight = 0;
-  Vector3<double> kept{};  ///< X_i - X_j in frame 0
+  Vector3 kept{};  ///< X_i - X_j in frame 0
 };
 
 /// Ties some of the vertices of each component that are nearest to others in frame 0, well spread,
 /// each to the nearest vertex of another component. None for a single component. `weight` is that
 /// of vertices that touch.
-std::vector<Tie> find_ties(const Topology& topology, std::span<const Vector3<double>> first_frame,
-                           double mean_edge, double weight);
+std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double mean_edge,
+                           double weight);
 
 }  // namespace dynmesh

@@ -9,7 +9,7 @@
 
 namespace dynmesh {
 
-Motion::Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bool revisit,
+Motion::Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisit,
                Workers& workers)
     : cells_(cells),
       workers_(workers),
@@ -33,7 +33,7 @@ Motion::Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bo
   }
 }
 
-std::size_t Motion::estimate(Frame previous, std::span<Vector3<double>> points,
+std::size_t Motion::estimate(Field previous, std::span<Vector3> points,
                              std::span<const std::uint8_t> known, Generations& generations) {
   const std::span<Index> generation = generations.to_fill();
   for_each_chunk([&](Chunk& chunk) { begin(chunk, previous, points, known, generation); });
@@ -64,7 +64,7 @@ std::size_t Motion::estimate(Frame previous, std::span<Vector3<double>> points,
     for (const Index j : rows_of(chunk)) {
       if (generation[j] == Generations::disconnected) continue;
       const auto& [x, y, z, weight] = moved_[j].values;
-      points[j] = previous[j] + (1 / weight) * Vector3<double>{x, y, z};  // eq. (3)
+      points[j] = previous[j] + (1 / weight) * Vector3{x, y, z};  // eq. (3)
     }
   });
   generations.set_counts(at(static_cast<Index>(previous.size()) - unknown), at(reached));
@@ -74,13 +74,13 @@ std::size_t Motion::estimate(Frame previous, std::span<Vector3<double>> points,
 /// Finds the motions of the anchors of a chunk, and s_ij = 1 / |v_i - v_j|^2 of the unknown
 /// vertices. Lengths are in mean edges: eq. (4) depends only on ratios, and in this unit squares
 /// stay in range.
-void Motion::begin(Chunk& chunk, Frame previous, Frame points, std::span<const std::uint8_t> known,
+void Motion::begin(Chunk& chunk, Field previous, Field points, std::span<const std::uint8_t> known,
                    std::span<Index> generation) {
   Index* row = &rows_[chunk.first];
   for (const Index v : std::span(order_).subspan(at(chunk.first), at(chunk.last - chunk.first))) {
     const std::uint8_t is_known = known[v];
     // Masks may be random, so that a branch would cost more than what it saves.
-    const Vector3<double>& now = is_known != 0 ? points[v] : previous[v];
+    const Vector3& now = is_known != 0 ? points[v] : previous[v];
     const auto d = now - previous[v];
     moved_[v] = means_[v] = {{d.x, d.y, d.z, static_cast<double>(is_known)}};
     generation[v] = Index{is_known} - 1;

@@ -22,19 +22,17 @@ namespace dynmesh {
 /// Allocates memory only in the constructor.
 class Motion {
  public:
-  using Frame = std::span<const Vector3<double>>;
-
   /// `cells` and `workers` must outlive this object. `first_frame` is frame 0. `extra_iterations`
   /// >= 0 is the number of iterations after the one that reaches the last satellite. Without
   /// `revisit`, a satellite is estimated only once, when it is reached, and extra iterations have
   /// no effect. The result does not depend on the number of threads.
-  Motion(const Cells& cells, Frame first_frame, Index extra_iterations, bool revisit,
+  Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisit,
          Workers& workers);
 
   /// Estimates the satellites of `points` from the anchors, which are the vertices with
   /// `known[v] == 1` and not 0, and from the previous completed frame, and tells the generations.
   /// Returns the number of iterations.
-  std::size_t estimate(Frame previous, std::span<Vector3<double>> points,
+  std::size_t estimate(Field previous, std::span<Vector3> points,
                        std::span<const std::uint8_t> known, Generations& generations);
 
  private:
@@ -52,7 +50,7 @@ class Motion {
     Index reached = 0;
   };
 
-  void begin(Chunk& chunk, Frame previous, Frame points, std::span<const std::uint8_t> known,
+  void begin(Chunk& chunk, Field previous, Field points, std::span<const std::uint8_t> known,
              std::span<Index> generation);
   void find_means(Chunk& chunk, Index t, std::span<Index> generation);
   [[nodiscard]] std::span<const Index> rows_of(const Chunk& chunk) const {

@@ -16,7 +16,7 @@ namespace {
 constexpr double agreement = TrackingConstants{}.agreement;
 
 /// (k,) the area around each vertex: a third of its triangles.
-std::vector<double> areas_of(std::span<const Triangle> faces, std::span<const Vector3<double>> x) {
+std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {
   std::vector<double> areas(x.size());
   for (const Triangle& face : faces) {
     const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
@@ -70,14 +70,13 @@ double overlapping_area(const BentSurface& surface, std::span<const double> area
 
 }  // namespace
 
-std::vector<std::uint8_t> find_seen(const BentSurface& surface,
-                                    std::span<const Vector3<double>> viewpoints) {
+std::vector<std::uint8_t> find_seen(const BentSurface& surface, Field viewpoints) {
   // Neighbours on the same slope, up to 60 degrees from the view, do not hide each other.
   const double thickness = 1.5 * surface.mean_edge;
   const std::size_t n = surface.x.size();
   std::vector<std::uint8_t> seen(n, viewpoints.empty() ? 1 : 0);
   for (const auto& viewpoint : viewpoints) {
-    std::vector<Vector3<double>> directions;
+    std::vector<Vector3> directions;
     std::vector<double> depths(n);
     for (std::size_t v = 0; v < n; ++v) {
       const auto arm = surface.x[v] - viewpoint;

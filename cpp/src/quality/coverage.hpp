@@ -16,9 +16,9 @@ namespace dynmesh {
 struct BentSurface {
   std::span<const Triangle> faces;
   const Cells& cells;
-  std::span<const Vector3<double>> first_frame;
-  std::span<const Vector3<double>> x;
-  std::span<const Vector3<double>> normals;
+  Field first_frame;
+  Field x;
+  Field normals;
   std::span<const std::uint8_t> is_sheet;
   double mean_edge = 1;
   double size = 1;  ///< as size_of
@@ -38,7 +38,6 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan);
 
 /// (k,) the vertices that some viewpoint should see, since they face it and nothing lies before
 /// them; all without viewpoints.
-std::vector<std::uint8_t> find_seen(const BentSurface& surface,
-                                    std::span<const Vector3<double>> viewpoints);
+std::vector<std::uint8_t> find_seen(const BentSurface& surface, Field viewpoints);
 
 }  // namespace dynmesh

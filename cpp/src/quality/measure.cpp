@@ -15,8 +15,7 @@ namespace dynmesh {
 namespace {
 
 /// How many times as long the edges have become, by their median.
-double growth_of(const Cells& cells, std::span<const Vector3<double>> before,
-                 std::span<const Vector3<double>> after) {
+double growth_of(const Cells& cells, Field before, Field after) {
   std::vector<double> ratios;
   for (std::size_t v = 0; v < before.size(); ++v) {
     for (const Index n : cells[v]) {
@@ -42,8 +41,7 @@ double unexplained_share(const Matches& matches, double mean_edge, double far_sh
 }
 
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                 const Cells& cells, std::span<const Vector3<double>> first_frame,
-                 std::span<const Vector3<double>> x) {
+                 const Cells& cells, Field first_frame, Field x) {
   Measure found;
   found.agreement = agreement;
   found.unexplained = agreement.far_share;

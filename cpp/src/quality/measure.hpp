@@ -14,8 +14,7 @@ namespace dynmesh {
 /// What the points and the edges tell of a surface X (k,), of which some vertices are observed.
 /// Only far points count as unexplained, hole and overlap are 0, and the quality is not judged.
 Measure measured(const Agreement& agreement, std::span<const std::uint8_t> observed,
-                 const Cells& cells, std::span<const Vector3<double>> first_frame,
-                 std::span<const Vector3<double>> x);
+                 const Cells& cells, Field first_frame, Field x);
 
 /// The share of the points that are farther from the surface than their noise. `matches` compared
 /// them last, and this share of them is far.

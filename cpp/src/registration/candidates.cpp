@@ -200,14 +200,13 @@ bool Targets::determine_a_rotation() const {
   return widest > collinear * longest * longest;
 }
 
-Eigen::Isometry3d Targets::motion_from(std::span<const Vector3<double>> frame) const {
-  std::vector<Vector3<double>> wanted(frame.begin(), frame.end());
+Eigen::Isometry3d Targets::motion_from(Field frame) const {
+  std::vector<Vector3> wanted(frame.begin(), frame.end());
   for (std::size_t i = 0; i < vertices.size(); ++i) wanted[at(vertices[i])] = positions[i];
   return to_eigen(fit_rigid_motion(vertices, frame, wanted));
 }
 
-std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
-                                          std::span<const Vector3<double>> frame,
+std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces, Field frame,
                                           const PointScan& scan, const Targets& landmarks) {
   // About as many points of the scan as places of the template tell what is connected.
   const PointScan sample = sample_scan(scan, tip_constants.points);

@@ -14,16 +14,16 @@ namespace dynmesh {
 /// Vertices of a template, and where they belong.
 struct Targets {
   std::vector<Index> vertices;
-  std::vector<Vector3<double>> positions;
+  std::vector<Vector3> positions;
 
-  void add(Index vertex, const Vector3<double>& position) {
+  void add(Index vertex, const Vector3& position) {
     vertices.push_back(vertex);
     positions.push_back(position);
   }
   /// Whether there are three that are not on a line.
   [[nodiscard]] bool determine_a_rotation() const;
   /// The rigid motion that brings the vertices of `frame` closest to their positions.
-  [[nodiscard]] Eigen::Isometry3d motion_from(std::span<const Vector3<double>> frame) const;
+  [[nodiscard]] Eigen::Isometry3d motion_from(Field frame) const;
 };
 
 /// A rigid motion of the template, and landmarks between which it then bends: those of the caller,
@@ -38,8 +38,7 @@ struct Candidate {
 /// change where it bends: the tips of the limbs are paired with those of the scan as these tell, in
 /// the most likely ways, and then places of the template with the points whose distances from
 /// the tips are most alike. All have the landmarks.
-std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces,
-                                          std::span<const Vector3<double>> frame,
+std::vector<Candidate> candidates_by_tips(std::span<const Triangle> faces, Field frame,
                                           const PointScan& scan, const Targets& landmarks);
 
 }  // namespace dynmesh

@@ -14,8 +14,6 @@
 namespace dynmesh {
 namespace {
 
-using Field = std::span<const Vector3<double>>;
-
 /// The cluster of a vertex is that of the nearest centre among those of its cell, which a touching
 /// limb does not have.
 std::vector<Index> nearest_clusters(const Clusters& clusters, const Cells& cells, Field frame) {
@@ -79,7 +77,7 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
     const auto nearest = nearest_clusters(clusters, finer, mesh.positions);
     for (Index& owner : mesh.of_vertex) owner = nearest[at(owner)];
     mesh.faces = faces_between(mesh.faces, nearest);
-    std::vector<Vector3<double>> positions;
+    std::vector<Vector3> positions;
     for (const Index centre : clusters.centres) positions.push_back(mesh.positions[at(centre)]);
     mesh.positions = std::move(positions);
     if (mesh.faces.empty()) mesh.faces.push_back({0, 0, 0});
@@ -91,10 +89,10 @@ CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::siz
 
 /// Each vertex takes the mean of where the coarse vertices around it carry it; near ones count
 /// more.
-std::vector<Vector3<double>> CoarseMesh::lifted(Field frame, Field x,
-                                                std::span<const Quaternion> rotations) const {
+std::vector<Vector3> CoarseMesh::lifted(Field frame, Field x,
+                                        std::span<const Quaternion> rotations) const {
   if (x.size() == frame.size()) return {x.begin(), x.end()};
-  std::vector<Vector3<double>> result(frame.size());
+  std::vector<Vector3> result(frame.size());
   for (std::size_t v = 0; v < frame.size(); ++v) {
     const Index owner = of_vertex[v];
     std::vector<Index> around = {owner};

@@ -16,18 +16,16 @@ namespace dynmesh {
 struct CoarseMesh {
   std::vector<Index> of_vertex;  ///< (k,) the vertex of the coarse mesh that is nearest along edges
   std::vector<Triangle> faces;
-  std::vector<Vector3<double>> positions;
+  std::vector<Vector3> positions;
   Topology topology;
 
   /// The positions of the template's vertices, which follow those of the coarse mesh and its
   /// rotations; `frame` is the template.
-  [[nodiscard]] std::vector<Vector3<double>> lifted(std::span<const Vector3<double>> frame,
-                                                    std::span<const Vector3<double>> x,
-                                                    std::span<const Quaternion> rotations) const;
+  [[nodiscard]] std::vector<Vector3> lifted(Field frame, Field x,
+                                            std::span<const Quaternion> rotations) const;
 };
 
 /// A template of at most `most_vertices` is its own coarse mesh.
-CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
-                          std::size_t most_vertices);
+CoarseMesh coarse_mesh_of(std::span<const Triangle> faces, Field frame, std::size_t most_vertices);
 
 }  // namespace dynmesh

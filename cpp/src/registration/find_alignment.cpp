@@ -60,8 +60,8 @@ double distance_between(const PointScan& surface, const Motion& motion, const Po
 }
 
 /// The scan has normals.
-Alignment align(std::span<const Triangle> faces, std::span<const Vector3<double>> frame,
-                double mean_edge, const PointScan& scan) {
+Alignment align(std::span<const Triangle> faces, Field frame, double mean_edge,
+                const PointScan& scan) {
   PointScan surface;
   surface.points = sample_surface(faces, frame, rigid_start_constants.places).points;
   // A surface without an area has vertices.

@@ -24,7 +24,7 @@ TrackingConstants for_coarse() {
   return coarse;
 }
 
-double mean_distance(std::span<const Vector3<double>> x, std::span<const Vector3<double>> y) {
+double mean_distance(Field x, Field y) {
   double sum = 0;
   for (std::size_t v = 0; v < x.size(); ++v) sum += std::sqrt(squared_norm(x[v] - y[v]));
   return sum / static_cast<double>(x.size());

@@ -25,14 +25,14 @@ namespace dynmesh {
 /// A template, and other frames of it.
 struct Template {
   std::vector<Triangle> faces;
-  std::vector<Vector3<double>> frame;
+  std::vector<Vector3> frame;
   TrainingFrames training;
 };
 
 /// A template that was bent into a scan.
 struct Pose {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();  ///< that comes closest to x
-  std::vector<Vector3<double>> x = {};                       ///< (k,)
+  std::vector<Vector3> x = {};                               ///< (k,)
   std::vector<std::uint8_t> observed = {};                   ///< (k,)
   std::vector<double> standard_errors = {};                  ///< (k,), empty if not wanted
   std::size_t rounds = 0;
@@ -61,7 +61,7 @@ class PoseSearch {
   double growth(const PointScan& scan, const Targets& targets);
 
  private:
-  using Cloud = std::vector<Vector3<double>>;
+  using Cloud = std::vector<Vector3>;
   struct Trial {
     Candidate candidate = {};
     Cloud x = {};          ///< of the coarse mesh

@@ -52,7 +52,7 @@ Targets targets_of(const Landmarks<Real>& landmarks, std::size_t n_vertices) {
 
 /// Refuses positions that are farther outside the box around a scan than a template of this size
 /// can reach, as in another unit or in other axes.
-void check_places(std::span<const Vector3<double>> positions, const PointScan& scan, double size) {
+void check_places(Field positions, const PointScan& scan, double size) {
   Eigen::AlignedBox3d box;
   for (const auto& x : scan.points) box.extend(to_eigen(x));
   for (std::size_t i = 0; i < positions.size(); ++i) {

@@ -20,7 +20,6 @@
 namespace dynmesh {
 namespace {
 
-using Field = std::span<const Vector3<double>>;
 using Motion = Eigen::Isometry3d;
 
 Eigen::Vector3d centre_of(Field points) {
@@ -113,7 +112,7 @@ class Pairing {
   }
 
   [[nodiscard]] Motion drawn_to_points(const std::vector<Pair>& pairs) const {
-    std::vector<Vector3<double>> ours, theirs;
+    std::vector<Vector3> ours, theirs;
     for (const Pair& pair : pairs) {
       ours.push_back(surface_.points[pair.place]);
       theirs.push_back(scan_.points[pair.point]);
@@ -121,7 +120,7 @@ class Pairing {
     return to_eigen(fit_rigid_motion(ours, theirs));
   }
   [[nodiscard]] Motion drawn_to_planes(const Motion& motion, const std::vector<Pair>& pairs) const {
-    std::vector<Vector3<double>> ours;
+    std::vector<Vector3> ours;
     std::vector<SurfaceRow> rows;
     for (const Pair& pair : pairs) {
       const auto i = static_cast<std::uint32_t>(ours.size());
@@ -182,13 +181,12 @@ std::vector<RigidStart> best_of(std::vector<RigidStart> starts, std::size_t most
 }  // namespace
 
 /// In each face, the places follow the R2 sequence (Roberts 2018).
-SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
-                             std::size_t n) {
+SurfaceSample sample_surface(std::span<const Triangle> faces, Field x, std::size_t n) {
   constexpr double first_step = 0.7548776662466927;
   constexpr double second_step = 0.5698402909980532;
   std::vector<double> ends;  // the area up to each face
   double total = 0;
-  std::vector<Vector3<double>> normals;
+  std::vector<Vector3> normals;
   for (const Triangle& face : faces) {
     const auto corner = [&](std::size_t c) { return x[at(face[c])]; };
     const auto normal = cross(corner(1) - corner(0), corner(2) - corner(0));
@@ -207,7 +205,7 @@ SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Ve
     const double root = std::sqrt(std::fmod(number * first_step, 1.0));
     const double along = std::fmod(number * second_step, 1.0);
     const std::array<double, 3> weights = {1 - root, root * (1 - along), root * along};
-    Vector3<double> point;
+    Vector3 point;
     for (std::size_t c = 0; c < 3; ++c) point = point + weights[c] * x[at(faces[f][c])];
     sample.points.push_back(point);
     sample.normals.push_back(normals[f]);

@@ -13,17 +13,16 @@
 namespace dynmesh {
 
 struct SurfaceSample {
-  std::vector<Vector3<double>> points;
-  std::vector<Vector3<double>> normals;  ///< of unit length
-  std::vector<Index> vertices;           ///< the nearest corner of the face of each point
+  std::vector<Vector3> points;
+  std::vector<Vector3> normals;  ///< of unit length
+  std::vector<Index> vertices;   ///< the nearest corner of the face of each point
 };
 
 /// n places, always the same, as many for each area; none if there is no area.
-SurfaceSample sample_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x,
-                             std::size_t n);
+SurfaceSample sample_surface(std::span<const Triangle> faces, Field x, std::size_t n);
 
 /// As that of points, of even places; 0 if there is no area. Vertices without faces do not count.
-double size_of_surface(std::span<const Triangle> faces, std::span<const Vector3<double>> x);
+double size_of_surface(std::span<const Triangle> faces, Field x);
 
 /// At most about n points of the scan, as many for each area, wherever the sensor was near.
 PointScan sample_scan(const PointScan& scan, std::size_t n);
@@ -33,8 +32,7 @@ PointScan sample_scan(const PointScan& scan, std::size_t n);
 /// which the farthest fifth is ignored (trimmed ICP, Chetverikov et al. 2002). Surfaces with
 /// symmetries have several. Where the template is in place already, its motion is the first. Equal
 /// input gives equal results. `sample` is one of the scan, with as many points for each area.
-std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces,
-                                            std::span<const Vector3<double>> surface,
+std::vector<Eigen::Isometry3d> rigid_starts(std::span<const Triangle> faces, Field surface,
                                             const PointScan& sample);
 
 }  // namespace dynmesh

@@ -22,7 +22,7 @@ struct Blend {
   double c = 0;
   bool is_b_known = false;  ///< whether r1 is more than rounding errors, so that it tells b
 
-  [[nodiscard]] Vector3<double> of(const ShapeTerms& terms) const {
+  [[nodiscard]] Vector3 of(const ShapeTerms& terms) const {
     return terms.last + b * terms.to_rest + c * terms.change;
   }
 };
@@ -30,15 +30,15 @@ struct Blend {
 /// Residuals at a vertex: r0 with the shape of the last frame, and the residuals r1 and r2 that a
 /// unit of b and a unit of c add.
 struct Residuals {
-  Vector3<double> r0, r1, r2;
+  Vector3 r0, r1, r2;
   double weight = 1;
 };
 
 /// The residuals of step 2 at all vertices with `counts` 1. All arrays are (k,).
 struct ResidualField {
   const Anchors& anchors;
-  std::span<const Vector3<double>> x;   ///< X before the step
-  std::span<const Vector3<double>> kx;  ///< K X
+  Field x;                              ///< X before the step
+  Field kx;                             ///< K X
   std::span<const ShapeTerms> wanted;   ///< Q m, Q (m_first - m) and Q u
   std::span<const ShapeTerms> steps;    ///< the best steps towards these
   std::span<const ShapeTerms> k_steps;  ///< K times the steps

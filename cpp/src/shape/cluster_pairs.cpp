@@ -9,7 +9,7 @@
 
 namespace dynmesh {
 
-ClusterPairs::ClusterPairs(const Clusters& clusters, std::span<const Vector3<double>> first_frame)
+ClusterPairs::ClusterPairs(const Clusters& clusters, Field first_frame)
     : beside_(clusters.neighbours),
       steps_(clusters.size()),
       region_(clusters.size()),
@@ -17,7 +17,7 @@ ClusterPairs::ClusterPairs(const Clusters& clusters, std::span<const Vector3<dou
       next_(clusters.size()),
       pair_of_(clusters.size()) {
   for (std::size_t c = 0; c < clusters.size(); ++c) {
-    const Vector3<double>& centre = first_frame[clusters.centres[c]];
+    const Vector3& centre = first_frame[clusters.centres[c]];
     for (const Index d : beside_[c]) {
       lengths_.push_back(std::sqrt(squared_norm(first_frame[clusters.centres[d]] - centre)));
     }

@@ -27,7 +27,7 @@ struct ClusterPair {
 class ClusterPairs {
  public:
   /// `clusters` must outlive this object.
-  ClusterPairs(const Clusters& clusters, std::span<const Vector3<double>> first_frame);
+  ClusterPairs(const Clusters& clusters, Field first_frame);
 
   /// Pairs the clusters with `has_anchors[c] != 0`, each pair once and with the shortest of the
   /// paths through the steps between the two regions. The pairs are valid until the next call. The

@@ -151,7 +151,7 @@ void Detail::fit_rotations(Field positions, Memory& next, StageReport& report) {
 /// Computes the steps towards Q m, those that a unit of b and of c add, and the residuals they
 /// leave.
 ResidualField Detail::find_directions(const Memory& memory, std::span<const Quaternion> q) {
-  const std::span<Vector3<double>> turned = side_by_side(std::span(turned_));
+  const std::span<Vector3> turned = side_by_side(std::span(turned_));
   workers_.for_each_short_chunk(static_cast<Index>(q.size()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) turned_[v] = terms(memory, at(v));
     best_kernels().rotations.turn(q.data(), false, turned.data(), 3, turned.data(), first, last);
@@ -163,7 +163,7 @@ ResidualField Detail::find_directions(const Memory& memory, std::span<const Quat
 
 /// Adds what modes explain of the anchors to the directions.
 void Detail::add_modes(ResidualField& directions, Memory& next) {
-  system_.keep_steps(steps_);  // the next solutions overwrite them
+  system_.exchange_steps(steps_);  // the next solutions overwrite them
   directions.steps = steps_;
   fit_.find(directions, system_, next.q, next.fit);
   const double k = next.fit.prior_weight;
@@ -212,7 +212,7 @@ void Detail::remember(const Memory& memory, Memory& next, StageReport& report) {
     const bool is_jump = !(squared_norm(newest) < model_.mean_edge * model_.mean_edge);
     const auto mean =
         (1 - detail_constants.newest) * memory.u[v] + detail_constants.newest * newest;
-    next.u[v] = is_jump ? Vector3<double>{} : mean;
+    next.u[v] = is_jump ? Vector3{} : mean;
   });
 }
 

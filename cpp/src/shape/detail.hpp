@@ -63,8 +63,6 @@ class Detail {
   }
 
  private:
-  using Field = std::span<const Vector3<double>>;
-
   void fit_rotations(Field positions, Memory& next, StageReport& report);
   ResidualField find_directions(const Memory& memory, std::span<const Quaternion> q);
   void add_modes(ResidualField& directions, Memory& next);
@@ -87,8 +85,8 @@ class Detail {
 
   // Of one frame, (k,) each:
   Anchors anchors_;
-  std::vector<Vector3<double>> x_, kx_;  // X and K X
-  std::vector<Vector3<double>> shape_;   // the shape that K X is to have
+  std::vector<Vector3> x_, kx_;  // X and K X
+  std::vector<Vector3> shape_;   // the shape that K X is to have
   std::vector<ShapeTerms> turned_, k_steps_;
   std::vector<ShapeTerms> steps_;  // with modes
 };

@@ -47,7 +47,7 @@ void check_size(const DetailOperator& k) {
 }  // namespace
 
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<double>> frame) {
+                                     Field frame) {
   DetailOperator result;
   auto& areas = result.scale;
   areas.assign(frame.size(), 0);
@@ -74,8 +74,8 @@ DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cell
   return result;
 }
 
-void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
-                    std::span<Vector3<double>> products, Workers& workers) {
+void apply_operator(const DetailOperator& k, Field x, int fields, std::span<Vector3> products,
+                    Workers& workers) {
   const OperatorData data = data_of(k);
   workers.for_each_short_chunk(static_cast<Index>(k.size()), [&](Index first, Index last) {
     best_kernels().rotations.multiply(data, x.data(), fields, nullptr, products.data(), first,
@@ -95,9 +95,8 @@ DetailOperator smoother_of(const Cells& cells) {
   return {rows_of(entries, cells.size()), std::vector<double>(cells.size(), 1.0)};
 }
 
-void smooth(const DetailOperator& smoother, int fields, int times,
-            std::vector<Vector3<double>>& values, std::vector<Vector3<double>>& scratch,
-            Workers& workers) {
+void smooth(const DetailOperator& smoother, int fields, int times, std::vector<Vector3>& values,
+            std::vector<Vector3>& scratch, Workers& workers) {
   for (int n = 0; n < times; ++n) {
     apply_operator(smoother, values, fields, scratch, workers);
     std::swap(values, scratch);

@@ -19,18 +19,18 @@ namespace dynmesh {
 /// At one vertex, the terms of the shape m + b (m_first - m) + c u, or what belongs to each of
 /// them: the term in the axes of the current frame, the step towards it, or K times that step.
 struct ShapeTerms {
-  Vector3<double> last;     ///< m, the shape of the last frame
-  Vector3<double> to_rest;  ///< m_first - m, of which b is added
-  Vector3<double> change;   ///< u, the recent change of m per frame, of which c is added
+  Vector3 last;     ///< m, the shape of the last frame
+  Vector3 to_rest;  ///< m_first - m, of which b is added
+  Vector3 change;   ///< u, the recent change of m per frame, of which c is added
 };
-static_assert(sizeof(ShapeTerms) == 3 * sizeof(Vector3<double>));
+static_assert(sizeof(ShapeTerms) == 3 * sizeof(Vector3));
 
 /// The same memory as fields that are stored side by side: (3 k,).
-inline std::span<const Vector3<double>> side_by_side(std::span<const ShapeTerms> terms) {
-  return {reinterpret_cast<const Vector3<double>*>(terms.data()), 3 * terms.size()};
+inline Field side_by_side(std::span<const ShapeTerms> terms) {
+  return {reinterpret_cast<const Vector3*>(terms.data()), 3 * terms.size()};
 }
-inline std::span<Vector3<double>> side_by_side(std::span<ShapeTerms> terms) {
-  return {reinterpret_cast<Vector3<double>*>(terms.data()), 3 * terms.size()};
+inline std::span<Vector3> side_by_side(std::span<ShapeTerms> terms) {
+  return {reinterpret_cast<Vector3*>(terms.data()), 3 * terms.size()};
 }
 
 /// C is symmetric, so K^T r = C (M^-1/2 r): one matrix serves both products.
@@ -54,18 +54,17 @@ inline OperatorData data_of(const DetailOperator& k) {
 /// a face with a repeated vertex, which has no area, gets a constant weight for each such face. All
 /// values are finite for any mesh.
 DetailOperator build_detail_operator(std::span<const Triangle> faces, const Cells& cells,
-                                     std::span<const Vector3<double>> frame);
+                                     Field frame);
 
 /// products = K x, for one or three fields of Vector3 per vertex, side by side.
-void apply_operator(const DetailOperator& k, std::span<const Vector3<double>> x, int fields,
-                    std::span<Vector3<double>> products, Workers& workers);
+void apply_operator(const DetailOperator& k, Field x, int fields, std::span<Vector3> products,
+                    Workers& workers);
 
 /// Averages over one-rings: half the value of a vertex plus half the mean of its cell.
 DetailOperator smoother_of(const Cells& cells);
 /// Averages fields that many times, as `apply_operator` takes them. `scratch` has the same size.
-void smooth(const DetailOperator& smoother, int fields, int times,
-            std::vector<Vector3<double>>& values, std::vector<Vector3<double>>& scratch,
-            Workers& workers);
+void smooth(const DetailOperator& smoother, int fields, int times, std::vector<Vector3>& values,
+            std::vector<Vector3>& scratch, Workers& workers);
 
 /// N = K^T K + mu C = C (M^-1 C + mu). `membrane` is mu at each vertex (k,), the same in all of a
 /// component, or empty.
@@ -91,14 +90,14 @@ class Rounding {
   /// The mean square of the rounding errors of the positions of a frame. They are rounded, the more
   /// the farther they are from the origin, and solutions are accurate to a billionth of a mean edge
   /// length.
-  [[nodiscard]] double mean_square_of_positions(std::span<const Vector3<double>> frame) const {
+  [[nodiscard]] double mean_square_of_positions(Field frame) const {
     double square = 0;
     for (const auto& x : frame) square += squared_norm(x);
     square /= static_cast<double>(frame.size());
     return solution_ * solution_ + epsilon_ * epsilon_ * square;
   }
   /// The same of its detail vectors.
-  [[nodiscard]] double mean_square(std::span<const Vector3<double>> frame) const {
+  [[nodiscard]] double mean_square(Field frame) const {
     return mean_squared_row_ * mean_square_of_positions(frame);
   }
 

@@ -63,7 +63,7 @@ void ErrorBars::draw_changes(const Clusters& clusters, const ErrorMemory& memory
 /// the shape and of the anchors.
 void ErrorBars::set_noise(const Anchors& anchors, std::uint64_t frame) {
   double sum = 0;
-  for (const Vector3<double>& target : targets_) sum += squared_norm(target);
+  for (const Vector3& target : targets_) sum += squared_norm(target);
   const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
   const std::uint64_t of_frame = ~mixed(frame);  // other bits than those of the changes
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
@@ -158,7 +158,7 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
   if (!(energy.y < largest_member)) {
     // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
     // error.
-    for (Members* of : {&next.errors, &next.changes}) std::ranges::fill(*of, Vector3<double>{});
+    for (Members* of : {&next.errors, &next.changes}) std::ranges::fill(*of, Vector3{});
     std::ranges::fill(next.energies, Energy{});
     next.energy = {};
     next.frame = 0;
@@ -188,7 +188,7 @@ void ErrorBars::pass(const Generations& generations, const Clusters& clusters,
   draw_changes(clusters, memory, next);
   next.energies = memory.energies;
   next.energy = memory.energy;
-  std::ranges::fill(next.errors, Vector3<double>{});
+  std::ranges::fill(next.errors, Vector3{});
   end_frame(next.errors, infinite, generations, next);  // 0 for anchors, infinite for all others
 }
 

@@ -20,10 +20,10 @@ namespace dynmesh {
 
 /// A frame that has been completed, (k,) each.
 struct CompletedShape {
-  std::span<const Vector3<double>> x;
-  std::span<const Vector3<double>> kx;     ///< K X
-  std::span<const Vector3<double>> shape;  ///< the shape that K X was to have
-  double rounding = 0;                     ///< the mean square of rounding errors of a shape
+  Field x;
+  Field kx;             ///< K X
+  Field shape;          ///< the shape that K X was to have
+  double rounding = 0;  ///< the mean square of rounding errors of a shape
 };
 
 /// Carries the members of an ensemble of errors through the equations that the errors of the
@@ -35,8 +35,6 @@ struct CompletedShape {
 /// was remembered of the one before, `memory`, and writes what is remembered of it, `next`.
 class ErrorBars {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `cells` and `workers` must outlive this object.
   ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
 
@@ -62,7 +60,7 @@ class ErrorBars {
   static constexpr std::size_t members = 3;
   /// Members are numbers around 1 that grow slowly; only an invented state has larger ones.
   static constexpr double largest_member = 1e50;
-  using Members = std::vector<Vector3<double>>;  // (3 k,), those of a vertex side by side
+  using Members = std::vector<Vector3>;  // (3 k,), those of a vertex side by side
 
   void draw_changes(const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next);
   void set_noise(const Anchors& anchors, std::uint64_t frame);

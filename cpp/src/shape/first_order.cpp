@@ -155,7 +155,7 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
   system.apply(frame.x, 1, of_detail_);
   const Field step = system.solve<1>(
       [&](std::size_t v, std::size_t) { return frame.shape[v] - of_detail_[v]; }, frame.x, kept_);
-  const auto sum = [](const Vector3<double>& a, const Vector3<double>& b) { return a + b; };
+  const auto sum = [](const Vector3& a, const Vector3& b) { return a + b; };
   std::ranges::transform(frame.x, step, of_detail_.begin(), sum);
   const auto of_first_order = find_step(of_detail_, frame.last, system.scratch());
   std::ranges::transform(of_detail_, of_first_order, of_first_order.begin(), sum);
@@ -167,7 +167,7 @@ void FirstOrder::test(const Frame& frame, const Anchors& anchors, const Generati
 /// Errors are in the unit of the positions; those below `rounding` count as 0.
 void FirstOrder::learn(Field first_order, Field observed, double rounding,
                        std::vector<Component>& components) {
-  const auto length = [&](const Vector3<double>& x) {
+  const auto length = [&](const Vector3& x) {
     const double found = std::sqrt(squared_norm(x));
     return found > rounding ? found : 0;
   };
@@ -175,8 +175,8 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding,
   std::ranges::fill(newest_, Gains{});
   for (std::size_t v = 0; v < is_left_out_.size(); ++v) {
     if (is_left_out_[v] == 0) continue;
-    const Vector3<double> of_detail = of_detail_[v] - observed[v];
-    const Vector3<double> of_first_order = first_order[v] - observed[v];
+    const Vector3 of_detail = of_detail_[v] - observed[v];
+    const Vector3 of_first_order = first_order[v] - observed[v];
     Gains& gains = newest_[topology_.component[v]];
     const double size = length(of_detail);
     ++gains.count;
@@ -248,8 +248,7 @@ double FirstOrder::mix(const Frame& frame, const Generations& generations, Shape
 
 /// Returns the step (k,) from the positions X, 0 where `is_free_` is 0. Every component with free
 /// vertices must have others, too. The result is in `scratch`, (2 k,) or longer.
-std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
-                                                 std::span<Vector3<double>> scratch) {
+std::span<Vector3> FirstOrder::find_step(Field positions, Field last, std::span<Vector3> scratch) {
   factor_.factorize(is_free_);
   fit_rotations(positions, last);
   const auto rows = factor_.order();
@@ -258,7 +257,7 @@ std::span<Vector3<double>> FirstOrder::find_step(Field positions, Field last,
   workers_.for_each_in_chunks(
       rows.size(), [&](std::size_t r) { solution[r] = residual(at(rows[r]), positions); });
   factor_.solve(solution, 1);
-  std::ranges::fill(step, Vector3<double>{});
+  std::ranges::fill(step, Vector3{});
   for (std::size_t r = 0; r < rows.size(); ++r) step[rows[r]] = solution[r];
   return step;
 }
@@ -283,12 +282,12 @@ void FirstOrder::fit_rotations(Field positions, Field last) {
 }
 
 /// The residual of the equation of vertex v: b_v - (L X)_v.
-Vector3<double> FirstOrder::residual(std::size_t v, Field positions) const {
+Vector3 FirstOrder::residual(std::size_t v, Field positions) const {
   const OperatorData l = data_of(laplacian_);
-  Vector3<double> sum, edges;
+  Vector3 sum, edges;
   for (Index e = l.offsets[v]; e < l.offsets[v + 1]; ++e) {
     const std::size_t j = at(l.columns[e]);
-    const Vector3<double>& edge = edges_[e];  // w_vj (G_j - G_v)
+    const Vector3& edge = edges_[e];  // w_vj (G_j - G_v)
     edges = edges + edge;
     sum = sum - 0.5 * rotated(quaternions_[j], edge) - l.values[e] * (positions[j] - positions[v]);
   }

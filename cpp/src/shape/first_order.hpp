@@ -32,21 +32,19 @@ namespace dynmesh {
 /// others fixed. The edges and the weights w are those of C, so the result does not depend on the
 /// scale of the mesh.
 ///
-/// Allocates memory in the constructor, and in a test if the factor of the system is larger than all
-/// earlier ones. All sums run in the order of the vertices, so they are the same for any number of
-/// threads.
+/// Allocates memory in the constructor, and in a test if the factor of the system is larger than
+/// all earlier ones. All sums run in the order of the vertices, so they are the same for any number
+/// of threads.
 class FirstOrder {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `model` and `workers` must outlive this object.
   FirstOrder(const ShapeModel& model, Workers& workers, bool is_noisy);
 
   /// A frame that detail has completed, (k,) each.
   struct Frame {
-    Field last;                    ///< the completed frame before
-    std::span<Vector3<double>> x;  ///< the completed positions
-    Field shape;                   ///< the shape that K X was to have
+    Field last;            ///< the completed frame before
+    std::span<Vector3> x;  ///< the completed positions
+    Field shape;           ///< the shape that K X was to have
   };
   /// Moves the satellites in `frame.x`, and returns their mean share. Factors the system anew for a
   /// test. `memory` counts this frame already.
@@ -71,10 +69,9 @@ class FirstOrder {
   [[nodiscard]] static double best_share(const Gains& gains, const Gains& newest);
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system,
              std::span<const Component> components);
-  std::span<Vector3<double>> find_step(Field positions, Field last,
-                                       std::span<Vector3<double>> scratch);
+  std::span<Vector3> find_step(Field positions, Field last, std::span<Vector3> scratch);
   void fit_rotations(Field positions, Field last);
-  [[nodiscard]] Vector3<double> residual(std::size_t v, Field positions) const;
+  [[nodiscard]] Vector3 residual(std::size_t v, Field positions) const;
 
   const ShapeModel& model_;
   const Topology& topology_;
@@ -88,10 +85,10 @@ class FirstOrder {
   std::vector<Drawn> drawn_;
   std::vector<Index> nearby_;
   std::vector<std::uint8_t> is_left_out_, is_free_;
-  std::vector<Vector3<double>> of_detail_;  // the predictions of detail
+  std::vector<Vector3> of_detail_;  // the predictions of detail
   std::vector<Gains> newest_;
   // Of the step:
-  std::vector<Vector3<double>> edges_;
+  std::vector<Vector3> edges_;
   std::vector<Quaternion> quaternions_;
   std::vector<Covariance> covariances_;
 };

@@ -24,7 +24,7 @@ Quaternion plus(const Quaternion& a, double scale, const Quaternion& b) {
 Quaternion normalized(const Quaternion& q) { return plus({}, 1 / std::sqrt(dot(q, q)), q); }
 
 /// The rotation about a vector by its length.
-Quaternion turn_about(const Vector3<double>& vector) {
+Quaternion turn_about(const Vector3& vector) {
   const double angle = std::sqrt(squared_norm(vector));
   const double scale = angle > 1e-12 ? std::sin(angle / 2) / angle : 0.5;
   return {std::cos(angle / 2), scale * vector.x, scale * vector.y, scale * vector.z};
@@ -97,7 +97,7 @@ std::span<const Quaternion> Increments::find(Field previous, Field observed,
   find_moments(previous, observed);
   find_arms();
   find_first();
-  std::ranges::fill(omega_, Vector3<double>{});
+  std::ranges::fill(omega_, Vector3{});
   for (std::size_t c = 0; c < increments_.size(); ++c) {
     increments_[c] = first_[component_of_[c]].rotation;
   }
@@ -252,7 +252,7 @@ void Increments::find_equations() {
 double Increments::take_step() {
   const OperatorData couplings = {couplings_.outerIndexPtr(), couplings_.innerIndexPtr(),
                                   couplings_.valuePtr(), nullptr};
-  const auto couple = [&](std::span<const Vector3<double>> x) {  // sets the product
+  const auto couple = [&](Field x) {  // sets the product
     best_kernels().rotations.multiply(couplings, x.data(), 1, nullptr, product_.data(), 0,
                                       static_cast<Index>(x.size()));
   };
@@ -281,8 +281,7 @@ double Increments::take_step() {
   const auto advance = [&](const std::array<double, 1>& length) {
     for (std::size_t c = 0; c < step_.size(); ++c) step_[c] = step_[c] + length[0] * direction_[c];
   };
-  const ConjugateVectors<Vector3<double>> vectors = {residual_, preconditioned_, direction_,
-                                                     product_};
+  const ConjugateVectors<Vector3> vectors = {residual_, preconditioned_, direction_, product_};
   conjugate_gradients<1>(vectors, increment_constants.steps, increment_constants.reduced,
                          precondition, multiply, advance, workers_);
   double longest = 0;

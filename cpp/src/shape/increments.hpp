@@ -38,8 +38,6 @@ namespace dynmesh {
 /// Allocates memory only in the constructor.
 class Increments {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `model` and `workers` must outlive this object. `noise` is the standard deviation of a
   /// coordinate of an anchor, 0 if they are exact.
   Increments(const ShapeModel& model, double noise, Workers& workers);
@@ -64,7 +62,7 @@ class Increments {
   struct Equation {
     Eigen::Matrix3d h;
     Eigen::Matrix3d inverse;  // of H and the couplings of this cluster alone
-    Vector3<double> s;
+    Vector3 s;
   };
 
   [[nodiscard]] double nearness(const ClusterPair& pair) const;
@@ -100,7 +98,7 @@ class Increments {
   std::vector<Arms> arms_;                      // (clusters,) with their weights, and the pairs
   std::vector<First> first_, next_first_;       // (components,)
   std::vector<Equation> equations_;             // (clusters,)
-  std::vector<Vector3<double>> omega_, step_, residual_, preconditioned_, direction_, product_;
+  std::vector<Vector3> omega_, step_, residual_, preconditioned_, direction_, product_;
   std::vector<Quaternion> increments_, of_components_;  // D
 };
 

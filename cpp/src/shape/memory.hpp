@@ -45,16 +45,16 @@ struct GainMemory {
 
 /// Squares of residuals, or sums of them over earlier frames, each weighted less than the next: x
 /// is that of the residuals found in the frames, y that of the residuals expected by the ensemble.
-using Energy = Vector3<double>;
+using Energy = Vector3;
 
 /// The ensemble of errors; all vectors are empty if standard errors are not wanted.
 struct ErrorMemory {
-  std::vector<Vector3<double>> errors;   ///< (3 k,) e, of the shape in memory
-  std::vector<Vector3<double>> changes;  ///< (3 k,) eta, how the true shape changes, of unit size
-  std::vector<Energy> energies;          ///< (k,) of earlier frames, around each vertex
-  Energy energy;                         ///< of earlier frames, over the mesh
-  std::uint64_t frame = 0;               ///< the number of frames since the ensemble was begun
-  std::vector<double> standard_errors;   ///< (k,) of the last frame
+  std::vector<Vector3> errors;          ///< (3 k,) e, of the shape in memory
+  std::vector<Vector3> changes;         ///< (3 k,) eta, how the true shape changes, of unit size
+  std::vector<Energy> energies;         ///< (k,) of earlier frames, around each vertex
+  Energy energy;                        ///< of earlier frames, over the mesh
+  std::uint64_t frame = 0;              ///< the number of frames since the ensemble was begun
+  std::vector<double> standard_errors;  ///< (k,) of the last frame
 };
 
 /// Whether frame 0 fits the first frames; see api/completion_quality.hpp.
@@ -69,30 +69,30 @@ struct Verdict {
 /// is empty.
 struct Memory {
   /// Of a sequence that begins with this frame, so far without a shape.
-  explicit Memory(std::vector<Vector3<double>> first_frame)
+  explicit Memory(std::vector<Vector3> first_frame)
       : last(std::move(first_frame)),
         known(last.size(), 1),
         age(last.size()),
         generations(last.size()) {}
 
-  std::vector<Vector3<double>> last;    ///< (k,) the completed frame
-  std::vector<Vector3<double>> before;  ///< (k,) the one before it
-  std::vector<std::uint8_t> known;      ///< (k,) its anchors
-  std::vector<Index> age;               ///< (k,) the number of frames since each was known
-  std::size_t n_frames = 0;             ///< since frame 0
-  Generations generations;              ///< which follow from `known`
+  std::vector<Vector3> last;        ///< (k,) the completed frame
+  std::vector<Vector3> before;      ///< (k,) the one before it
+  std::vector<std::uint8_t> known;  ///< (k,) its anchors
+  std::vector<Index> age;           ///< (k,) the number of frames since each was known
+  std::size_t n_frames = 0;         ///< since frame 0
+  Generations generations;          ///< which follow from `known`
 
-  std::vector<Quaternion> q;       ///< (k,) Q, how the surface has turned since frame 0
-  std::vector<Vector3<double>> m;  ///< (k,) its detail, turned back by Q
-  std::vector<Vector3<double>> u;  ///< (k,) the recent change of m per frame
+  std::vector<Quaternion> q;  ///< (k,) Q, how the surface has turned since frame 0
+  std::vector<Vector3> m;     ///< (k,) its detail, turned back by Q
+  std::vector<Vector3> u;     ///< (k,) the recent change of m per frame
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   FitMemory fit;
   GainMemory gains;
   ErrorMemory errors;
   Verdict verdict;
 
-  std::vector<Vector3<double>> good;  ///< (k,) the last frame in which the surface was not lost
-  std::uint8_t pause = 0;             ///< the number of frames in which it is not sought elsewhere
+  std::vector<Vector3> good;  ///< (k,) the last frame in which the surface was not lost
+  std::uint8_t pause = 0;     ///< the number of frames in which it is not sought elsewhere
 };
 
 /// Calls `visit` with all numbers of a memory, some at a time: a number or a vector of numbers, of

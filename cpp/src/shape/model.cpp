@@ -6,18 +6,16 @@
 namespace dynmesh {
 namespace {
 
-std::vector<Vector3<double>> detail_of(std::span<const Vector3<double>> frame,
-                                       const DetailOperator& k, Workers& workers) {
-  std::vector<Vector3<double>> detail(frame.size());
+std::vector<Vector3> detail_of(Field frame, const DetailOperator& k, Workers& workers) {
+  std::vector<Vector3> detail(frame.size());
   apply_operator(k, frame, 1, detail, workers);
   return detail;
 }
 
 }  // namespace
 
-ShapeModel::ShapeModel(const Topology& mesh_topology, std::span<const Triangle> faces,
-                       std::span<const Vector3<double>> frame, const TrainingFrames& training,
-                       double epsilon, Workers& workers)
+ShapeModel::ShapeModel(const Topology& mesh_topology, std::span<const Triangle> faces, Field frame,
+                       const TrainingFrames& training, double epsilon, Workers& workers)
     : topology(mesh_topology),
       first_frame(frame),
       mean_edge(mean_edge_length(topology.cells, frame)),

@@ -17,19 +17,18 @@ namespace dynmesh {
 struct ShapeModel {
   /// `mesh_topology` and `frame`, which is frame 0, must outlive this object. `training` are frames
   /// of a training sequence, or none. `epsilon` is that of the type in which positions are given.
-  ShapeModel(const Topology& mesh_topology, std::span<const Triangle> faces,
-             std::span<const Vector3<double>> frame, const TrainingFrames& training, double epsilon,
-             Workers& workers);
+  ShapeModel(const Topology& mesh_topology, std::span<const Triangle> faces, Field frame,
+             const TrainingFrames& training, double epsilon, Workers& workers);
 
   const Topology& topology;
-  std::span<const Vector3<double>> first_frame;
+  Field first_frame;
   double mean_edge;
   DetailOperator k;
   Rounding rounding;
   Surroundings surroundings;
-  std::vector<Vector3<double>> first_shape;  ///< (k,) m_first
-  bool is_trained;                           ///< although there may be no modes for this frame 0
-  Modes modes;                               ///< of the training
+  std::vector<Vector3> first_shape;  ///< (k,) m_first
+  bool is_trained;                   ///< although there may be no modes for this frame 0
+  Modes modes;                       ///< of the training
 
   [[nodiscard]] std::size_t size() const { return first_frame.size(); }
   [[nodiscard]] const Clusters& clusters() const { return surroundings.clusters; }

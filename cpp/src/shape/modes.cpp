@@ -10,8 +10,8 @@ namespace dynmesh {
 namespace {
 
 /// Farthest-point sampling. There are fewer seeds if all vertices coincide with one.
-std::vector<std::size_t> seeds_of(std::span<const Vector3<double>> frame, Index n_seeds) {
-  Vector3<double> mean{};
+std::vector<std::size_t> seeds_of(Field frame, Index n_seeds) {
+  Vector3 mean{};
   for (const auto& x : frame) mean = mean + (1 / static_cast<double>(frame.size())) * x;
   std::vector<double> distance(frame.size());
   std::ranges::transform(frame, distance.begin(),
@@ -46,8 +46,7 @@ double typical_distance(const std::vector<std::vector<double>>& distances, std::
 
 }  // namespace
 
-SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
-                            Index local_parts) {
+SurfaceParts divide_surface(const Cells& cells, Field frame, Index local_parts) {
   const auto along_edges = [&](std::size_t v, const auto& visit) {
     for (const Index n : cells[v]) visit(at(n), std::sqrt(squared_norm(frame[n] - frame[v])));
   };
@@ -102,7 +101,7 @@ void Modes::form(const ShapeData& shapes, const CombinationData& combinations, s
   n_frames_ = at(combinations.n_slots);
 }
 
-void Modes::combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
+void Modes::combine(std::span<const double> coefficients, std::span<Vector3> combined,
                     ModeSums& sums, Workers& workers) const {
   std::ranges::transform(coefficients, sums.coefficients.begin(),
                          [](double a) { return static_cast<float>(a); });
@@ -113,9 +112,8 @@ void Modes::combine(std::span<const double> coefficients, std::span<Vector3<doub
   });
 }
 
-void Modes::project(std::span<const Vector3<double>> field, std::span<double> projected,
-                    std::span<const double> weights, std::span<double> squares, ModeSums& sums,
-                    Workers& workers) const {
+void Modes::project(Field field, std::span<double> projected, std::span<const double> weights,
+                    std::span<double> squares, ModeSums& sums, Workers& workers) const {
   const std::size_t n = n_coefficients_;
   const auto add = [&](float* partial, Index first, Index last) {
     best_kernels().modes.project(data(), field.data(), weights.data(), partial, partial + n, first,

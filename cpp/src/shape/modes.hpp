@@ -30,7 +30,7 @@ struct SurfaceParts {
 
 /// Seeds are chosen on the frame by farthest points, the first of them farthest from the mean of
 /// all vertices. The weight of a seed decreases with the shortest distance along the edges.
-SurfaceParts divide_surface(const Cells& cells, std::span<const Vector3<double>> frame,
+SurfaceParts divide_surface(const Cells& cells, Field frame,
                             Index local_parts = training_constants.local_parts);
 
 /// Sums over the vertices. They are added up in chunks, which do not depend on the number of
@@ -110,12 +110,11 @@ class Modes {
   [[nodiscard]] std::size_t n_frames() const { return n_frames_; }
 
   /// combined = B a.
-  void combine(std::span<const double> coefficients, std::span<Vector3<double>> combined,
-               ModeSums& sums, Workers& workers) const;
-  /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
-  void project(std::span<const Vector3<double>> field, std::span<double> projected,
-               std::span<const double> weights, std::span<double> squares, ModeSums& sums,
+  void combine(std::span<const double> coefficients, std::span<Vector3> combined, ModeSums& sums,
                Workers& workers) const;
+  /// projected = B^T field and, with weights, squares_j = sum of weights_i |B_j(i)|^2.
+  void project(Field field, std::span<double> projected, std::span<const double> weights,
+               std::span<double> squares, ModeSums& sums, Workers& workers) const;
 
  private:
   [[nodiscard]] ModeData data() const {

@@ -20,7 +20,7 @@ constexpr std::uint64_t mixed(std::uint64_t x) {
 /// The signs of three of the bits, which have variance 1 as normal numbers have: for i = 0, 1, ...
 /// the first three, the next three, and so on. Sets the sign bit of 1, since a branch would be
 /// taken at random.
-inline Vector3<double> signs_of(std::uint64_t bits, std::size_t i) {
+inline Vector3 signs_of(std::uint64_t bits, std::size_t i) {
   const auto sign = [bits](std::size_t bit) {
     constexpr std::uint64_t sign_bit = std::uint64_t{1} << 63;
     return std::bit_cast<double>(std::bit_cast<std::uint64_t>(1.0) | ((bits << bit) & sign_bit));

@@ -6,8 +6,8 @@
 namespace dynmesh {
 namespace {
 
-void turn_fields(std::span<const Quaternion> q, bool back, std::span<const Vector3<double>> field,
-                 int fields, std::span<Vector3<double>> turned, Workers& workers) {
+void turn_fields(std::span<const Quaternion> q, bool back, Field field, int fields,
+                 std::span<Vector3> turned, Workers& workers) {
   workers.for_each_short_chunk(static_cast<Index>(q.size()), [&](Index first, Index last) {
     best_kernels().rotations.turn(q.data(), back, field.data(), fields, turned.data(), first, last);
   });
@@ -15,28 +15,26 @@ void turn_fields(std::span<const Quaternion> q, bool back, std::span<const Vecto
 
 }  // namespace
 
-void turn(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
-          std::span<Vector3<double>> turned, Workers& workers) {
+void turn(std::span<const Quaternion> q, Field field, std::span<Vector3> turned, Workers& workers) {
   turn_fields(q, false, field, 1, turned, workers);
 }
 void turn(std::span<const Quaternion> q, std::span<const ShapeTerms> terms,
           std::span<ShapeTerms> turned, Workers& workers) {
   turn_fields(q, false, side_by_side(terms), 3, side_by_side(turned), workers);
 }
-void turn_back(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
-               std::span<Vector3<double>> turned, Workers& workers) {
+void turn_back(std::span<const Quaternion> q, Field field, std::span<Vector3> turned,
+               Workers& workers) {
   turn_fields(q, true, field, 1, turned, workers);
 }
 
 // Each position has one rest edge in a cluster: the sum of the weighted edges, each divided by its
 // squared length, of the cells of its members that end at this position, minus those that start
 // there. These add up to zero, so that all may start at the centre.
-Surroundings::Surroundings(const Cells& cells, std::span<const Vector3<double>> first_frame,
-                           double mean_edge)
+Surroundings::Surroundings(const Cells& cells, Field first_frame, double mean_edge)
     : clusters(cluster_vertices(cells, first_frame)) {
   std::vector<Index> place(cells.size(), none);
   for (Index c = 0; c < static_cast<Index>(clusters.size()); ++c) {
-    const auto rest_of = [&](Index v) -> Vector3<double>& {
+    const auto rest_of = [&](Index v) -> Vector3& {
       if (place[v] < ends.offsets.back()) {
         place[v] = static_cast<Index>(rest_edges.size());
         ends.neighbours.push_back(v);
@@ -63,7 +61,7 @@ Rotations::Rotations(const Surroundings& surroundings, Workers& workers)
       averaged_(sums_.size()),
       turns_(sums_.size()) {}
 
-void Rotations::fit(std::span<const Vector3<double>> frame, std::span<Quaternion> q) {
+void Rotations::fit(Field frame, std::span<Quaternion> q) {
   const auto& [clusters, ends, rest_edges] = surroundings_;
   const RotationKernels& kernels = best_kernels().rotations;
   const auto for_each_cluster = [&](const auto& work) {

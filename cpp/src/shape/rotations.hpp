@@ -15,8 +15,8 @@
 namespace dynmesh {
 
 /// x turned by a unit quaternion.
-inline Vector3<double> rotated(const Quaternion& q, const Vector3<double>& x) {
-  const Vector3<double> axis = {q.x, q.y, q.z};
+inline Vector3 rotated(const Quaternion& q, const Vector3& x) {
+  const Vector3 axis = {q.x, q.y, q.z};
   const auto twice = 2.0 * cross(axis, x);
   return x + q.w * twice + cross(axis, twice);
 }
@@ -30,22 +30,21 @@ inline Quaternion product(const Quaternion& a, const Quaternion& b) {
 
 /// Multiplies a field (k,) by Q, which rotates it from the axes of frame 0 to those of the fitted
 /// frame. The result may be the same memory.
-void turn(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
-          std::span<Vector3<double>> turned, Workers& workers);
+void turn(std::span<const Quaternion> q, Field field, std::span<Vector3> turned, Workers& workers);
 /// The same for three fields.
 void turn(std::span<const Quaternion> q, std::span<const ShapeTerms> terms,
           std::span<ShapeTerms> turned, Workers& workers);
 /// Multiplies a field (k,) by Q^T. The result may be the same memory.
-void turn_back(std::span<const Quaternion> q, std::span<const Vector3<double>> field,
-               std::span<Vector3<double>> turned, Workers& workers);
+void turn_back(std::span<const Quaternion> q, Field field, std::span<Vector3> turned,
+               Workers& workers);
 
 /// Each vertex and what is around it in frame 0.
 struct Surroundings {
-  Surroundings(const Cells& cells, std::span<const Vector3<double>> first_frame, double mean_edge);
+  Surroundings(const Cells& cells, Field first_frame, double mean_edge);
 
   Clusters clusters;
-  Cells ends;                               ///< the vertices of the cells of each cluster
-  std::vector<Vector3<double>> rest_edges;  ///< to these ends from its centre
+  Cells ends;                       ///< the vertices of the cells of each cluster
+  std::vector<Vector3> rest_edges;  ///< to these ends from its centre
 };
 
 /// Q_i is the rotation that best maps the cell of vertex i in frame 0 to the current cell. The
@@ -61,7 +60,7 @@ class Rotations {
   /// Adds up the covariances of each cluster and averages these sums twice with the neighbouring
   /// clusters. Each vertex then takes the mean rotation of the clusters of its cell. (k,) `q` are
   /// the rotations from which it starts, as unit quaternions, and those that it finds.
-  void fit(std::span<const Vector3<double>> frame, std::span<Quaternion> q);
+  void fit(Field frame, std::span<Quaternion> q);
 
   /// Turns `q` further by rotations of the clusters: each vertex by the mean of those of its cell.
   void turn_further(std::span<const Quaternion> of_clusters, std::span<const Quaternion> q,

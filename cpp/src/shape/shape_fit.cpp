@@ -29,7 +29,7 @@ ShapeFit::ShapeFit(Of of, const Cells& cells, Workers& workers, double largest_k
   left_.resize(cells.size());
 }
 
-std::span<const Vector3<double>> ShapeFit::shape_of(const FitMemory& memory) {
+Field ShapeFit::shape_of(const FitMemory& memory) {
   const auto a = std::span(memory.coefficients).first(a_.size());
   if (!std::ranges::equal(a, a_)) {
     std::ranges::copy(a, a_.begin());
@@ -38,7 +38,7 @@ std::span<const Vector3<double>> ShapeFit::shape_of(const FitMemory& memory) {
   return added_.shape;
 }
 
-void ShapeFit::begin_at_zero() {
+void ShapeFit::set_zero() {
   std::ranges::fill(a_, 0.0);
   added_.set_zero(cells_.size());
 }
@@ -84,11 +84,11 @@ ShapeFit::Energies ShapeFit::measure(const ResidualField& residuals) {
   for (std::size_t v = 0; v < residuals.size(); ++v) {
     left_[v] = {};
     if (anchors.counts[v] == 0) continue;
-    const Vector3<double> r3 = added_.k_steps[v] - added_.wanted[v];
+    const Vector3 r3 = added_.k_steps[v] - added_.wanted[v];
     bool is_shape = true;
     residuals.visit(v, [&](const Residuals& r) {
-      const Vector3<double> without = of_ == Of::rest ? r.r0 + r.r1 : r.r0;
-      const Vector3<double> with = without + (is_shape ? r3 : added_.steps[v]);
+      const Vector3 without = of_ == Of::rest ? r.r0 + r.r1 : r.r0;
+      const Vector3 with = without + (is_shape ? r3 : added_.steps[v]);
       if (is_shape) left_[v] = with;
       energies.without += r.weight * squared_norm(without);
       energies.with += r.weight * squared_norm(with);
@@ -186,7 +186,7 @@ void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
     shape_of(memory);
     step_towards(added_, anchors, system, q);
   } else {
-    begin_at_zero();
+    set_zero();
   }
   Energies energies = measure(residuals);
   const double coordinates = 3 * static_cast<double>(anchors.number);
@@ -205,7 +205,7 @@ void ShapeFit::find(const ResidualField& residuals, ShapeSystem& system,
     if (descend(anchors, system, q) > 0) {
       const double largest = training_constants.largest_coefficient;
       const auto is_plausible = [&](double a) { return std::abs(a) <= largest; };
-      if (!std::ranges::all_of(a_, is_plausible)) begin_at_zero();
+      if (!std::ranges::all_of(a_, is_plausible)) set_zero();
       modes_.combine(a_, added_.shape, sums_, workers_);
       energies.with = measure(residuals).with;
     }

@@ -18,10 +18,10 @@ namespace dynmesh {
 
 /// A shape that modes add to another one, and what it changes in a frame. All arrays are (k,).
 struct AddedShape {
-  std::vector<Vector3<double>> shape;    ///< B a
-  std::vector<Vector3<double>> wanted;   ///< Q B a
-  std::vector<Vector3<double>> steps;    ///< Y3, the steps towards it
-  std::vector<Vector3<double>> k_steps;  ///< K Y3
+  std::vector<Vector3> shape;    ///< B a
+  std::vector<Vector3> wanted;   ///< Q B a
+  std::vector<Vector3> steps;    ///< Y3, the steps towards it
+  std::vector<Vector3> k_steps;  ///< K Y3
 
   /// That of coefficients 0.
   void set_zero(std::size_t k) {
@@ -60,11 +60,11 @@ class ShapeFit {
   void find(const ResidualField& residuals, ShapeSystem& system, std::span<const Quaternion> q,
             FitMemory& memory);
   /// (k,) B a.
-  std::span<const Vector3<double>> shape_of(const FitMemory& memory);
+  Field shape_of(const FitMemory& memory);
   /// B a, and what it changes in the last frame.
   [[nodiscard]] const AddedShape& added() const { return added_; }
   /// Lets m_first + `p` take the place of m_first, or m + `p` that of m.
-  void add(const Vector3<double>& p, ShapeTerms& to) const {
+  void add(const Vector3& p, ShapeTerms& to) const {
     if (of_ == Of::change) to.last = to.last + p;
     to.to_rest = of_ == Of::change ? to.to_rest - p : to.to_rest + p;
   }
@@ -75,7 +75,7 @@ class ShapeFit {
     double with = 0;     // |r + r3|^2, with the residual r3 of what is added
   };
 
-  void begin_at_zero();
+  void set_zero();
   Energies measure(const ResidualField& residuals);
   void weigh_seen(const Anchors& anchors);
   void penalize(double ratio);
@@ -98,7 +98,7 @@ class ShapeFit {
   std::vector<double> shares_;     // g_j
   std::vector<double> seen_, averaged_;
   AddedShape added_, direction_added_;
-  std::vector<Vector3<double>> left_;  // r + r3, 0 where vertices do not count
+  std::vector<Vector3> left_;  // r + r3, 0 where vertices do not count
 };
 
 }  // namespace dynmesh

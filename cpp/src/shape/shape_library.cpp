@@ -158,8 +158,8 @@ void LearnedModes::make() {
 
 /// Q is fitted to a frame until it no longer changes, from the rotation that fits the whole frame
 /// best, since its pose may be far from frame 0.
-Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const ShapeModel& model, Workers& workers) {
+Modes training_modes(std::span<const std::vector<Vector3>> training, const ShapeModel& model,
+                     Workers& workers) {
   if (training.empty()) return {};
   double largest_rounding = 0;
   for (const auto& frame : training) {
@@ -167,7 +167,7 @@ Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
   }
   Modes modes(divide_surface(model.topology.cells, model.first_frame), model.mean_edge);
   ShapeLibrary library(modes, training.size(), model.mean_edge, largest_rounding, workers);
-  std::vector<Vector3<double>> kx(model.size());
+  std::vector<Vector3> kx(model.size());
   std::vector<Quaternion> q(model.size()), before(model.size());
   Rotations rotations(model.surroundings, workers);
   for (const auto& frame : training) {

@@ -33,7 +33,7 @@ class ShapeLibrary {
   void add(const Shape& shape) {
     const Index slot = order_[n_members_++];
     for (std::size_t v = 0; v < parts_.size(); ++v) {
-      const Vector3<double> z = 1 / unit_ * shape(v);
+      const Vector3 z = 1 / unit_ * shape(v);
       float* row = &rows_[3 * slots_ * v + static_cast<std::size_t>(slot)];
       row[0] = static_cast<float>(z.x);
       row[slots_] = static_cast<float>(z.y);
@@ -116,7 +116,7 @@ class LearnedModes {
 /// Returns the modes of the shapes of the frames V of a training sequence, in the axes of frame 0;
 /// none without frames. Those of a moved and turned sequence are the same. All but the modes of the
 /// model is used.
-Modes training_modes(std::span<const std::vector<Vector3<double>>> training,
-                     const ShapeModel& model, Workers& workers);
+Modes training_modes(std::span<const std::vector<Vector3>> training, const ShapeModel& model,
+                     Workers& workers);
 
 }  // namespace dynmesh

@@ -18,7 +18,7 @@ ShapeSystem::ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<
       solution_(3 * k.size()),
       steps_(k.size()) {}
 
-void ShapeSystem::apply(Field x, int fields, std::span<Vector3<double>> detail) const {
+void ShapeSystem::apply(Field x, int fields, std::span<Vector3> detail) const {
   apply_operator(operator_, x, fields, detail, workers_);
 }
 
@@ -37,7 +37,7 @@ void ShapeSystem::multiply_transposed(int fields) {
   });
 }
 
-void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
+void ShapeSystem::apply_transposed(Field detail, std::span<Vector3> x) {
   workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
     scaled_residual_[v] = resistance_[v] * operator_.scale[v] * detail[v];
   });
@@ -45,7 +45,7 @@ void ShapeSystem::apply_transposed(Field detail, std::span<Vector3<double>> x) {
   scatter(solution_, 1, x);
 }
 
-void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
+void ShapeSystem::multiply(Field x, std::span<Vector3> product) {
   apply(x, 1, scaled_residual_);
   workers_.for_each_in_chunks(operator_.size(), [&](std::size_t v) {
     scaled_residual_[v] =
@@ -55,7 +55,7 @@ void ShapeSystem::multiply(Field x, std::span<Vector3<double>> product) {
   scatter(solution_, 1, product);
 }
 
-void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
+void ShapeSystem::precondition(Field right_side, std::span<Vector3> x) {
   const auto order = solved();
   workers_.for_each_in_chunks(order.size(),
                               [&](std::size_t r) { solution_[r] = right_side[at(order[r])]; });
@@ -64,15 +64,15 @@ void ShapeSystem::precondition(Field right_side, std::span<Vector3<double>> x) {
 }
 
 /// Brings rows into the order of vertices; those that are not solved for are 0.
-void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const {
+void ShapeSystem::scatter(Field rows, std::size_t width, std::span<Vector3> x) const {
   const auto order = solved();
-  if (order.size() < operator_.size()) std::ranges::fill(x, Vector3<double>{});
+  if (order.size() < operator_.size()) std::ranges::fill(x, Vector3{});
   workers_.for_each_in_chunks(order.size(), [&](std::size_t r) {
     for (std::size_t f = 0; f < width; ++f) x[width * at(order[r]) + f] = rows[width * r + f];
   });
 }
 
-ShapeSystem::Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
+Field ShapeSystem::scatter_steps(Field rows, std::size_t width) {
   const auto steps = side_by_side(std::span(steps_)).first(width * operator_.size());
   scatter(rows, width, steps);
   return steps;
@@ -89,13 +89,13 @@ void ShapeSystem::take_planes(int steps) {
 
 /// Replaces the solution, which is the right-hand side, by the result of the steps.
 template <int fields>
-ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
+Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   constexpr auto width = static_cast<std::size_t>(fields);
   const std::size_t n = width * solved().size();
   const std::span residual(residual_.data(), n), direction(direction_.data(), n);
   const std::span found(found_.data(), n), solution(solution_.data(), n);
   std::ranges::copy(solution, residual.begin());
-  std::ranges::fill(found, Vector3<double>{});
+  std::ranges::fill(found, Vector3{});
   const auto precondition = [&] {
     std::ranges::copy(residual, solution.begin());
     factor_.precondition(solution_, fields);
@@ -104,13 +104,13 @@ ShapeSystem::Field ShapeSystem::descend_to_planes(const Anchors& anchors) {
   const auto advance = [&](const std::array<double, width>& lengths) {
     for (std::size_t i = 0; i < n; ++i) found[i] = found[i] + lengths[i % width] * direction[i];
   };
-  const ConjugateVectors<Vector3<double>> vectors = {residual, solution, direction, solution};
+  const ConjugateVectors<Vector3> vectors = {residual, solution, direction, solution};
   conjugate_gradients<width>(vectors, plane_steps_, 0, precondition, multiply, advance, workers_);
   return scatter_steps(found, width);
 }
 
-template ShapeSystem::Field ShapeSystem::descend_to_planes<1>(const Anchors&);
-template ShapeSystem::Field ShapeSystem::descend_to_planes<3>(const Anchors&);
+template Field ShapeSystem::descend_to_planes<1>(const Anchors&);
+template Field ShapeSystem::descend_to_planes<3>(const Anchors&);
 
 /// solution = (N + weights of the planes) direction.
 void ShapeSystem::multiply_with_planes(std::size_t width, const Anchors& anchors) {

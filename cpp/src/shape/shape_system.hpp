@@ -23,7 +23,7 @@ namespace dynmesh {
 /// Exact anchors are fixed at `observed` and are not solved for. Noisy anchors are solved for like
 /// satellites, with a weighted penalty on their distance from `observed`.
 struct Anchors {
-  std::vector<Vector3<double>>
+  std::vector<Vector3>
       observed;  ///< (k,) the given position of an anchor, the last position of any other vertex
   std::vector<std::uint8_t> is_solved;  ///< (k,) 1 for satellites and noisy anchors, else 0
   std::vector<double>
@@ -33,7 +33,7 @@ struct Anchors {
   std::size_t n_solved = 0;    ///< the number of vertices that are solved for
   /// (k,) unit normals of the planes that noisy anchors observe instead of positions: `observed` is
   /// a point of the plane. Empty if they observe positions.
-  std::span<const Vector3<double>> normals;
+  Field normals;
 
   Anchors(std::size_t n_vertices, bool are_noisy)
       : observed(n_vertices),
@@ -44,7 +44,7 @@ struct Anchors {
   [[nodiscard]] bool are_noisy() const { return !weights.empty(); }
   [[nodiscard]] bool are_planes() const { return !normals.empty(); }
   /// The part of a displacement of vertex v that a noisy anchor can tell.
-  [[nodiscard]] Vector3<double> observable(std::size_t v, const Vector3<double>& x) const {
+  [[nodiscard]] Vector3 observable(std::size_t v, const Vector3& x) const {
     return are_planes() ? dot(normals[v], x) * normals[v] : x;
   }
   [[nodiscard]] bool any_solved() const { return n_solved > 0; }
@@ -53,8 +53,7 @@ struct Anchors {
   }
 
   /// Sets the anchors of a frame. `lambda` is the weight of noisy anchors.
-  void set_frame(std::span<const Vector3<double>> previous, std::span<const Vector3<double>> points,
-                 const Generations& generations, double lambda) {
+  void set_frame(Field previous, Field points, const Generations& generations, double lambda) {
     const auto generation = generations.of_vertices();
     number = generations.anchors();
     n_solved = generations.reached() + (are_noisy() ? number : 0);
@@ -75,8 +74,6 @@ struct Anchors {
 /// before.
 class ShapeSystem {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `k` and `workers` must outlive this object. (k,) `membrane` are the weights of a membrane at
   /// the vertices, which `multiply` adds.
   ShapeSystem(const DetailOperator& k, Workers& workers, std::vector<double> membrane = {});
@@ -85,7 +82,7 @@ class ShapeSystem {
   [[nodiscard]] std::span<const double> membrane() const { return membrane_; }
 
   /// detail = K x.
-  void apply(Field x, int fields, std::span<Vector3<double>> detail) const;
+  void apply(Field x, int fields, std::span<Vector3> detail) const;
   void apply(std::span<const ShapeTerms> x, std::span<ShapeTerms> detail) const {
     apply(side_by_side(x), 3, side_by_side(detail));
   }
@@ -121,7 +118,7 @@ class ShapeSystem {
       for (std::size_t r = 0; r < rows.size(); ++r) {
         const std::size_t v = at(rows[r]);
         for (std::size_t f = 0; f < pulled; ++f) {
-          Vector3<double>& value = solution_[fields * r + f];
+          Vector3& value = solution_[fields * r + f];
           value = value + anchors.weights[v] * anchors.observable(v, pull(v, f));
         }
       }
@@ -143,19 +140,19 @@ class ShapeSystem {
   }
   /// Exchanges the array of the last result of `solve_terms` with `kept`, (k,), where it stays
   /// valid.
-  void keep_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
+  void exchange_steps(std::vector<ShapeTerms>& kept) noexcept { std::swap(steps_, kept); }
 
   /// (k,) W, the weights of the rows of K in the two products below; 1 at first.
   [[nodiscard]] std::span<double> resistance() { return resistance_; }
   /// While all vertices are solved for, with fields (k,): K^T W of a detail, K^T W K + mu C of
   /// positions, where mu is the weight of the membrane, and what the factor of N in single
   /// precision makes of a right-hand side.
-  void apply_transposed(Field detail, std::span<Vector3<double>> x);
-  void multiply(Field x, std::span<Vector3<double>> product);
-  void precondition(Field right_side, std::span<Vector3<double>> x);
+  void apply_transposed(Field detail, std::span<Vector3> x);
+  void multiply(Field x, std::span<Vector3> product);
+  void precondition(Field right_side, std::span<Vector3> x);
 
   /// (3 k,) free to use until the next call of `solve`, whose last result stays valid.
-  [[nodiscard]] std::span<Vector3<double>> scratch() { return solution_; }
+  [[nodiscard]] std::span<Vector3> scratch() { return solution_; }
 
   /// Lets `solve` take anchors that are planes: it then takes this many steps of conjugate
   /// gradients.
@@ -163,7 +160,7 @@ class ShapeSystem {
 
  private:
   void multiply_transposed(int fields);
-  void scatter(Field rows, std::size_t width, std::span<Vector3<double>> x) const;
+  void scatter(Field rows, std::size_t width, std::span<Vector3> x) const;
   Field scatter_steps(Field rows, std::size_t width);
   template <int fields>
   Field descend_to_planes(const Anchors& anchors);
@@ -172,15 +169,14 @@ class ShapeSystem {
   const DetailOperator& operator_;  // K
   Workers& workers_;
   std::vector<double> membrane_;
-  std::vector<double> resistance_;  // W
-  MaskedFactor factor_;             // of N
-  std::vector<Vector3<double>>
-      scaled_residual_;                    // M^-1/2 times the vector that is multiplied by K^T
-  std::vector<Vector3<double>> solution_;  // in the order of elimination
-  std::vector<ShapeTerms> steps_;          // in the order of vertices, for up to three fields
+  std::vector<double> resistance_;        // W
+  MaskedFactor factor_;                   // of N
+  std::vector<Vector3> scaled_residual_;  // M^-1/2 times the vector that is multiplied by K^T
+  std::vector<Vector3> solution_;         // in the order of elimination
+  std::vector<ShapeTerms> steps_;         // in the order of vertices, for up to three fields
   // For planes, in the order of elimination:
   int plane_steps_ = 0;
-  std::vector<Vector3<double>> residual_, direction_, found_;
+  std::vector<Vector3> residual_, direction_, found_;
 };
 
 }  // namespace dynmesh

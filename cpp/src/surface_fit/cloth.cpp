@@ -12,13 +12,11 @@
 namespace dynmesh {
 namespace {
 
-using Field = std::span<const Vector3<double>>;
-
 /// The mean square of how far the planes move in the rigid motion that they notice least, where it
 /// moves the vertices by 1.
 double slippage(std::span<const std::size_t> vertices, Field x, Field normals) {
   const double n = static_cast<double>(vertices.size());
-  Vector3<double> centre;
+  Vector3 centre;
   for (const std::size_t v : vertices) centre = centre + (1 / n) * x[v];
   double square = 0;
   for (const std::size_t v : vertices) square += squared_norm(x[v] - centre) / n;
@@ -98,19 +96,19 @@ bool Boundary::contains(const Place& place) const {
 }
 
 /// The unit direction in which the surface ends at a vertex of its boundary; 0 where it has none.
-Vector3<double> Boundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
-  Vector3<double> sum;
+Vector3 Boundary::conormal(std::uint32_t vertex, Field x, Field normals) const {
+  Vector3 sum;
   for (const Index other : topology_.cells[vertex]) {
     sum = sum + (1 / mean_edge_) * (x[vertex] - x[other]);
   }
   sum = sum - dot(sum, normals[vertex]) * normals[vertex];
   const double length = std::sqrt(squared_norm(sum));
-  return length > 0 ? (1 / length) * sum : Vector3<double>{};
+  return length > 0 ? (1 / length) * sum : Vector3{};
 }
 
 void Boundary::draw(Field x, Field normals, std::vector<SurfaceRow>& rows) const {
   const std::size_t n = rows.size();
-  std::vector<Vector3<double>> conormals(x.size());
+  std::vector<Vector3> conormals(x.size());
   for (std::uint32_t v = 0; v < x.size(); ++v) {
     if (is_boundary_[v] != 0) conormals[v] = conormal(v, x, normals);
   }

@@ -34,15 +34,12 @@ struct Material {
 
 /// (components,) as frame 0 tells.
 std::vector<Material> find_materials(std::span<const Triangle> faces, const Topology& topology,
-                                     std::span<const Vector3<double>> first_frame,
-                                     const TrackingConstants& constants);
+                                     Field first_frame, const TrackingConstants& constants);
 
 /// A surface slides along itself without leaving the planes of its points, and only its boundary
 /// tells: it must lie where the points end.
 class Boundary {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// All arguments must outlive this object.
   Boundary(std::span<const Triangle> faces, const Topology& topology, double mean_edge,
            std::span<const Material> materials, const TrackingConstants& constants);
@@ -54,7 +51,7 @@ class Boundary {
 
  private:
   [[nodiscard]] bool contains(const Place& place) const;
-  [[nodiscard]] Vector3<double> conormal(std::uint32_t vertex, Field x, Field normals) const;
+  [[nodiscard]] Vector3 conormal(std::uint32_t vertex, Field x, Field normals) const;
 
   const Topology& topology_;
   const TrackingConstants& constants_;

@@ -14,8 +14,7 @@ constexpr double least_value = 0.02;
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// The same memory as a matrix.
-Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(
-    CoarseSpace::Field field) {
+Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(Field field) {
   return {&field[0].x, static_cast<Eigen::Index>(field.size()), 3};
 }
 
@@ -23,7 +22,7 @@ Eigen::Map<const Rows3, Eigen::Unaligned, Eigen::OuterStride<4>> matrix_of(
 
 CoarseSpace::CoarseSpace(const Cells& cells, Field first_frame, const Clusters& clusters,
                          const Matrix& normal) {
-  std::vector<Vector3<double>> centres;
+  std::vector<Vector3> centres;
   for (const Index centre : clusters.centres) centres.push_back(first_frame[centre]);
   const Clusters patches = cluster_vertices(clusters.neighbours, centres);
   std::vector<Eigen::Triplet<double>> in_patches, in_rings;
@@ -95,7 +94,7 @@ void CoarseSpace::factorize(std::span<const SurfaceRow> rows, double factor,
   factor_.factorize(with_blocks(blocks));
 }
 
-void CoarseSpace::add(Field residual, std::span<Vector3<double>> x, Workers& workers) {
+void CoarseSpace::add(Field residual, std::span<Vector3> x, Workers& workers) {
   if (factor_.info() != Eigen::Success) return;
   constexpr Index vertices = 50;  // of a patch
   Rows3 right(psi_.cols(), 3);

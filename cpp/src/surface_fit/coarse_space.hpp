@@ -24,7 +24,6 @@ namespace dynmesh {
 /// the constructor, and in `factorize`.
 class CoarseSpace {
  public:
-  using Field = std::span<const Vector3<double>>;
   using Matrix = Eigen::SparseMatrix<double>;
 
   /// `clusters` are those of frame 0, `normal` is N.
@@ -36,7 +35,7 @@ class CoarseSpace {
   void factorize(std::span<const SurfaceRow> rows, double factor, std::span<const double> held);
 
   /// Adds the approximation of A^-1 times `residual` (k,) to `x` (k,).
-  void add(Field residual, std::span<Vector3<double>> x, Workers& workers);
+  void add(Field residual, std::span<Vector3> x, Workers& workers);
 
  private:
   using Functions = Eigen::SparseMatrix<double, Eigen::RowMajor>;

@@ -18,9 +18,9 @@ constexpr std::size_t in_a_row = 256;
 
 /// (components,) -1 if the faces of a component are wound such that they enclose a negative volume.
 std::vector<double> find_outsides(std::span<const Triangle> faces, const Topology& topology,
-                                  std::span<const Vector3<double>> frame, double mean_edge) {
+                                  Field frame, double mean_edge) {
   std::vector<double> volumes(topology.report.components);
-  std::vector<Vector3<double>> origins(volumes.size());
+  std::vector<Vector3> origins(volumes.size());
   for (std::size_t v = frame.size(); v-- > 0;) origins[topology.component[v]] = frame[v];
   for (const Triangle& face : faces) {
     const Index c = topology.component[face[0]];
@@ -33,8 +33,8 @@ std::vector<double> find_outsides(std::span<const Triangle> faces, const Topolog
 
 /// The numbers of points in an order in which neighbours are near (Morton 1966), so that their
 /// places are near in memory as well.
-std::vector<std::uint32_t> along_curve(std::span<const Vector3<double>> points, double cell) {
-  Vector3<double> least = points.empty() ? Vector3<double>{} : points[0];
+std::vector<std::uint32_t> along_curve(Field points, double cell) {
+  Vector3 least = points.empty() ? Vector3{} : points[0];
   for (const auto& p : points) {
     least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
   }
@@ -124,7 +124,7 @@ void Matches::find_normals(Field x) {
 
 /// The normal of the surface at a place, on the side of that of the point; 0 if they disagree. A
 /// point without a normal agrees everywhere.
-Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) const {
+Vector3 Matches::agreeing_normal(const Place& place, std::size_t point) const {
   auto normal = place.on(normals_);
   const double length = std::sqrt(squared_norm(normal));
   if (!(length > 0) || !place.any()) return {};
@@ -136,7 +136,7 @@ Vector3<double> Matches::agreeing_normal(const Place& place, std::size_t point) 
     cosine = -cosine;
   }
   const bool agrees = cosine > constants_.agreement || squared_norm(measured) == 0;
-  return agrees ? (1 / length) * normal : Vector3<double>{};
+  return agrees ? (1 / length) * normal : Vector3{};
 }
 
 /// The nearest place within the radius, whatever its normal. The point walks over X from the place

@@ -43,7 +43,6 @@ struct Agreements {
 /// frame are where the next search begins.
 class Matches {
  public:
-  using Field = std::span<const Vector3<double>>;
   using Rows = std::vector<SurfaceRow>;
 
   /// Begins a sequence. All arguments but `first_frame` must outlive this object.
@@ -88,12 +87,12 @@ class Matches {
   [[nodiscard]] const Material& material_of(const Place& place) const {
     return materials_[topology_.component[place.corners[0]]];
   }
-  [[nodiscard]] Vector3<double> agreeing_normal(const Place& place, std::size_t point) const;
+  [[nodiscard]] Vector3 agreeing_normal(const Place& place, std::size_t point) const;
   void find_normals(Field x);
   /// A place, and the normal of the surface there on the side of its point; 0 if they disagree.
   struct Match {
     Place place;
-    Vector3<double> normal;
+    Vector3 normal;
   };
   [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
                               const Search& search) const;
@@ -115,13 +114,13 @@ class Matches {
   const PointScan* measurement_ = nullptr;
   std::vector<std::uint32_t> order_;  // of the points, along a curve
   struct Point {
-    Vector3<double> position, normal;
+    Vector3 position, normal;
     bool is_undecided;
   };
   // In this order:
   std::vector<Point> points_;
   std::vector<Place> found_;
-  std::vector<Vector3<double>> normals_;
+  std::vector<Vector3> normals_;
   Rows rows_;
 };
 

@@ -52,7 +52,7 @@ Membrane::Sides Membrane::turned_sides(const Rest& rest, Field x) {
   return {-1.0 * first, first - second, second};
 }
 
-void Membrane::add_forces(Field x, std::span<Vector3<double>> forces) {
+void Membrane::add_forces(Field x, std::span<Vector3> forces) {
   workers_.for_each_short_chunk(static_cast<Index>(triangles_.size()), [&](Index begin, Index end) {
     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
       const Rest& rest = triangles_[t];

@@ -22,15 +22,13 @@ namespace dynmesh {
 /// Allocates memory only in the constructor.
 class Membrane {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `mu` (k,) is the weight of the energy, the same in all of a component. `workers` must outlive
   /// this object.
   Membrane(std::span<const Triangle> faces, Field first_frame, double mean_edge,
            std::span<const double> mu, Workers& workers);
 
   /// Adds half of the negative gradient at X.
-  void add_forces(Field x, std::span<Vector3<double>> forces);
+  void add_forces(Field x, std::span<Vector3> forces);
 
  private:
   /// A triangle in frame 0, in its plane: corner 0 at the origin, corner 1 at (x1, 0), and corner 2
@@ -40,7 +38,7 @@ class Membrane {
     std::array<double, 3> weights;  ///< mu w of the side from corner s to corner s + 1
     double x1, x2, y2;
   };
-  using Sides = std::array<Vector3<double>, 3>;
+  using Sides = std::array<Vector3, 3>;
   [[nodiscard]] static Sides turned_sides(const Rest& rest, Field x);
 
   Workers& workers_;

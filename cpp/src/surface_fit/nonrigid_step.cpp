@@ -55,7 +55,7 @@ void NonrigidStep::begin(Memory& memory) const {
   memory.errors = error_bars_.no_errors();
 }
 
-bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3<double>> x, Memory& next) {
+bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next) {
   if (draw.rows.empty() && draw.landmarks.empty()) return false;
   rotations_.fit(x, next.q);
   if (draw.mode_weights > 0 && model_.is_trained) {
@@ -110,7 +110,7 @@ void NonrigidStep::observe_planes(std::span<const SurfaceRow> rows, Field x) {
   std::vector<std::uint8_t> is_drawn(topology_.report.components);
   const auto component = [&](std::size_t v) { return at(topology_.component[v]); };
   std::vector<double> along(x.size());
-  std::ranges::fill(planes_, Vector3<double>{});
+  std::ranges::fill(planes_, Vector3{});
   std::ranges::fill(anchors_.weights, 0.0);
   for (const SurfaceRow& row : rows) {
     is_drawn[component(row.corners[0])] = 1;
@@ -128,7 +128,7 @@ void NonrigidStep::observe_planes(std::span<const SurfaceRow> rows, Field x) {
   for (std::size_t v = 0; v < x.size(); ++v) {
     const double length = std::sqrt(squared_norm(planes_[v]));
     const bool is_seen = anchors_.weights[v] > 0 && length > 0;
-    planes_[v] = is_seen ? (1 / length) * planes_[v] : Vector3<double>{};
+    planes_[v] = is_seen ? (1 / length) * planes_[v] : Vector3{};
     anchors_.observed[v] = is_seen ? x[v] + (along[v] / anchors_.weights[v]) * planes_[v] : x[v];
     if (!is_seen) anchors_.weights[v] = 0;
     anchors_.is_solved[v] = is_drawn[component(v)];
@@ -149,14 +149,14 @@ void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
   turn(next.q, wanted, wanted, workers_);
   system_.apply(x, 1, kx_);
   system_.solve_terms(wanted, x, kx_, anchors_);
-  system_.keep_steps(steps);  // the next solutions overwrite them
+  system_.exchange_steps(steps);  // the next solutions overwrite them
   system_.apply(steps, k_steps);
   const double rounding = model_.rounding.mean_square(x);
   fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system_, next.q, next.fit);
   rest_shape(next.fit);
 }
 
-NonrigidStep::Field NonrigidStep::rest_shape(const FitMemory& fit) {
+Field NonrigidStep::rest_shape(const FitMemory& fit) {
   rest_ = model_.first_shape;
   if (fit.prior_weight == 0) return rest_;
   const Field added = fit_.shape_of(fit);
@@ -166,7 +166,7 @@ NonrigidStep::Field NonrigidStep::rest_shape(const FitMemory& fit) {
   return rest_;
 }
 
-void NonrigidStep::keep_rows(std::span<const SurfaceRow> rows, Field x) {
+void NonrigidStep::prepare_errors(std::span<const SurfaceRow> rows, Field x) {
   if (!error_bars_.exist()) return;
   observe_planes(rows, x);
   if (anchors_.any_solved()) system_.factorize(anchors_);

@@ -29,8 +29,6 @@ namespace dynmesh {
 /// the shapes of the last frame and of frame 0, and W is 1 where the shape does not yield.
 class NonrigidStep {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// All arguments must outlive this object.
   NonrigidStep(const ShapeModel& model, std::span<const Triangle> faces, Workers& workers,
                const TrackingConstants& constants, std::span<const Material> materials,
@@ -59,12 +57,12 @@ class NonrigidStep {
   /// Finds Q for X, and then X for the rows and landmarks; (k,) `m` is the shape of the last frame.
   /// `next` holds Q, and what was remembered of modes. Without rows and landmarks, X stays and the
   /// result is false.
-  bool take(const Draw& draw, Field m, std::span<Vector3<double>> x, Memory& next);
+  bool take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next);
 
   /// Keeps the rows to which the last step drew X, for the standard errors of the frame.
-  void keep_rows(std::span<const SurfaceRow> rows, Field x);
-  /// Finds the standard errors of X, after `keep_rows`, and does not throw. `next.generations` are
-  /// those of the frame; vertices without a point may be off by `unseen` beside that.
+  void prepare_errors(std::span<const SurfaceRow> rows, Field x);
+  /// Finds the standard errors of X, after `prepare_errors`, and does not throw. `next.generations`
+  /// are those of the frame; vertices without a point may be off by `unseen` beside that.
   void measure_errors(const Memory& memory, Field x, double unseen, Memory& next);
 
   /// Finds the rotations and the shape of a frame in place of those of `memory`.
@@ -94,11 +92,11 @@ class NonrigidStep {
 
   // Of the current frame:
   Anchors anchors_;
-  std::vector<Vector3<double>> rest_;  // p
-  std::vector<Vector3<double>> wanted_, turned_;
-  std::vector<Vector3<double>> kx_;      // and then Q m - K X
-  std::vector<Vector3<double>> planes_;  // the mean normals of the rows
-  std::vector<Vector3<double>> forces_;
+  std::vector<Vector3> rest_;  // p
+  std::vector<Vector3> wanted_, turned_;
+  std::vector<Vector3> kx_;      // and then Q m - K X
+  std::vector<Vector3> planes_;  // the mean normals of the rows
+  std::vector<Vector3> forces_;
 };
 
 }  // namespace dynmesh

@@ -22,9 +22,8 @@ constexpr double collinear = 0.2;
 
 /// The unit normal of the plane that fits the points best; 0 if they lie on a line, as the points
 /// of one line of a line scanner do: across it, only noise or its bends would tell the plane.
-Vector3<double> plane_normal(const std::vector<Vector3<double>>& points,
-                             std::span<const std::uint32_t> chosen) {
-  Vector3<double> mean;
+Vector3 plane_normal(const std::vector<Vector3>& points, std::span<const std::uint32_t> chosen) {
+  Vector3 mean;
   for (const auto i : chosen) mean = mean + points[i];
   mean = (1 / static_cast<double>(chosen.size())) * mean;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -47,7 +46,7 @@ void PointScan::estimate_normals(double radius, Workers& workers) {
   normals.resize(points.size());
   undecided.resize(points.size());
   // Copies of few points tell no plane.
-  const auto place = [](const Vector3<double>& p) { return std::array{p.x, p.y, p.z}; };
+  const auto place = [](const Vector3& p) { return std::array{p.x, p.y, p.z}; };
   auto distinct = points;
   std::ranges::sort(distinct, {}, place);
   const auto is_copy = [&](const auto& a, const auto& b) { return place(a) == place(b); };
@@ -70,13 +69,13 @@ void PointScan::estimate_normals(double radius, Workers& workers) {
 }
 
 /// The cosine between the normal of a point and the direction to a sensor; 0 where there is none.
-double PointScan::cosine_to(const Vector3<double>& sensor, std::size_t i) const {
+double PointScan::cosine_to(const Vector3& sensor, std::size_t i) const {
   const auto view = sensor - points[i];
   const double length = std::sqrt(squared_norm(view));
   return length > 0 ? dot(normals[i], view) / length : 0;
 }
 
-void PointScan::set_normal(std::size_t i, const Vector3<double>& normal) {
+void PointScan::set_normal(std::size_t i, const Vector3& normal) {
   normals[i] = normal;
   double least = 1;  // of the cosines between the normal and the sensors
   double most = -1;
@@ -117,8 +116,8 @@ std::vector<std::uint32_t> PointScan::nearest_to(std::size_t number, std::size_t
   return numbers;
 }
 
-bool PointScan::any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
-                           double radius, double agreement) const {
+bool PointScan::any_agrees(const Vector3& position, const Vector3& normal, double radius,
+                           double agreement) const {
   bool any = false;
   tree().search(array_of(position), radius * radius, [&](std::uint32_t i, double) {
     const double cosine = dot(normals[i], normal);

@@ -20,9 +20,9 @@ namespace dynmesh {
 /// not change from then on, and allocates memory. Several threads may search at once.
 class PointScan {
  public:
-  std::vector<Vector3<double>> points;   ///< (n,) finite
-  std::vector<Vector3<double>> normals;  ///< (n,) of unit length; 0 if it is not known
-  std::vector<Vector3<double>> sensors;  ///< (c,) where they stand, may be empty
+  std::vector<Vector3> points;   ///< (n,) finite
+  std::vector<Vector3> normals;  ///< (n,) of unit length; 0 if it is not known
+  std::vector<Vector3> sensors;  ///< (c,) where they stand, may be empty
 
   /// Sets each normal to that of the plane that fits the nearest points best (Hoppe et al. 1992),
   /// or those within the radius if they are more, turned to the sensors. Without sensors, or if the
@@ -41,13 +41,13 @@ class PointScan {
   [[nodiscard]] double squared_spacing(std::size_t i) const;
 
   /// The distance from a position to the nearest point.
-  [[nodiscard]] double distance(const Vector3<double>& position) const {
+  [[nodiscard]] double distance(const Vector3& position) const {
     return std::sqrt(tree().nearest(array_of(position)).squared);
   }
   /// Whether a point within a radius has a normal whose cosine with this one is at least
   /// `agreement`, or none.
-  [[nodiscard]] bool any_agrees(const Vector3<double>& position, const Vector3<double>& normal,
-                                double radius, double agreement) const;
+  [[nodiscard]] bool any_agrees(const Vector3& position, const Vector3& normal, double radius,
+                                double agreement) const;
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.
   [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
 
@@ -57,9 +57,9 @@ class PointScan {
   std::vector<std::uint8_t> undecided;
 
  private:
-  [[nodiscard]] double cosine_to(const Vector3<double>& sensor, std::size_t i) const;
+  [[nodiscard]] double cosine_to(const Vector3& sensor, std::size_t i) const;
   /// Sets a normal, turned to the sensors, and whether that was possible.
-  void set_normal(std::size_t i, const Vector3<double>& normal);
+  void set_normal(std::size_t i, const Vector3& normal);
 
   [[nodiscard]] const PointTree<3>& tree() const {
     std::call_once(search_->begun, [&] { search_->tree.emplace(arrays_of(points)); });

@@ -44,7 +44,7 @@ void check_intrinsics(std::size_t number, const std::array<double, 9>& k) {
 }
 
 /// Columns 0 to 2 of a pose are the directions right, down and ahead; column 3 is the position.
-Vector3<double> axis(const std::array<double, 16>& pose, std::size_t column) {
+Vector3 axis(const std::array<double, 16>& pose, std::size_t column) {
   return {pose[column], pose[4 + column], pose[8 + column]};
 }
 
@@ -132,7 +132,7 @@ DepthImage reduced(const DepthImage& image, std::size_t size, std::vector<float>
 }
 
 /// The point that a pixel measured.
-Vector3<double> point_of(const DepthImage& image, const Pixel& pixel) {
+Vector3 point_of(const DepthImage& image, const Pixel& pixel) {
   const auto& k = image.intrinsics;
   const auto depth = static_cast<double>(measured_depth(image, pixel.row, pixel.column));
   const double y = (static_cast<double>(pixel.row) - k[5]) / k[4];
@@ -186,8 +186,7 @@ PointScan point_scan_of(std::span<const DepthImage> images, double jump, std::si
         const bool is_plane = length > 0 && std::isfinite(length);
         const bool is_away = dot(normal, sensor - point) < 0;
         scan.points.push_back(point);
-        scan.normals.push_back(is_plane ? ((is_away ? -1 : 1) / length) * normal
-                                        : Vector3<double>{});
+        scan.normals.push_back(is_plane ? ((is_away ? -1 : 1) / length) * normal : Vector3{});
         scan.sensor_numbers.push_back(number);
       }
     }

@@ -21,12 +21,12 @@ namespace dynmesh {
 /// Rows in double precision. Refuses more than 32-bit indices can count, and positions that are not
 /// finite.
 template <class Real>
-std::vector<Vector3<double>> checked_rows(const char* argument, const Points<const Real>& rows) {
+std::vector<Vector3> checked_rows(const char* argument, const Points<const Real>& rows) {
   if (rows.count > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
     refuse(argument, "has ", rows.count, " rows, more than 32-bit indices can count");
   }
   check_view(argument, rows);
-  std::vector<Vector3<double>> checked;
+  std::vector<Vector3> checked;
   for (std::size_t i = 0; i < rows.count; ++i) {
     checked.push_back(checked_row(argument, "row", rows, i, "all rows must be finite"));
   }
@@ -34,11 +34,11 @@ std::vector<Vector3<double>> checked_rows(const char* argument, const Points<con
 }
 
 /// A normal at unit length. One of length 0 stays 0.
-inline Vector3<double> direction_of(const Vector3<double>& normal) {
+inline Vector3 direction_of(const Vector3& normal) {
   // Divided by the largest coordinate first, so that squares stay in range.
   const double largest = std::max({std::abs(normal.x), std::abs(normal.y), std::abs(normal.z)});
   if (!(largest > 0)) return normal;
-  const Vector3<double> scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
+  const Vector3 scaled = {normal.x / largest, normal.y / largest, normal.z / largest};
   return (1 / std::sqrt(squared_norm(scaled))) * scaled;
 }
 

@@ -34,16 +34,15 @@ std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces) {
   return next;
 }
 
-std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
-                                            std::span<const Vector3<double>> frame) {
-  std::vector<Vector3<double>> normals(frame.size());
+std::vector<Vector3> vertex_normals(std::span<const Triangle> faces, Field frame) {
+  std::vector<Vector3> normals(frame.size());
   for (const auto& [a, b, c] : faces) {
     const auto normal = cross(frame[b] - frame[a], frame[c] - frame[a]);
     for (const Index v : {a, b, c}) normals[v] = normals[v] + normal;
   }
   for (auto& normal : normals) {
     const double length = std::sqrt(squared_norm(normal));
-    normal = length > 0 && std::isfinite(length) ? (1 / length) * normal : Vector3<double>{};
+    normal = length > 0 && std::isfinite(length) ? (1 / length) * normal : Vector3{};
   }
   return normals;
 }
@@ -80,7 +79,7 @@ SurfacePlaces::SurfacePlaces(std::span<const Triangle> faces, Field frame)
   }
 }
 
-Place SurfacePlaces::walk(Field x, const Vector3<double>& point, std::uint32_t from) const {
+Place SurfacePlaces::walk(Field x, const Vector3& point, std::uint32_t from) const {
   Place here = place_on(x, from, point);
   while (true) {
     const auto n_zero = (here.shares[0] == 0) + (here.shares[1] == 0) + (here.shares[2] == 0);

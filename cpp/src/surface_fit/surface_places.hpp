@@ -22,8 +22,7 @@ std::vector<std::uint32_t> next_sides(std::span<const Triangle> faces);
 
 /// (k,) the mean of the normals of the faces around each vertex, weighted by area, of unit length;
 /// 0 where that is not defined.
-std::vector<Vector3<double>> vertex_normals(std::span<const Triangle> faces,
-                                            std::span<const Vector3<double>> frame);
+std::vector<Vector3> vertex_normals(std::span<const Triangle> faces, Field frame);
 
 /// A place on a surface: the sum of the corners of a triangle times their shares, which add up to 1
 /// (barycentric coordinates).
@@ -39,7 +38,7 @@ struct Place {
     return corners[shares[1] > shares[0] ? (shares[2] > shares[1] ? 2 : 1)
                                          : (shares[2] > shares[0] ? 2 : 0)];
   }
-  [[nodiscard]] Vector3<double> on(std::span<const Vector3<double>> field) const {
+  [[nodiscard]] Vector3 on(Field field) const {
     return shares[0] * field[corners[0]] + shares[1] * field[corners[1]] +
            shares[2] * field[corners[2]];
   }
@@ -47,8 +46,7 @@ struct Place {
 
 /// The barycentric coordinates of the place of a triangle that is nearest to the origin (Ericson
 /// 2005).
-inline std::array<double, 3> nearest_shares(const Vector3<double>& a, const Vector3<double>& b,
-                                            const Vector3<double>& c) {
+inline std::array<double, 3> nearest_shares(const Vector3& a, const Vector3& b, const Vector3& c) {
   const auto ab = b - a;
   const auto ac = c - a;
   const double a1 = -dot(ab, a);
@@ -83,8 +81,6 @@ inline std::array<double, 3> nearest_shares(const Vector3<double>& a, const Vect
 /// is divided once, by frame 0, and the boxes follow X. Allocates memory only in the constructor.
 class SurfacePlaces {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// Divides the triangles by where they are in a frame. `faces` must outlive this object.
   SurfacePlaces(std::span<const Triangle> faces, Field frame);
 
@@ -94,7 +90,7 @@ class SurfacePlaces {
   /// The nearest place of X to a point, if it is nearer than `within`, which may be the place of
   /// another position: a near one saves time. `accepts(place)` may refuse places.
   template <class Accept>
-  [[nodiscard]] Place nearest(Field x, const Vector3<double>& point, Place within,
+  [[nodiscard]] Place nearest(Field x, const Vector3& point, Place within,
                               const Accept& accepts) const {
     std::array<Waiting, most_levels> stack;
     std::size_t n = 0;
@@ -121,9 +117,9 @@ class SurfacePlaces {
   }
   /// The place of X to which a point comes from another one, over triangles that have a common edge
   /// or corner, as long as it comes nearer to the point.
-  [[nodiscard]] Place walk(Field x, const Vector3<double>& point, std::uint32_t from) const;
+  [[nodiscard]] Place walk(Field x, const Vector3& point, std::uint32_t from) const;
   /// The place of one triangle of X that is nearest to a point.
-  [[nodiscard]] Place place_on(Field x, std::uint32_t face, const Vector3<double>& point) const;
+  [[nodiscard]] Place place_on(Field x, std::uint32_t face, const Vector3& point) const;
 
  private:
   // Halves have equal sizes, so that a tree of 2^32 triangles has no more.
@@ -135,7 +131,7 @@ class SurfacePlaces {
     std::uint32_t first = 0;  ///< of its two children, or of its triangles in order_
     std::uint32_t count = 0;  ///< of its triangles; 0 if it has children
 
-    [[nodiscard]] double squared_distance(const Vector3<double>& point) const {
+    [[nodiscard]] double squared_distance(const Vector3& point) const {
       const Eigen::Array3d p(point.x, point.y, point.z);
       return (box.min().array() - p).max(p - box.max().array()).max(0).matrix().squaredNorm();
     }
@@ -152,11 +148,10 @@ class SurfacePlaces {
   Cells faces_at_;  // the faces at each vertex, instead of its neighbours
 };
 
-inline Place SurfacePlaces::place_on(Field x, std::uint32_t face,
-                                     const Vector3<double>& point) const {
+inline Place SurfacePlaces::place_on(Field x, std::uint32_t face, const Vector3& point) const {
   Place place;
   place.face = face;
-  std::array<Vector3<double>, 3> arms;
+  std::array<Vector3, 3> arms;
   for (std::size_t c = 0; c < 3; ++c) {
     place.corners[c] = static_cast<std::uint32_t>(faces_[face][c]);
     arms[c] = x[place.corners[c]] - point;

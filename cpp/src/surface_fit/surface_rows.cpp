@@ -10,17 +10,16 @@ namespace dynmesh {
 namespace {
 
 /// The numbers of a field as they lie in memory, four for each vertex.
-auto vector_of(std::span<const Vector3<double>> field) {
+auto vector_of(Field field) {
   return Eigen::Map<const Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
 }
-auto vector_of(std::span<Vector3<double>> field) {
+auto vector_of(std::span<Vector3> field) {
   return Eigen::Map<Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
 }
 
 }  // namespace
 
-Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
-                                std::span<const Vector3<double>> x) {
+Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
   const auto nothing = Eigen::Isometry3d::Identity();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double total = 0;
@@ -76,7 +75,7 @@ RowMatrix::RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices)
 }
 
 void RowMatrix::add_forces(std::span<const SurfaceRow> rows, Field x,
-                           std::span<Vector3<double>> forces) const {
+                           std::span<Vector3> forces) const {
   Eigen::VectorXd offsets(matrix_.rows());
   for (Eigen::Index r = 0; r < offsets.size(); ++r) {
     const SurfaceRow& row = rows[r];
@@ -85,8 +84,7 @@ void RowMatrix::add_forces(std::span<const SurfaceRow> rows, Field x,
   vector_of(forces) += transposed_ * offsets;
 }
 
-void RowMatrix::add_product(Field step, std::span<Vector3<double>> product,
-                            Workers& workers) const {
+void RowMatrix::add_product(Field step, std::span<Vector3> product, Workers& workers) const {
   Eigen::VectorXd along(matrix_.rows());
   workers.for_each_short_chunk(static_cast<Index>(matrix_.rows()), [&](Index first, Index last) {
     along.segment(first, last - first).noalias() =

@@ -15,30 +15,26 @@ namespace dynmesh {
 /// A term w (n . (sum_s b_s X_s - q))^2 of the energy of positions X, with the place that has the
 /// shares b.
 struct SurfaceRow : Place {
-  Vector3<double> normal;  ///< n
-  Vector3<double> point;   ///< q
-  double weight = 0;       ///< w
+  Vector3 normal;     ///< n
+  Vector3 point;      ///< q
+  double weight = 0;  ///< w
 };
 
 /// Returns the motion that brings the places of rows on a surface X closest to the planes of their
 /// points: point-to-plane ICP (Chen and Medioni 1992), linearised, but with a proper rotation. What
 /// the planes hardly determine, as of a sphere, stays small.
-Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows,
-                                std::span<const Vector3<double>> x);
+Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
 
 /// The matrix of the energy of rows.
 class RowMatrix {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices);
 
   /// Adds half of the negative gradient at X, with the `rows` of which this is the matrix.
-  void add_forces(std::span<const SurfaceRow> rows, Field x,
-                  std::span<Vector3<double>> forces) const;
+  void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces) const;
 
   /// Adds half of the product of the energy's Hessian with a step: (k,).
-  void add_product(Field step, std::span<Vector3<double>> product, Workers& workers) const;
+  void add_product(Field step, std::span<Vector3> product, Workers& workers) const;
 
  private:
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;

@@ -63,14 +63,14 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
 }
 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                          std::span<Vector3<double>> x, std::span<Vector3<double>> force) {
+                          std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(landmarks);
   const RowMatrix matrix(rows, x.size());
   matrix.add_forces(rows, x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }
-  std::vector<Vector3<double>> steps(x.size()), direction(x.size()), product(x.size());
+  std::vector<Vector3> steps(x.size()), direction(x.size()), product(x.size());
   const auto precondition = [&] {
     shape_.precondition(force, product);
     coarse_.add(force, product, workers_);
@@ -91,7 +91,7 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
     workers_.for_each_in_chunks(
         steps.size(), [&](std::size_t v) { steps[v] = steps[v] + length[0] * direction[v]; });
   };
-  const ConjugateVectors<Vector3<double>> vectors = {force, product, direction, product};
+  const ConjugateVectors<Vector3> vectors = {force, product, direction, product};
   conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
                          multiply_direction, advance, workers_);
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];

@@ -20,7 +20,7 @@ namespace dynmesh {
 /// A position to which a vertex is drawn.
 struct Landmark {
   std::size_t vertex = 0;
-  Vector3<double> target;
+  Vector3 target;
   double weight = 0;
 };
 
@@ -30,8 +30,6 @@ struct Landmark {
 /// rows at the vertices on the diagonal, which has k, and a coarse space.
 class SurfaceSystem {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `shape`, `constants` and `workers` must outlive this object.
   SurfaceSystem(ShapeSystem& shape, const ShapeModel& model, const TrackingConstants& constants,
                 std::vector<Tie> ties, Workers& workers);
@@ -48,7 +46,7 @@ class SurfaceSystem {
   /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
   /// forces of the rows and landmarks at X.
   void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-             std::span<Vector3<double>> x, std::span<Vector3<double>> force);
+             std::span<Vector3> x, std::span<Vector3> force);
 
  private:
   [[nodiscard]] std::vector<double> held(std::span<const Landmark> landmarks) const;

@@ -12,7 +12,7 @@ namespace dynmesh {
 namespace {
 
 /// Moves a frame, and returns the largest distance that a vertex moved.
-double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame) {
+double move_by(const Eigen::Isometry3d& motion, std::span<Vector3> frame) {
   double largest = 0;
   for (auto& x : frame) {
     const Eigen::Vector3d moved = motion * to_eigen(x);
@@ -23,7 +23,7 @@ double move_by(const Eigen::Isometry3d& motion, std::span<Vector3<double>> frame
 }
 
 /// X + share (X - Y) replaces X, and X replaces Y.
-void carry_on(std::span<Vector3<double>> x, std::span<Vector3<double>> y, double share) {
+void carry_on(std::span<Vector3> x, std::span<Vector3> y, double share) {
   for (std::size_t v = 0; v < x.size(); ++v) {
     const auto now = x[v];
     x[v] = now + share * (now - y[v]);
@@ -60,16 +60,16 @@ SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointSca
   next.fit = memory.fit;
   shape_.rest_shape(memory.fit);
   matches_.begin(measurement);
-  begin_where_points_are(memory);
+  predict(memory);
   factored_weight_ = 0;
   const int iterations = approach(guides.fewest_iterations);
-  std::vector<Vector3<double>> before = x_;
+  std::vector<Vector3> before = x_;
   for (int left = iterations; left-- > 0;) {
     if (!iterate(left, guides, memory.m, next)) break;
     // The last iteration begins where the one before it ended.
     if (left > 1) carry_on(x_, before, constants_.prediction);
   }
-  shape_.keep_rows(matches_.rows(), x_);
+  shape_.prepare_errors(matches_.rows(), x_);
   Found found = observe();
   found.iterations = iterations;
   return found;
@@ -77,7 +77,7 @@ SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointSca
 
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
-void SurfaceTracking::begin_where_points_are(const Memory& memory) {
+void SurfaceTracking::predict(const Memory& memory) {
   const Search search = {.is_sparse = !any_slides_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);

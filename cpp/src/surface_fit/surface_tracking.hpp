@@ -36,8 +36,6 @@ struct Guides {
 /// Frames allocate memory.
 class SurfaceTracking {
  public:
-  using Field = std::span<const Vector3<double>>;
-
   /// `topology`, `workers` and `first_frame` must outlive this object. `training` is a training
   /// sequence, or empty. `epsilon` is that of the type in which positions are given.
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
@@ -85,7 +83,7 @@ class SurfaceTracking {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
-  void begin_where_points_are(const Memory& memory);
+  void predict(const Memory& memory);
   int approach(int fewest_iterations);
   bool iterate(int left, const Guides& guides, Field m, Memory& next);
   Found observe();
@@ -100,7 +98,7 @@ class SurfaceTracking {
 
   // Of the current frame:
   double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored
-  std::vector<Vector3<double>> x_;
+  std::vector<Vector3> x_;
   std::vector<std::uint8_t> observed_;
 };
 

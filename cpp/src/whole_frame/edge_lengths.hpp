@@ -61,7 +61,7 @@ inline std::vector<VertexPair> pairs_two_edges_apart(const Cells& cells) {
   return pairs;
 }
 
-inline double log_length(const Vector3<double>& a, const Vector3<double>& b) {
+inline double log_length(const Vector3& a, const Vector3& b) {
   const auto edge = a - b;
   return std::log(std::hypot(edge.x, edge.y, edge.z));
 }
@@ -158,8 +158,7 @@ struct Deviation {
   double usual = 0;  ///< of frames that know both ends
 };
 inline Deviation deviation_of(std::span<const VertexPair> edges,
-                              std::span<const PairLength> lengths,
-                              std::span<const Vector3<double>> frame,
+                              std::span<const PairLength> lengths, Field frame,
                               std::span<const std::uint8_t> known) {
   constexpr double shortest = -700;             // the logarithm of about the smallest number
   constexpr double spread_to_deviation = 0.84;  // the mean absolute one of a normal distribution

@@ -25,7 +25,7 @@ namespace dynmesh {
 
 /// A frame, and which of its vertices were observed, in it or in another frame.
 struct PartialFrame {
-  std::vector<Vector3<double>> positions;
+  std::vector<Vector3> positions;
   std::vector<std::uint8_t> fixed;
 };
 
@@ -42,7 +42,7 @@ inline std::vector<std::size_t> count_in_components(const Topology& topology,
 /// The motion from one frame of the window to its base, by the vertices that both know.
 template <class Real>
 RigidMotion motion_to_base(const Window<Real>& window, std::size_t frame) {
-  std::vector<Vector3<double>> there, here;
+  std::vector<Vector3> there, here;
   for (Index v = 0; v < static_cast<Index>(window.n_vertices); ++v) {
     if (!window.is_known(frame, v) || !window.is_known(window.base, v)) continue;
     there.push_back(window.position(frame, v));
@@ -56,7 +56,7 @@ RigidMotion motion_to_base(const Window<Real>& window, std::size_t frame) {
 template <class Real>
 PartialFrame known_parts(const Topology& topology, const Window<Real>& window) {
   const std::size_t k = window.n_vertices;
-  PartialFrame frame{std::vector<Vector3<double>>(k), window.known[window.base]};
+  PartialFrame frame{std::vector<Vector3>(k), window.known[window.base]};
   for (Index v = 0; v < static_cast<Index>(k); ++v) {
     if (frame.fixed[at(v)] != 0) frame.positions[at(v)] = window.position(window.base, v);
   }
@@ -83,11 +83,11 @@ PartialFrame known_parts(const Topology& topology, const Window<Real>& window) {
 /// Solves L^2 x = 0 for the vertices that are not fixed, where L is the uniform Laplacian: the
 /// smoothest surface through the others. Components without any fixed vertex shrink to the mean of
 /// the fixed vertices, as nothing is known of them.
-inline std::vector<Vector3<double>> smooth_fill(const Topology& topology, PartialFrame frame,
-                                                Workers& workers) {
+inline std::vector<Vector3> smooth_fill(const Topology& topology, PartialFrame frame,
+                                        Workers& workers) {
   const std::size_t k = frame.positions.size();
   const auto counts = count_in_components(topology, frame.fixed);
-  Vector3<double> mean;
+  Vector3 mean;
   double n_fixed = 0;
   for (std::size_t v = 0; v < k; ++v) {
     if (frame.fixed[v] == 0) continue;
@@ -96,7 +96,7 @@ inline std::vector<Vector3<double>> smooth_fill(const Topology& topology, Partia
   }
   if (n_fixed > 0) mean = (1 / n_fixed) * mean;
   std::vector<std::uint8_t> is_free(k);
-  std::vector<Vector3<double>> from_mean(k);  // which those that are not known begin at
+  std::vector<Vector3> from_mean(k);  // which those that are not known begin at
   for (std::size_t v = 0; v < k; ++v) {
     is_free[v] = frame.fixed[v] == 0 && counts[topology.component[v]] > 0 ? 1 : 0;
     if (frame.fixed[v] != 0) from_mean[v] = frame.positions[v] - mean;
@@ -140,7 +140,7 @@ inline std::size_t n_trips_on(std::span<const Way> ways) {
 
 /// What the last trip to one side found of each vertex of the base.
 struct SideResult {
-  std::vector<Vector3<double>> positions;
+  std::vector<Vector3> positions;
   std::vector<double> standard_error;  ///< infinity for disconnected vertices
   std::vector<std::uint8_t> seen;      ///< 1 if the base or a frame of this side knows it
 };
@@ -151,8 +151,7 @@ struct SideResult {
 /// each way. Calls `step` before each frame.
 template <class Real, class Step>
 std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
-                                   const Window<Real>& window,
-                                   std::span<const Vector3<double>> start,
+                                   const Window<Real>& window, Field start,
                                    std::span<const Way> ways, const Step& step) {
   const std::size_t k = window.n_vertices;
   std::vector<Real> frame(3 * k);  // the one that was completed last
@@ -185,7 +184,7 @@ std::vector<SideResult> make_trips(Faces faces, const Settings& settings,
 
 /// The weighted mean of the sides, y = sum of w_q y_q.
 struct Combination {
-  std::vector<Vector3<double>> positions;
+  std::vector<Vector3> positions;
   std::vector<double> disagreement;    ///< D: the mean of |y_q - y|^2 / 3
   std::vector<double> error_of_sides;  ///< S: the mean of s_q^2, infinity where all are
 };
@@ -195,8 +194,7 @@ struct Combination {
 /// must not be empty.
 inline Combination combine(std::span<const SideResult> results) {
   const std::size_t k = results.front().positions.size();
-  Combination combination{std::vector<Vector3<double>>(k), std::vector<double>(k),
-                          std::vector<double>(k)};
+  Combination combination{std::vector<Vector3>(k), std::vector<double>(k), std::vector<double>(k)};
   std::vector<double> weights(results.size());
   for (std::size_t v = 0; v < k; ++v) {
     double sum = 0;

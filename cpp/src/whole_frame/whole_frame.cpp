@@ -121,8 +121,7 @@ struct Attempt {
 template <class Real>
 Attempt completed_base(Faces faces, const WholeFrameSettings& settings,
                        std::span<const VertexPair> edges, std::span<const PairLength> lengths,
-                       const Window<Real>& window, std::span<const Vector3<double>> start,
-                       const Progress& progress) {
+                       const Window<Real>& window, Field start, const Progress& progress) {
   const auto& known = window.known[window.base];
   // Doubtful are edges whose logarithms deviate three times as much as those of the frames, and by
   // more than rounding and smoothing can explain; and frames whose own edges vary by so much that

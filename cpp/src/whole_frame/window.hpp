@@ -27,7 +27,7 @@ struct Window {
   [[nodiscard]] bool is_known(std::size_t frame, Index vertex) const {
     return known[frame][vertex] != 0;
   }
-  [[nodiscard]] Vector3<double> position(std::size_t frame, Index vertex) const {
+  [[nodiscard]] Vector3 position(std::size_t frame, Index vertex) const {
     return row(points(frame), at(vertex));
   }
   /// (k,) 1 for the vertices that at least one of these frames knows.
