@@ -55,9 +55,9 @@ struct FrameStream::Parts {
   [[nodiscard]] virtual std::unique_ptr<Parts> begun(Frame frame) const = 0;
   /// Everything that later frames depend on.
   virtual void write(Writer& writer) const = 0;
-  /// Checks the beginning of a state, after which frame 0 follows, and reads what follows that.
-  /// What is read refuses values that no sequence can have, and is of no use then.
+  /// Checks the beginning of a state, after which frame 0 follows.
   [[nodiscard]] virtual Reader open(std::span<const std::byte> state) const = 0;
+  /// Reads what follows frame 0. Refuses values that no sequence can have, and is of no use then.
   virtual void read_memory(Reader& reader) = 0;
 
   /// Reads a row for each vertex. Without a mask, finite rows are known. Refuses known rows that
