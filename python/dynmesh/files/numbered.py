@@ -6,6 +6,8 @@ is one before 0. After a letter, it could be either if no number is 0 or begins 
 is below 2.
 
 A pattern decides where the number stands and how it is written.
+
+Names that differ by a date and a time of day are in the order of these, and frames count from 0.
 """
 
 import errno
@@ -37,6 +39,12 @@ _DECIMAL = r"[0-9]+(?:\.[0-9]+)?"
 _SIGNS = (r"(?:(?<![^\W_])[+-](?=[0-9.]*[1-9]))?", "", "[+-]?")
 """What is a sign: no hyphen after a letter or a digit or before 0; none; each. The first of these
 for which the names are alike."""
+
+_TIME = re.compile(
+    r"(?<![0-9])([0-9]{4})([-_.]?)([0-9]{2})\2([0-9]{2})[-_.T ]?"
+    r"([0-9]{2})([-_.:]?)([0-9]{2})\6([0-9]{2})(?:[-_.,]([0-9]{3}|[0-9]{6}))?(?![0-9])"
+)
+"""A date and a time of day, with or without milliseconds or microseconds."""
 
 _MOST = 1_000_000
 """Frames that may be missing; more mean that the numbers count something else."""
@@ -184,15 +192,36 @@ def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
     """Finds the number of the frame in the names of files, given without their suffixes.
 
     Returns:
-        None if the names have no number at the same place.
+        None if the names have no number at the same place, or differ by their times.
 
     Raises:
         ValueError: it could be one of several; the message has the pattern that chooses each.
     """
+    if _seconds_in(stems):
+        return None
     place = _digits_in(files, stems)
     if place is not None and len(stems) > 1 and (signed := place.with_sign) is not None:
         raise _of_several([place, signed], stems, files[0].suffix)
     return place
+
+
+def _seconds_in(stems: Sequence[str]) -> list[Number]:
+    """Returns the times by which names differ, in seconds since 1970; none if they differ in more.
+
+    Within a second, the rest may be the number of the frame.
+    """
+    times = [found for found in map(_TIME.search, stems) if found is not None]
+    if len(times) < len(stems) or len({_TIME.sub("", stem, count=1) for stem in stems}) > 1:
+        return []
+    texts = ["{}-{}-{}T{}:{}:{}".format(*one.group(1, 3, 4, 5, 7, 8)) for one in times]
+    if len(set(texts)) < 2:
+        return []
+    try:
+        seconds = np.array(texts, "datetime64[s]").astype(np.int64).tolist()
+    except ValueError:  # no dates
+        return []
+    parts = [float(f"0.{one[9] or 0}") for one in times]
+    return [_as_integer(second + part) for second, part in zip(seconds, parts, strict=True)]
 
 
 def _digits_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
@@ -263,11 +292,12 @@ def files_by_number(files: Sequence[Path], stems: Sequence[str]) -> dict[Number,
         ValueError: there is none, it could be one of several, or two files have the same.
     """
     place = _place_in(files, stems)
-    if place is None:
+    numbers = _seconds_in(stems) if place is None else place.numbers
+    if not numbers:
         raise ValueError(
             f"{files[0].name}: has no number of a frame, or none at the same place as other files"
         )
-    return by_number(zip(place.numbers, files, strict=True))
+    return by_number(zip(numbers, files, strict=True))
 
 
 def number_in(file: Path) -> Number:
@@ -358,8 +388,8 @@ class Found(NamedTuple):
 def find_files(path: Path, suffix: str, gaps: Gaps = "refuse") -> Found:
     """Finds the files of a sequence that is to be read, in the order of their numbers.
 
-    They are counted from 0 if the names also differ otherwise, if `path` is a single file, or if
-    the numbers are too large to count frames.
+    They are counted from 0 if the names also differ otherwise, or by a date and a time, if `path`
+    is a single file, or if the numbers are too large to count frames.
 
     Args:
         path: a file; a folder, for all its files with `suffix`; a pattern such as
@@ -406,7 +436,11 @@ def _stems(files: Sequence[Path]) -> list[str]:
 
 
 def _unlike(files: list[Path], stems: Sequence[str], gaps: Gaps) -> Found:
-    """Returns files whose names have nothing in common, and therefore no numbers of frames."""
+    """Returns files whose names have times, or nothing in common, and so no numbers of frames."""
+    if seconds := _seconds_in(stems):
+        present = by_number(zip(seconds, files, strict=True))
+        times = [*present] if gaps == "refuse" else [*with_missing([*present])]
+        return Found([present.get(time) for time in times], [*range(len(times))])
     kinds = _kinds(stems, files[0].suffix, _DECIMAL)
     if len(kinds) > 1 < max(kinds.values()):
         raise ValueError(f"holds several sequences, {_told(kinds)}; name one by a pattern")
