@@ -10,6 +10,7 @@ from .._command import Output, What
 from .._report import Quality, Report
 from ..diagnosis import Diagnosis, diagnose
 from ..files import PathLike, Source
+from ..files.times import spacing
 
 _WIDTH = 80  # of findings, which are long
 _FRAME = {"detail": (10.8, 1.35), "motion": (0.572, 1.08)}
@@ -111,7 +112,8 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         yield "first frame", f"{header.start:.15g}"
     else:
         span = f"{header.times[0]:.15g} to {header.times[-1]:.15g}"
-        yield "times of frames", f"{span}, not evenly spaced"
+        step = spacing(header.times.tolist())
+        yield "times of frames", f"{span}, {f'{step:g} apart' if step else 'not evenly spaced'}"
     yield "vertices", f"{header.n_vertices}, {header.dtype}"
     if header.polygons is None:
         yield "faces", str(len(header.faces))
