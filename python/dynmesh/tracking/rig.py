@@ -341,8 +341,11 @@ def judge_rig(
     scan_unit: float | str | None,
     template_unit: float | str | None,
     room: Room,
+    show: Callable[[int, int], None],
 ) -> RigReport:
     """Judges cameras by the first scan with points, without the room.
+
+    `show` is called with the number of misreadings that were tried and of all.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
@@ -384,7 +387,8 @@ def judge_rig(
     )
     tried = []
     readings: tuple[Reading, ...] = (*_READINGS, *exchanges, *_READINGS_OF_IMAGES)
-    for wrong, change in readings:
+    for done, (wrong, change) in enumerate(readings):
+        show(done, len(readings))
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
         with contextlib.suppress(InputError):

@@ -7,6 +7,7 @@ from typing import Any
 from .._checks import check_path
 from .._command import Output, What
 from .._errors import InputError
+from .._progress import steps
 from ..draw.rig_page import rig_page
 from ..files import PathLike
 from ..files.new_output import check_output, new_output
@@ -28,6 +29,7 @@ def rig(
     remove_planes: What[bool] = False,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
+    progress: bool = False,
 ) -> RigReport:
     """Says what is wrong with the cameras of depth images, and corrects their file.
 
@@ -49,6 +51,7 @@ def rig(
             larger than the mesh.
         page: an HTML file to write that shows the cameras, what they see, and the template.
         overwrite: whether to replace existing outputs.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read or written, the scans are no depth
@@ -68,7 +71,8 @@ def rig(
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = judge_rig(path, stated, template, scan_unit, template_unit, room)
+    with steps("judging the cameras", progress) as show:
+        found = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
     made: dict[str, Any] = {"reason": "" if found.quality == "good" else found.told}
     if output is not None and found.rig is None:
         made["remarks"] = (f"{output} is not written, as no correction is known",)
