@@ -39,9 +39,12 @@ class Recovery {
   [[nodiscard]] Measure measure(const SurfaceTracking::Found& found) const {
     const Cells& cells = mesh_.topology.cells;
     Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
+    made.is_start = is_start_ != 0;
     made.quality = judged(made);
     return made;
   }
+  /// Whether no frame was good yet.
+  [[nodiscard]] bool is_start() const { return is_start_ != 0; }
   /// Whether the template was lost in a frame. A scan that has been far from the surface from the
   /// start may show other things beside it.
   [[nodiscard]] bool is_due(const Measure& measure) const {
@@ -71,7 +74,11 @@ class Recovery {
       if (is_found_from(good_)) return true;
       if (pause_ == 0) {
         const auto start = registered(measurement);
-        if (start && is_found_from(*start)) return true;
+        if (start && is_found_from(*start)) {
+          measure.is_start = false;  // the scan may show another pose
+          measure.quality = judged(measure);
+          return true;
+        }
       }
     } catch (...) {
       return_to_last();
@@ -85,8 +92,10 @@ class Recovery {
 
   /// Remembers a frame, and whether it was sought again: a single one may be of something else.
   void remember(const Frame& completed, const Measure& measure, bool was_due) noexcept {
+    const bool has_points = measure.agreement.points > 0;
+    if (has_points && (measure.quality == Quality::good || !measure.is_start)) is_start_ = 0;
     if (!is_wanted_) return;
-    const bool is_good = measure.agreement.points > 0 && !is_lost(measure);
+    const bool is_good = has_points && !is_lost(measure);
     if (is_good && !was_due) std::ranges::copy(completed, good_.begin());
     if (pause_ == until_good) {
       if (is_good) pause_ = 0;
@@ -99,11 +108,14 @@ class Recovery {
 
   /// What later frames depend on.
   void write_memory(Writer& writer) const {
+    writer.write(is_start_);
     if (!is_wanted_) return;
     writer.write(good_);
     writer.write(pause_);
   }
   void read_memory(Reader& reader) {
+    is_start_ = reader.read<std::uint8_t>();
+    if (is_start_ > 1) refuse_state("does not tell whether a frame was good");
     if (!is_wanted_) return;
     reader.read(good_);
     pause_ = reader.read<std::uint8_t>();
@@ -136,6 +148,7 @@ class Recovery {
   // the start may show other things beside it, so the first pause lasts until a frame is good.
   std::uint8_t pause_ = until_good;
   static constexpr std::uint8_t until_good = 255;
+  std::uint8_t is_start_ = 1;  // no frame was good yet
 };
 
 }  // namespace dynmesh

@@ -28,7 +28,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'C'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'D'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -153,11 +153,12 @@ struct Tracker<Real>::Parts {
     const auto take = [&](auto, auto& number, auto) { reader.read(std::span(&number, 1)); };
     for_each_field(report.measure.agreement, take);
     for_each_number(report.measure, take);
-    report.measure.quality = judged(report.measure);
-    tell_quality(report);
     report.recovered = reader.read<std::uint8_t>() != 0;
     surface.read_memory(reader, stream.previous);
     recovery.read_memory(reader);
+    report.measure.is_start = recovery.is_start();
+    report.measure.quality = judged(report.measure);
+    tell_quality(report);
     stream.count(report);
     tell_errors(report);
   }

@@ -126,7 +126,9 @@ def placed_in(
     with locating(file=mesh.path):
         registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     doubt = registered.reason
-    if doubt:
+    if not doubt and tracked is not None and tracked.cause == "size":
+        doubt = tracked.reason  # the registration has made it larger or smaller
+    elif doubt:
         missing = "`landmarks` say where ends and corners, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
