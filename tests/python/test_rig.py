@@ -285,6 +285,42 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     assert not (tmp_path / "o.json").exists()
 
 
+def refocused(factor: float, rig: Rig) -> Rig:
+    longer = [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]
+    cameras = (replace(c, intrinsics=np.asarray(c.intrinsics) * longer) for c in rig.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
+@pytest.mark.parametrize(
+    ("focal_length", "size", "told"),
+    [
+        (1.02, 1, ""),
+        (1.05, 1, "the focal lengths of all cameras are about 5% too long"),
+        (0.93, 1, "the focal lengths of all cameras are about 7% too short"),
+        (1, 1.02, ""),
+        (1, 1.06, "the template is about 7% too large"),
+    ],
+)
+@pytest.mark.parametrize("command", ["rig", "track"])
+def test_focal_lengths_and_sizes_that_are_wrong_everywhere_are_told(
+    command: str, focal_length: float, size: float, told: str, folder: Path, tmp_path: Path
+) -> None:
+    body = dynmesh.read(folder / "body.obj")
+    middle = body.vertices.mean(axis=1, keepdims=True)
+    dynmesh.write(
+        tmp_path / "body.obj", replace(body, vertices=size * (body.vertices - middle) + middle)
+    )
+    rig = read_cameras(folder / "depth" / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", refocused(focal_length, rig))
+    output = [tmp_path / "o.npz"] if command == "track" else []
+    words: list[str | Path] = [command, folder / "depth", *output]
+    words += ["--template", tmp_path / "body.obj"]
+    ended = run(*words, "--cameras", tmp_path / "wrong.json", code=3 if told else 0)
+    # Of a size or short focal lengths, depths along rays explain as much where few points are far.
+    if command == "track" or focal_length > 1:
+        assert told in ended.stdout + ended.stderr
+
+
 def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
     read = folder / "depth" / "cameras.json"
     before = read.read_bytes()

@@ -95,7 +95,7 @@ class Fits:
     Attributes:
         mean_edge: of the template.
         advice: what to do if the first frame is ruined or a camera suspected.
-        registered: why the registration of the template is doubtful; empty if it is not.
+        start: why the start is doubtful; empty if it is not.
         total: the points of all cameras.
         cameras: those of each one that has points.
         tracked: the frames with points.
@@ -105,7 +105,7 @@ class Fits:
 
     mean_edge: float = 1.0
     advice: str = ""
-    registered: str = ""
+    start: str = ""
     total: Counts = field(default_factory=Counts)
     cameras: dict[str, Counts] = field(default_factory=dict)
     tracked: list[Tracked] = field(default_factory=list)
@@ -133,7 +133,7 @@ class Fits:
     def quality(self) -> Quality:
         """What the frames, the cameras and the start tell."""
         frames = self._frames
-        is_doubtful = self.suspects or self.registered or self._mostly_empty
+        is_doubtful = self.suspects or self.start or self._mostly_empty
         return "doubtful" if frames == "good" and is_doubtful else frames
 
     @property
@@ -171,12 +171,8 @@ class Fits:
     def reason(self) -> str:
         """What is wrong with the result, in a sentence; empty if nothing is."""
         told = []
-        if self.registered:
-            told.append(
-                "the template was registered with the first scan, and "
-                f"{self.registered}; the page of dynmesh register shows whether it is the right "
-                "mesh"
-            )
+        if self.start:
+            told.append(self.start)
         if self._mostly_empty:
             told.append("hardly anything was measured of most frames")
         if self._frames != "good":

@@ -22,6 +22,7 @@ from ..scans import DepthScan, Rig, open_scans
 from ..scans.reader import DepthReader
 from ..sequence import Positions
 from ..tracker import find_alignment
+from .corrections import LEAST, MEASURED, wrong_camera
 from .fits import FARTHER_THAN_OTHERS, beyond
 from .misreadings import READINGS, READINGS_OF_IMAGES, Reading, exchanged
 from .room import Room
@@ -29,9 +30,6 @@ from .surface import Surface, subject_of, without_jumps
 from .units import units_of
 
 _Floats = NDArray[np.float64]
-
-_LEAST = 60
-"""Fewer points than this cannot be judged."""
 
 _FAR = 0.01
 _FAR_EDGES = 0.5
@@ -50,9 +48,6 @@ points, and at most this share of all: a part of a room may be left."""
 _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
-
-_MEASURED = 0.1
-"""Mean edges below which distances are those of the measurement."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,7 @@ class Fit:
     def wrong(self) -> set[int]:
         """The cameras with many far points, or that are much farther from it than the others."""
         many = {number for number, far in enumerate(self.by_camera) if far > _FIT}
-        return many | beyond(dict(enumerate(self.distances)), FARTHER_THAN_OTHERS, _MEASURED)
+        return many | beyond(dict(enumerate(self.distances)), FARTHER_THAN_OTHERS, MEASURED)
 
 
 def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
@@ -83,7 +78,7 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     clouds = [subject_of(cloud, surface) for cloud in without_jumps(scan).clouds]
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
-    if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
+    if len(cloud) < LEAST or max(extents) < _COVERED * surface.size:
         medians = _medians([surface.distances(one) for one in clouds], surface)
         return Fit(1.0, 1.0, (1.0,) * len(clouds), medians)
     found = find_alignment(surface.faces, surface.points, cloud)
@@ -169,7 +164,8 @@ class RigReport(Report):
         if len(wrong) == 1 < len(self.cameras):
             why = f"the pose or the intrinsics of camera {wrong[0]!r} are wrong"
         return (
-            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: {why}"
+            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: "
+            f"{self.wrong or why}"
         )
 
 
@@ -214,9 +210,12 @@ def judge_rig(
     stated = fit_of(scan, surface)
     shown = (surface.faces, surface.points)
     judged = RigReport(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
+    wrong = wrong_camera(scan, names, surface)
+    if not stated.wrong and not wrong:
+        return judged
+    judged = replace(judged, quality="doubtful", rig=None, wrong=wrong)
     if not stated.wrong:
         return judged
-    judged = replace(judged, quality="doubtful", rig=None)
     exchanges = (
         (
             f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
@@ -226,7 +225,7 @@ def judge_rig(
     )
     tried = []
     readings: tuple[Reading, ...] = (*READINGS, *exchanges, *READINGS_OF_IMAGES)
-    for done, (wrong, change) in enumerate(readings):
+    for done, (reading, change) in enumerate(readings):
         show(done, len(readings))
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
@@ -235,15 +234,15 @@ def judge_rig(
             if isinstance(other, DepthScan):
                 # Any wrong pose of a single camera becomes right by a rigid motion.
                 fit = fit_of(subject(other), surface, moves=len(names) > 1)
-                tried.append((fit, wrong, meant))
+                tried.append((fit, reading, meant))
     enough = min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS)
     # Opposite cameras of a ring that are exchanged differ from the two others by a turn alone.
-    best, wrong, meant = min(
+    best, reading, meant = min(
         tried, key=lambda one: (one[0].far > enough, one[0].in_place > enough, one[0].far)
     )
     if best.far > enough:
         return judged
-    return replace(judged, rig=meant, wrong=wrong, meant=best)
+    return replace(judged, rig=meant, wrong=reading, meant=best)
 
 
 def _first(reader: DepthReader) -> tuple[int, DepthScan]:

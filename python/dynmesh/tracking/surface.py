@@ -52,13 +52,23 @@ class Surface:
 
     def distances(self, points: _Floats) -> _Floats:
         """Returns how far (n, 3) points are from the surface, about."""
+        heights, _, aside = self.feet(points)
+        return np.asarray(np.hypot(heights, np.maximum(aside - self._reach, 0)))
+
+    def feet(self, points: _Floats) -> tuple[_Floats, _Floats, _Floats]:
+        """Returns the nearest planes of (n, 3) points.
+
+        Returns:
+            (n,) how high each point is above its plane, (n, 3) the normal of that, and (n,) how far
+            aside the vertex is that stands for it.
+        """
         middle = self._samples.mean(axis=0)
         ours, theirs = ((one - middle).astype(np.float32) for one in (points, self._samples))
         best = ((theirs**2).sum(axis=1) - 2 * ours @ theirs.T).argmin(axis=1)
-        apart = points - self._samples[best]
-        height = (apart * self._normals[best]).sum(axis=1)
-        aside = np.sqrt(np.maximum((apart**2).sum(axis=1) - height**2, 0))
-        return np.asarray(np.hypot(height, np.maximum(aside - self._reach, 0)))
+        apart, normals = points - self._samples[best], self._normals[best]
+        heights = (apart * normals).sum(axis=1)
+        aside = np.sqrt(np.maximum((apart**2).sum(axis=1) - heights**2, 0))
+        return heights, normals, aside
 
 
 def without_jumps(scan: DepthScan) -> DepthScan:

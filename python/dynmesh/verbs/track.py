@@ -32,7 +32,7 @@ from ..tracking.units import units_of
 _NAMED = 3
 """Lost images that are named."""
 
-_LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
+_LOOK = "dynmesh rig {} --template {} tells whether the cameras are read as they are meant"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,8 +42,9 @@ class TrackFileReport(OutputReport):
     Attributes:
         quality: that of the frames together of which more than hardly anything was measured: the
             best of any three that follow one another, and of nine tenths of all. A good one is
-            "doubtful" if a camera is suspected, hardly anything was measured of most frames, or the
-            registration is doubtful.
+            "doubtful" if a camera is suspected, hardly anything was measured of most frames, the
+            registration is doubtful, or the points of cameras lie beside the template in the first
+            scan and a small error of a camera, or of the size, explains it.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -208,7 +209,7 @@ def track_file(
     with files.open(template) as mesh:
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = _LOOK if isinstance(reader, DepthReader) else ""
+        look = _LOOK.format(scans, template) if isinstance(reader, DepthReader) else ""
         marks = None if landmarks is None else read_landmarks(Path(landmarks))
         learnt = Training(training_files, mesh, progress)
         own = [] if landmarks is None else [Path(landmarks)]
@@ -244,7 +245,7 @@ def track_file(
             fits = Fits(
                 mean_edge=mean_edge_of(at.points, mesh.faces),
                 advice=at.advice,
-                registered=at.doubt,
+                start=at.doubt,
             )
             read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
             for frame, scan in enumerate(read):
