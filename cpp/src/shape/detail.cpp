@@ -45,7 +45,8 @@ Detail::Detail(Frame first_frame, std::span<const Triangle> faces, const Topolog
            settings.learn ? Modes(divide_surface(topology.cells, first_frame), mean_edge_)
                           : training_modes(training, system_.k(), topology.cells, first_frame,
                                            mean_edge_, rounding_, workers)),
-      error_bars_(topology.cells, workers, settings.uncertainty, noise_.has_value()),
+      error_bars_(topology.cells, workers, settings.uncertainty,
+                  noise_.has_value() ? AnchorNoise::by_weight : AnchorNoise::exact),
       first_order_(topology, system_.k(), rounding_, workers, noise_.has_value()),
       next_generations_(first_frame.size()),
       first_shape_(first_frame.size()),

@@ -10,13 +10,13 @@
 
 namespace dynmesh {
 
-ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers) {
+ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, AnchorNoise noise)
+    : cells_(cells), workers_(workers), noise_kind_(noise) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
   for (Members* of : {&errors_, &changes_, &targets_, &next_}) of->resize(members * k);
-  noise_.resize(are_noisy ? members * k : 0);
+  noise_.resize(noise != AnchorNoise::exact ? members * k : 0);
   energies_.resize(k);
   sizes_.resize(k, 1.0);
   standard_errors_.resize(k);
@@ -51,12 +51,12 @@ void ErrorBars::draw_changes(const Clusters& clusters) {
   ++frame_;
 }
 
-/// Makes up the noise of the anchors. lambda, their weight, is the squared ratio of the errors of
-/// the shape and of the anchors.
+/// Makes up the noise of the anchors. That of positions is as large as their weight says, and each
+/// vertex has its own. Planes follow from points within triangles, which neighbours share.
 void ErrorBars::set_noise(const Anchors& anchors) {
   double sum = 0;
   for (const Vector3<double>& target : targets_) sum += squared_norm(target);
-  const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
+  const double size = noise_size() * std::sqrt(sum / static_cast<double>(3 * targets_.size()));
   const std::uint64_t of_frame = ~mixed(frame_);  // other bits than those of the changes
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const std::uint64_t signs = mixed(of_frame + v);
@@ -66,25 +66,39 @@ void ErrorBars::set_noise(const Anchors& anchors) {
       noise_[members * v + i] = deviation * signs_of(signs, i);
     }
   });
+  if (noise_kind_ == AnchorNoise::of_planes) {
+    smooth(smoother_, static_cast<int>(members), 1, noise_, next_, workers_);
+  }
+}
+
+/// The size of the noise of planes, compared with what their weight would say of positions. Recent
+/// residuals at planes tell it, and those of the shape that of the changes; were they one sum, the
+/// larger noise, made up or measured, would decide how large the errors of the shape seem.
+double ErrorBars::noise_size() const {
+  const double square = noise_energy_.x / noise_energy_.y * (shape_energy_.y / shape_energy_.x);
+  const double largest = uncertainty_constants.largest_noise;
+  return std::isfinite(square) ? std::clamp(std::sqrt(square), 1 / largest, largest) : 1;
 }
 
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
 Energy ErrorBars::compare(const CompletedShape& frame, Field steps, const Anchors& anchors) {
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Energy& energy = newest_[v] = {};
+    Energy& of_noise = averaged_[v] = {};
     if (anchors.counts[v] == 0) return;
     energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
     if (anchors.are_noisy()) {
       const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
-      energy.x += anchors.weights[v] * squared_norm(off);
+      of_noise.x = anchors.weights[v] * squared_norm(off);
     }
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       energy.y += squared_norm(next_[i] - targets_[i]) / members;
       if (anchors.are_noisy()) {
         const auto off = anchors.observable(v, steps[i] - noise_[i]);
-        energy.y += anchors.weights[v] * squared_norm(off) / members;
+        of_noise.y += anchors.weights[v] * squared_norm(off) / members;
       }
     }
+    if (noise_kind_ == AnchorNoise::by_weight) energy = energy + of_noise;
   });
   return std::accumulate(newest_.begin(), newest_.end(), Energy{});
 }
@@ -135,6 +149,24 @@ void ErrorBars::end_frame(Field steps, double scale, const Generations& generati
   });
 }
 
+/// Replaces the standard errors at planes, which tell the errors along their normals and leave
+/// those along the surface: three numbers of a vertex, hence the mean square of those around it.
+void ErrorBars::look_along_normals(Field steps, double scale, const Anchors& anchors) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    newest_[v] = {};
+    if (!(anchors.weights[v] > 0)) return;
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      newest_[v].x += squared_norm(anchors.observable(v, steps[i])) / members;
+    }
+    newest_[v].y = 1;
+  });
+  smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
+  for (std::size_t v = 0; v < cells_.size(); ++v) {
+    if (!(anchors.weights[v] > 0) || !std::isfinite(standard_errors_[v])) continue;
+    standard_errors_[v] = std::sqrt(scale * newest_[v].x / newest_[v].y);
+  }
+}
+
 void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
                        const Clusters& clusters) {
@@ -146,18 +178,25 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
   system.apply(steps, static_cast<int>(members), next_);
 
   const Energy energy = compare(frame, steps, anchors);
-  if (!(energy.y < largest_member)) {
+  Energy of_noise = std::accumulate(averaged_.begin(), averaged_.end(), Energy{});
+  if (!(energy.y + of_noise.y < largest_member)) {
     // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
     // error.
     for (Members* of : {&errors_, &changes_}) std::ranges::fill(*of, Vector3<double>{});
     std::ranges::fill(energies_, Energy{});
     std::ranges::fill(sizes_, 1.0);
-    energy_ = {};
+    energy_ = noise_energy_ = shape_energy_ = {};
     frame_ = 0;
     return pass(generations, clusters);
   }
   double scale = infinite;
-  if (std::isfinite(energy.x)) {
+  if (std::isfinite(energy.x + of_noise.x)) {
+    if (noise_kind_ == AnchorNoise::of_planes) {
+      const double size = noise_size();
+      of_noise.y /= size * size;
+      noise_energy_ = uncertainty_constants.kept_of_sizes * noise_energy_ + of_noise;
+      shape_energy_ = uncertainty_constants.kept_of_sizes * shape_energy_ + energy;
+    }
     // A motion that has just begun shows in this frame alone, one that has ended has left its
     // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
     energy_ = uncertainty_constants.kept_of_scale * energy_ + energy;
@@ -171,6 +210,7 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
     learn_sizes();
   }
   end_frame(steps, scale, generations);
+  if (noise_kind_ == AnchorNoise::of_planes) look_along_normals(steps, scale, anchors);
 }
 
 void ErrorBars::pass(const Generations& generations, const Clusters& clusters) {
@@ -196,7 +236,9 @@ void ErrorBars::read_memory(Reader& reader) {
   read_fields(reader, *this);
   reader.read(std::span(standard_errors_));  // infinite for disconnected vertices
   const auto is_error = [](double x) { return x >= 0; };
-  if (!std::ranges::all_of(standard_errors_, is_error) || energy_.x < 0 || energy_.y < 0) {
+  const auto are_energies = [](const Energy& e) { return e.x >= 0 && e.y >= 0; };
+  if (!std::ranges::all_of(standard_errors_, is_error) || !are_energies(energy_) ||
+      !are_energies(noise_energy_) || !are_energies(shape_energy_)) {
     refuse_state("holds standard errors that are none");
   }
   if (exist()) find_sizes();

@@ -30,6 +30,10 @@ struct CompletedShape {
   double rounding = 0;                     ///< the mean square of rounding errors of a shape
 };
 
+/// What anchors are off by: nothing, or noise, whose size follows from their weight, which is the
+/// squared ratio of the errors of the shape and of the anchors, or for planes from residuals.
+enum class AnchorNoise : std::uint8_t { exact, by_weight, of_planes };
+
 /// Carries the members of an ensemble of errors through the equations that the errors of the
 /// completion obey, and scales them by the residuals of the frames. Each vertex has three of them,
 /// which are vectors, hence nine numbers that measure how far a coordinate may be off.
@@ -41,7 +45,7 @@ class ErrorBars {
   using Field = std::span<const Vector3<double>>;
 
   /// `cells` and `workers` must outlive this object.
-  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
+  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, AnchorNoise noise);
 
   [[nodiscard]] bool exist() const { return !errors_.empty(); }
 
@@ -57,7 +61,8 @@ class ErrorBars {
   void widen(const Generations& generations, double size);
 
   /// (k,) the standard error of a coordinate in the unit of the positions: 0 for exact anchors,
-  /// infinity for disconnected vertices. Empty if there are none.
+  /// infinity for disconnected vertices. At anchors that are planes, that along their normals.
+  /// Empty if there are none.
   [[nodiscard]] std::span<const double> of_vertices() const { return standard_errors_; }
 
   /// What later frames depend on, beside `of_vertices`, which a state keeps as well.
@@ -73,6 +78,12 @@ class ErrorBars {
     }
     visit(self.energy_.x);
     visit(self.energy_.y);
+    if (self.noise_kind_ == AnchorNoise::of_planes) {
+      for (auto* energy : {&self.noise_energy_, &self.shape_energy_}) {
+        visit(energy->x);
+        visit(energy->y);
+      }
+    }
     visit(self.frame_);
   }
   void write_memory(Writer& writer) const;
@@ -87,13 +98,16 @@ class ErrorBars {
 
   void draw_changes(const Clusters& clusters);
   void set_noise(const Anchors& anchors);
+  [[nodiscard]] double noise_size() const;
   Energy compare(const CompletedShape& frame, Field steps, const Anchors& anchors);
   void learn_sizes();
   void find_sizes();
   void end_frame(Field steps, double scale, const Generations& generations);
+  void look_along_normals(Field steps, double scale, const Anchors& anchors);
 
   const Cells& cells_;
   Workers& workers_;
+  AnchorNoise noise_kind_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Kept from frame to frame:
@@ -102,12 +116,13 @@ class ErrorBars {
   std::vector<Energy> energies_;  // (k,) of earlier frames, around each vertex, for sizes of 1
   std::vector<double> sizes_;     // (k,) of the changes, which follow from these energies
   Energy energy_;                 // of earlier frames, over the mesh
-  std::uint64_t frame_ = 0;       // the number of frames since the ensemble was begun
+  Energy noise_energy_, shape_energy_;   // of recent frames, over the mesh, for noise of size 1
+  std::uint64_t frame_ = 0;              // the number of frames since the ensemble was begun
   std::vector<double> standard_errors_;  // (k,)
 
   // Of one frame:
   Members targets_, next_, noise_;
-  std::vector<Energy> newest_, averaged_;  // (k,)
+  std::vector<Energy> newest_, averaged_;  // (k,); averaged_ first has the energies of the noise
 };
 
 }  // namespace dynmesh

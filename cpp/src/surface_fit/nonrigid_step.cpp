@@ -26,6 +26,13 @@ std::vector<Vector3<double>> shape_of(std::span<const Vector3<double>> first_fra
   return shape;
 }
 
+/// The membrane of cloth holds it where it has no points, and the equations of the ensemble leave
+/// it out: residuals then do not tell what they are due to.
+AnchorNoise noise_of_points(std::span<const Material> materials) {
+  const bool any_slides = std::ranges::any_of(materials, &Material::slides);
+  return any_slides ? AnchorNoise::by_weight : AnchorNoise::of_planes;
+}
+
 }  // namespace
 
 NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topology,
@@ -43,7 +50,7 @@ NonrigidStep::NonrigidStep(std::span<const Triangle> faces, const Topology& topo
             training_modes(training, system_.k(), topology.cells, first_frame, mean_edge, rounding_,
                            workers),
             shape_),
-      error_bars_(topology.cells, workers, has_uncertainty, true),
+      error_bars_(topology.cells, workers, has_uncertainty, noise_of_points(materials)),
       membrane_(faces, first_frame, mean_edge, system_.membrane(), workers),
       surface_system_(system_, topology.cells, constants,
                       find_ties(topology, first_frame, mean_edge, constants.tie_weight),
