@@ -13,8 +13,8 @@ import argparse
 import numpy as np
 
 from dynmesh import Completer, degrade
+from dynmesh._arrays import Mask
 from dynmesh.calibration import Calibrating, Calibration
-from dynmesh.sequence import Mask
 
 from .harness import ABSENT, Table, by_row_and_column, progress, sequences
 from .subjects import Subject, losses

@@ -13,7 +13,9 @@ from ._arrays import Mask, Positions
 from ._errors import InputError, KindError
 from ._stream import Stream
 from .completer import FrameReport
-from .polygons import Faces
+from .frames import Frame
+from .polygons import Faces, Mesh
+from .scan import DepthScan, PointScan, Scan
 
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
@@ -171,7 +173,7 @@ class Tracker(Stream):
     RuntimeError. It can be pickled and copied; see Completer.
 
     Args:
-        faces: the triangles, (m, 3) integers, or other polygons; see Completer.
+        faces: the triangles, (m, 3) integers, other polygons, or a mesh; see Completer.
         first_frame: the template, (k, 3) float32 or float64, complete and finite, in the pose of
             the first scan.
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
@@ -189,8 +191,8 @@ class Tracker(Stream):
 
     def __init__(
         self,
-        faces: Faces,
-        first_frame: Positions,
+        faces: Faces | Mesh,
+        first_frame: Positions | Frame | None = None,
         *,
         uncertainty: bool = False,
         recover: bool = False,
@@ -209,7 +211,7 @@ class Tracker(Stream):
 
     def push(
         self,
-        points: Positions,
+        points: Positions | Scan,
         normals: Positions | None = None,
         *,
         viewpoints: Positions | None = None,
@@ -219,7 +221,8 @@ class Tracker(Stream):
 
         Args:
             points: the scan, (n, 3) float32 or float64, finite, in any order and of any number, in
-                the axes and the unit of the template.
+                the axes and the unit of the template. Or a :class:`dynmesh.scans.PointScan` or
+                DepthScan, alone.
             normals: the outward normals of the points, (n, 3), of any length. A normal of 0 is not
                 known, and its point agrees with any side of the surface. If None, normals are
                 estimated from the nearest points, at least 12 and those within a mean edge, which
@@ -234,6 +237,10 @@ class Tracker(Stream):
         Returns:
             The tracked frame, (k, 3): `out`, or the new array.
         """
+        if isinstance(points, DepthScan):
+            return self.push_depth(*points, out=out)
+        if isinstance(points, PointScan):
+            points, normals, viewpoints = points
         given = scan_arrays(points, normals, viewpoints, self.dtype)
         return self._made(out, lambda found: self._core.push(*given, found))
 

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Positions
 from .._errors import InputError, locating
 from ..completion.start import template_of
-from ..files import Reader
+from ..frames import Frames
 from ..registration import Landmarks, Registration, register, register_depth
+from ..scan import inside_out
 from ..scans import DepthScan, PointScan, Scan, ScanReader
-from ..scans.scan import inside_out
-from ..sequence import Positions
 from ..tracker import Alignment, Tracker, TrackingReport, find_alignment
+from .background import Background
 from .corrections import wrong_camera
 from .landmarks import exchanged
-from .room import Room
 from .surface import Surface
 from .units import Units, ratio_of, size_of
 
@@ -76,8 +76,8 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
 
 def placed_in(
     scans: ScanReader,
-    mesh: Reader,
-    room: Room,
+    mesh: Frames,
+    room: Background,
     units: Units,
     landmarks: Landmarks | None,
     advice: str,

@@ -13,19 +13,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
+from .. import formats
+from .._arrays import Positions
 from .._errors import InputError
 from .._report import Report
 from ..completion.start import template_of
-from ..files import PathLike
+from ..formats import PathLike
 from ..scans import DepthScan, Rig, open_scans
 from ..scans.reader import DepthReader
-from ..sequence import Positions
 from ..tracker import find_alignment
+from .background import Background
 from .corrections import LEAST, MEASURED, wrong_camera
-from .fits import FARTHER_THAN_OTHERS, beyond
 from .misreadings import READINGS, READINGS_OF_IMAGES, Reading, exchanged
-from .room import Room
+from .quality import FARTHER_THAN_OTHERS, beyond
 from .surface import Surface, subject_of, without_jumps
 from .units import units_of
 
@@ -175,7 +175,7 @@ def judge_rig(
     template: PathLike | None,
     scan_unit: float | str | None,
     template_unit: float | str | None,
-    room: Room,
+    room: Background,
     show: Callable[[int, int], None],
 ) -> RigReport:
     """Judges cameras by the first scan with points, without the room.
@@ -195,7 +195,7 @@ def judge_rig(
     names = tuple(reader.cameras_of(number))
     if template is None:
         return RigReport(scan=room.without(scan), cameras=names)
-    with files.open(template) as mesh:
+    with formats.open(template) as mesh:
         factor = units_of(reader, mesh, scan_unit, template_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
         up = mesh.header.up_axis or "y"

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Positions
 from ..degrade.shared import mean_edge_of
 from ..normals import vertex_normals
 from ..scans import DepthScan
-from ..sequence import Positions
-from .room import without_planes
+from .background import without_planes
 from .units import size_of
 
 _Floats = NDArray[np.float64]
