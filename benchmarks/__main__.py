@@ -13,6 +13,7 @@ from . import (
     paper,
     tracking_baselines,
     tracking_conditions,
+    tracking_errors,
     whole_frame,
 )
 from .harness import Table, add_arguments, show
@@ -37,6 +38,7 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "calibration": (calibration.tables, ()),
     "tracking": (tracking_baselines.tables, ("--cameras",)),
     "tracking-conditions": (tracking_conditions.tables, ("--cameras", "--cloth")),
+    "tracking-errors": (tracking_errors.tables, ("--cameras",)),
     "whole-frame": (whole_frame.tables, ()),
 }
 

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 import dynmesh
+from dynmesh._arrays import Mask
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.metrics import vertex_error
-from dynmesh.sequence import Mask
 
 from .harness import Line, Table, progress, sequences
 from .subjects import Subject, losses
@@ -34,9 +34,8 @@ def line(subject: Subject, loss: str, known: Mask, folder: Path) -> Line:
     errors, seconds = [], []
     for bidirectional in (False, True):
         began = time.perf_counter()
-        dynmesh.complete_file(
-            lossy, completed, bidirectional=bidirectional, provenance=True, overwrite=True
-        )
+        frames = dynmesh.complete(lossy, bidirectional=bidirectional, uncertainty=bidirectional)
+        dynmesh.write(completed, frames)
         seconds.append(time.perf_counter() - began)
         made = dynmesh.read(completed)
         off = vertex_error(subject.vertices, made.vertices)[lost]

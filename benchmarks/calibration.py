@@ -3,9 +3,9 @@
     script/reproduce calibration FOLDER [NAME ...] [--frames 100]
 
 Vertices are known at random (10 % and 30 %), seen by a circling camera, or hidden by patches (30 %,
-each for ten frames). The table shows the share of the filled-in vertices whose error is within the
-interval of 90 %, and the rank correlation of error with standard error and with generation, the
-mean over frames.
+each for ten frames). The table shows the shares of the filled-in vertices whose error is within the
+intervals of 50 % and of 90 %, and the rank correlation of error with standard error and with
+generation, the mean over frames.
 """
 
 import argparse
@@ -13,8 +13,8 @@ import argparse
 import numpy as np
 
 from dynmesh import Completer, degrade
+from dynmesh._arrays import Mask
 from dynmesh.calibration import Calibrating, Calibration
-from dynmesh.sequence import Mask
 
 from .harness import ABSENT, Table, by_row_and_column, progress, sequences
 from .subjects import Subject, losses
@@ -52,5 +52,6 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
                     ABSENT if rank is None else f"{rank:.2f}"
                     for rank in (found.rank_correlation, found.generation_correlation)
                 ]
-                cells[subject.name, case] = f"{found.coverage_90:.2f}; {ranks[0]} ({ranks[1]})"
+                shares = f"{found.coverage_50:.2f}, {found.coverage_90:.2f}"
+                cells[subject.name, case] = f"{shares}; {ranks[0]} ({ranks[1]})"
     return [Table("calibration", by_row_and_column("sequence", cells))]

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynmesh import Completer
+from dynmesh._arrays import Mask, Positions
 from dynmesh.baselines import LaplacianInterpolation, LeastSquaresMesh
-from dynmesh.sequence import Mask, Positions
 from dynmesh.settings import Settings
 
 Faces = NDArray[np.integer[Any]]

@@ -13,9 +13,9 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
 from numpy.typing import NDArray
 from PIL import Image
 
+from dynmesh._arrays import Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import SURFACE_COLOUR, View
-from dynmesh.sequence import Positions
 
 from .style import new_figure, save
 from .subjects import Subject

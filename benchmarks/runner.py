@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dynmesh import metrics
+from dynmesh._arrays import Mask, Positions
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.scans import Scan
-from dynmesh.sequence import Mask, Positions
 
 from .harness import progress
 from .methods import Method

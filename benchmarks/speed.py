@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from dynmesh import synth
-from dynmesh.sequence import Mask
+from dynmesh._arrays import Mask
 
 from .harness import ABSENT, Line, Table, add_arguments, milliseconds, show
 from .methods import ARAP, BIHARMONIC, DETAIL, MOTION, Method

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dynmesh import degrade, files, metrics, synth
+import dynmesh
+from dynmesh import degrade, metrics, synth
+from dynmesh._arrays import Mask, Positions
 from dynmesh.draw.heatmap import likely_up
-from dynmesh.sequence import Mask, Positions
 
 PAPER_SHARES = (0.1, 0.3, 0.5, 0.7)
 """The shares of known vertices in the figures of the paper."""
@@ -90,7 +91,7 @@ def from_file(path: Path, frames: int | None = None) -> Subject:
     Raises:
         ValueError, OSError: the file cannot be read, has missing vertices or has no second frame.
     """
-    sequence = files.read(path)
+    sequence = dynmesh.read(path)
     if len(sequence.vertices) < 2:
         raise ValueError(f"{path}: has {len(sequence.vertices)} frames; at least 2 are needed")
     is_whole = sequence.known is None or sequence.known.all()

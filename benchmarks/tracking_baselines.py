@@ -17,8 +17,8 @@ import numpy as np
 import trimesh.registration
 
 from dynmesh import Tracker, degrade
+from dynmesh._arrays import Positions
 from dynmesh.scans import PointScan
-from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
 from .harness import Line, Table, number, progress, sequences

@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from dynmesh import Tracker, degrade
+from dynmesh._arrays import Positions
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.scans import DepthScan, PointScan, Scan
-from dynmesh.sequence import Positions
 from dynmesh.tracking.placing import push_scan
 
 from .harness import Line, Table, number, sequences

@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 import dynmesh
+from dynmesh._arrays import Mask, Positions
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.metrics import vertex_error
-from dynmesh.sequence import Mask, Positions
 
 from .harness import Line, Table, progress, sequences
 from .subjects import Subject, losses

@@ -70,13 +70,10 @@ class Complete(bpy.types.Operator):
             with tempfile.TemporaryDirectory() as folder:
                 partial = Path(folder) / "partial.npz"
                 mesh = self._write(dynmesh, context, partial)
-                report = dynmesh.complete_file(
-                    partial,
-                    cache,
-                    overwrite=True,
-                    bidirectional=self.bidirectional,
-                    noise=self.noise or None,
+                completed = dynmesh.complete(
+                    partial, bidirectional=self.bidirectional, noise=self.noise or None
                 )
+                report = dynmesh.write(cache, completed)
         except (OSError, TypeError, ValueError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -104,7 +101,8 @@ class Complete(bpy.types.Operator):
             fps=scene.render.fps / scene.render.fps_base,
             start=first,
         )
-        with dynmesh.create(path, header) as writer:
+
+        def frames():
             for frame in range(first, last + 1):
                 scene.frame_set(frame)
                 with evaluated(thing, context) as mesh:
@@ -117,7 +115,9 @@ class Complete(bpy.types.Operator):
                         f"frame {frame} has {len(points)} vertices, but frame {first} has "
                         f"{len(copy.vertices)}; modifiers must not change their number"
                     )
-                writer.append(points, known)
+                yield dynmesh.Frame(points, known)
+
+        dynmesh.write(path, dynmesh.ComputedFrames(header, frames))
         return copy
 
     def _marked(self, thing, mesh, frame):

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 import dynmesh
+from dynmesh._arrays import Mask, Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import View
 from dynmesh.normals import vertex_normals
-from dynmesh.sequence import Mask, Positions
 from dynmesh.tracking.placing import push_scan
 
 from ..harness import nmsve_cell, progress

@@ -31,7 +31,6 @@ _HOMES = {
     for alias in node.names
 }
 """What users import from here, and the module that has it under a name; no module of a module."""
-_HOMES["info"] = _HOMES["diagnose"]  # as the shell calls it
 
 __all__ = sorted(_HOMES)
 

@@ -9,7 +9,7 @@ from numpy.typing import DTypeLike, NDArray
 from ._checks import as_array, refuse_mask
 from ._errors import InputError, KindError
 from .attributes import as_mask
-from .polygons import Faces, split_faces
+from .polygons import Faces, mesh_arrays, split_faces
 
 Positions: TypeAlias = NDArray[np.floating[Any]]
 """float32 or float64, x, y, z on the last axis, in any unit of length.
@@ -77,6 +77,21 @@ def points(name: str, given: Any, dtype: DTypeLike, shape: str = "(k, 3)") -> Po
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"must have shape {shape}, not {array.shape}", argument=name)
     return packed(_countable(name, array), dtype)
+
+
+def template(faces: Any, points: Any, name: str) -> tuple[Faces, Any]:
+    """Returns faces and positions, which may be given as a mesh of another library.
+
+    Raises:
+        TypeError: the positions are missing.
+    """
+    if points is not None:
+        return faces, points
+    mesh = mesh_arrays(faces)
+    if mesh is None:
+        told = f"is missing, as faces are no mesh with positions, but {type(faces).__name__}"
+        raise KindError(told, argument=name)
+    return mesh
 
 
 def first_frame(name: str, given: Any) -> Positions:

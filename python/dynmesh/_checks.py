@@ -3,6 +3,7 @@
 import math
 import os
 import sys
+from itertools import pairwise
 from numbers import Real
 from typing import Any
 
@@ -93,6 +94,9 @@ def refuse_mask(name: str | None, value: object) -> None:
             if not isinstance(one, float | int):  # most are
                 refuse_mask(name, one)
         return
+    claimed = getattr(value, "claimed", None)
+    if claimed is not None and claimed.all():  # of a frame of which all was observed
+        return
     lost = ["mask"] if isinstance(value, np.ma.MaskedArray) else []
     lost += [one for one in ("known", "generation") if getattr(value, one, None) is not None]
     if lost:
@@ -147,6 +151,29 @@ def frame_index(frame: int | np.integer[Any], n_frames: int) -> int:
         exist = f"must be from {-n_frames} to {n_frames - 1}" if n_frames else "there are none"
         raise IndexError(f"frame: {exist}, not {frame}")
     return int(frame) % n_frames
+
+
+def indices_among(frames: Any, n_frames: int) -> range | list[int]:
+    """Returns the indices, counted from 0, that a slice or a list of them chooses among n frames.
+
+    Raises:
+        TypeError, ValueError: they are no integers, or do not ascend.
+        IndexError: there is no such frame.
+    """
+    if isinstance(frames, slice):
+        if frames.step is not None:
+            check_integer("step", frames.step, 1)
+        return range(n_frames)[frames]
+    array = np.asarray(frames)
+    if array.ndim != 1 or (array.dtype.kind not in "iu" and array.size):
+        told = (
+            f"must be an integer, a slice or indices, not {type(frames).__name__} of {array.dtype}"
+        )
+        raise KindError(told, argument="frame")
+    indices = [frame_index(index, n_frames) for index in array.tolist()]
+    if any(later <= one for one, later in pairwise(indices)):
+        raise InputError(f"must ascend, not {indices}", argument="frames")
+    return indices
 
 
 def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:

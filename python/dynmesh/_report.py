@@ -11,6 +11,10 @@ from typing import Any, Literal
 Quality = Literal["good", "doubtful", "ruined", "failed"]
 
 
+class DoubtfulWarning(UserWarning):
+    """A result is doubtful or probably ruined, by its own measure."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Report:
     """What was done. Printed, it is :meth:`lines`.
@@ -54,21 +58,6 @@ class OutputReport(Report):
 
     output: Path
     frames: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Written(OutputReport):
-    """What was written to the file `output`, of sequences that were made or changed.
-
-    Attributes:
-        vertices: number of vertices of each frame; of point clouds, their mean number.
-    """
-
-    vertices: int
-
-    def lines(self) -> list[str]:
-        """Says what was written."""
-        return [f"{counted(self.frames, 'frame')} of {self.vertices} vertices", *super().lines()]
 
 
 def write_csv(path: Path, kind: type, rows: Iterable[Any]) -> None:

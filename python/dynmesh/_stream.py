@@ -11,7 +11,8 @@ from . import _arrays, _core
 from ._arrays import Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import KindError, SettingError
-from .polygons import Faces
+from .frames import Frame
+from .polygons import Faces, Mesh
 from .topology import RefusedFace, TopologyReport
 
 
@@ -31,8 +32,8 @@ class Stream:
 
     def __init__(
         self,
-        faces: Faces,
-        first_frame: Positions,
+        faces: Faces | Mesh,
+        first_frame: Positions | Frame | None,
         training: Iterable[Positions] | None,
         kinds: Mapping[str, Any],
         settings: dict[str, Any],
@@ -40,6 +41,7 @@ class Stream:
         """Checks the kinds of the settings, and begins."""
         for name, value in settings.items():
             _check_setting(name, value, kinds[name])
+        faces, first_frame = _arrays.template(faces, first_frame, "first_frame")
         first = _arrays.first_frame("first_frame", first_frame)
         self._settings = settings
         # Copies: a pickle holds what was given, which the caller may change.

@@ -76,26 +76,6 @@ ATTRIBUTES = {
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Flags:
-    """Which attributes the frames of a sequence have.
-
-    Attributes:
-        has_known: whether each frame has a known mask.
-        has_provenance: whether each frame has the generation and the age of its vertices.
-        has_standard_error: whether each frame has their standard errors as well.
-    """
-
-    has_known: bool = False
-    has_provenance: bool = False
-    has_standard_error: bool = False
-
-    @property
-    def attributes(self) -> dict[str, Attribute]:
-        """The attributes of each frame by name."""
-        return {name: row for name, row in ATTRIBUTES.items() if getattr(self, row.flag)}
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class VertexAttributes:
     """What is known of the origin of positions, for all vertices of a frame or of all frames.
 

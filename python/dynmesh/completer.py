@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from . import _arrays, _core
 from ._arrays import Integers, Mask, Positions
 from ._stream import Stream
-from .polygons import Faces
+from .frames import Frame
+from .polygons import Faces, Mesh
 from .settings import Settings
 
 
@@ -88,7 +89,8 @@ class Completer(Stream):
         faces: the triangles, (m, 3) integers, or other polygons: (m, 4) quads, a list of lists of
             vertices, or Polygons. Each is cut into triangles around its first corner, as those of
             files are. Triangles that a half-edge mesh cannot represent are listed in `topology`;
-            their edges are still used.
+            their edges are still used. Or a mesh with positions, without `first_frame`: a
+            `trimesh.Trimesh` or a `pyvista.PolyData`.
         first_frame: frame 0, (k, 3) float32 or float64, complete and finite. Later positions are
             converted to its dtype. When float64 is converted to float32, a finite number out of
             range becomes the largest float32 of its sign; a known position with such a coordinate
@@ -128,8 +130,8 @@ class Completer(Stream):
 
     def __init__(
         self,
-        faces: Faces,
-        first_frame: Positions,
+        faces: Faces | Mesh,
+        first_frame: Positions | Frame | None = None,
         *,
         method: Literal["motion", "detail"] = "detail",
         revisit: bool = True,
@@ -159,13 +161,14 @@ class Completer(Stream):
     _create = staticmethod(_core.completer)
 
     def push(
-        self, points: Positions, known: Mask | None = None, *, out: Positions | None = None
+        self, points: Positions | Frame, known: Mask | None = None, *, out: Positions | None = None
     ) -> Positions:
         """Completes the next frame.
 
         Args:
             points: positions, (k, 3) float32 or float64 with any strides. Rows that are not known
-                are ignored.
+                are ignored. Or a :class:`dynmesh.Frame`, of which what it says to be observed is
+                known.
             known: the known mask, (k,) bool: True for vertices that were observed. If None, rows of
                 `points` that are not finite are missing, and all others are known.
             out: an array (k, 3) of the completer's dtype to which the completed frame is written.
@@ -174,6 +177,8 @@ class Completer(Stream):
         Returns:
             The completed frame, (k, 3): `out`, or the new array.
         """
+        if isinstance(points, Frame) and known is None:
+            known, points = points.claimed, points.points
         mask = None if known is None else _arrays.known_mask(known)
         given = self._points("points", points)
         return self._made(out, lambda found: self._core.push(given, mask, found))

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,13 @@ class Polygons(NamedTuple):
     """(p,) the number of corners of each polygon, at least 3."""
     corners: NDArray[np.integer[Any]]
     """(sum of sizes,) the vertices of all corners, one polygon after another."""
+
+
+class Mesh(Protocol):
+    """A mesh of another library: a `trimesh.Trimesh`, or a `pyvista.PolyData`."""
+
+    faces: Any
+    """(m, 3) integers, or the faces as VTK pads them."""
 
 
 Faces: TypeAlias = NDArray[np.integer[Any]] | Polygons | Sequence[Sequence[int]]
@@ -70,6 +77,24 @@ def split_polygons(
     return polygons.corners[fans], None if len(fans) == len(sizes) else polygons
 
 
+def mesh_arrays(mesh: Any) -> tuple[Faces, NDArray[Any]] | None:
+    """Returns the faces and positions of a mesh of another library; None if it is none."""
+    points = getattr(mesh, "points", getattr(mesh, "vertices", None))
+    if points is None or not hasattr(mesh, "faces"):
+        return None
+    faces = np.asarray(mesh.faces)
+    if faces.ndim != 1:
+        return faces, np.asarray(points)
+    rows, begin = [], 0  # as VTK pads them: the number of corners, then the corners
+    while begin < len(faces):
+        end = begin + 1 + int(faces[begin])
+        rows.append(faces[begin + 1 : end])
+        begin = end
+    sizes = np.array([len(row) for row in rows], np.int64)
+    corners = np.concatenate(rows) if rows else np.empty(0, np.int64)
+    return Polygons(sizes, corners), np.asarray(points)
+
+
 def split_faces(
     faces: Faces, n_vertices: int | None = None
 ) -> tuple[NDArray[np.integer[Any]], Polygons | None]:
@@ -96,6 +121,12 @@ def _polygons_of(faces: Any) -> Polygons | NDArray[Any]:
     except ValueError:  # their lengths differ
         rows = [_corners_of(index, polygon) for index, polygon in enumerate(faces)]
         return Polygons(np.array([len(row) for row in rows]), np.concatenate(rows))
+    if array.ndim == 1 and array.dtype.kind in "iu" and array.size > 3:
+        told = (
+            f"has shape {array.shape}, as VTK pads faces: the number of corners, then the corners; "
+            "give the mesh itself, or faces.reshape(-1, 4)[:, 1:] of triangles"
+        )
+        raise InputError(told, argument="faces")
     if array.ndim != 2 or array.shape[1] in (0, 3) or array.dtype.kind not in "iu":
         return array
     return Polygons(np.full(len(array), array.shape[1]), array.reshape(-1))

@@ -13,7 +13,8 @@ from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer
 from ._errors import KindError
 from ._stream import trained
-from .polygons import Faces
+from .polygons import Faces, Mesh, mesh_arrays
+from .scan import PointScan
 from .tracker import Matrix, image_arrays, scan_arrays
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
@@ -86,9 +87,9 @@ class Registration:
 
 
 def register(
-    faces: Faces,
-    template: Positions,
-    points: Positions,
+    faces: Faces | Mesh,
+    template: Positions | PointScan,
+    points: Positions | PointScan | None = None,
     normals: Positions | None = None,
     *,
     landmarks: Landmarks | None = None,
@@ -107,9 +108,10 @@ def register(
     refused, but its quality is "ruined"; the mirror image of the template is not recognised.
 
     Args:
-        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
+        faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`. Or a mesh of
+            another library, without `template`: ``register(mesh, points, normals)``.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
-        points: (n, 3) finite, at least twelve, in any order.
+        points: (n, 3) finite, at least twelve, in any order; or a :class:`dynmesh.scans.PointScan`.
         normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
             known. None if they are to be estimated from the nearest points. If they point inwards,
             nothing fits.
@@ -131,9 +133,16 @@ def register(
             other or lie far outside the scan, or the sizes differ by a factor of more than 20,
             without `scale`.
     """
+    own: Any = faces
+    given: Any = (template, points, normals)
+    if (mesh := mesh_arrays(faces)) is not None:
+        own, given = mesh[0], (mesh[1], template, points)
+    template, points, normals = given
+    if isinstance(points, PointScan):
+        points, normals, viewpoints = points
     frame = _arrays.first_frame("template", template)
     scan = scan_arrays(points, normals, viewpoints, frame.dtype)
-    return _registered(faces, frame, scan, landmarks, align, scale, training, uncertainty, threads)
+    return _registered(own, frame, scan, landmarks, align, scale, training, uncertainty, threads)
 
 
 def register_depth(

@@ -13,7 +13,9 @@ from ._arrays import Mask, Positions
 from ._errors import InputError, KindError
 from ._stream import Stream
 from .completer import FrameReport
-from .polygons import Faces
+from .frames import Frame
+from .polygons import Faces, Mesh
+from .scan import DepthScan, PointScan, Scan
 
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
 
@@ -61,7 +63,8 @@ class TrackingReport(FrameReport):
         growth: how many times as long as in the first frame the edges are, by their median.
         seen: the share of the vertices that have a measured point.
         quality: "good"; "doubtful" if `far` / 0.03, `disagreeing` / 0.3 and `stretch` / 0.13 add up
-            to more than 1, or less than 1 % of the vertices have a point; "ruined" if `far` is more
+            to more than 1, if less than 1 % of the vertices have a point, or if, until a frame is
+            good, `stretch` is more than 0.06 or `growth` is beyond 6 %; "ruined" if `far` is more
             than 0.05, `disagreeing` than 0.2, or `stretch` than 0.3.
         reason: why the quality is not good, in a sentence; empty if it is.
         misfit: `far` + `disagreeing` + `stretch`, which is least for the right one of several
@@ -170,7 +173,7 @@ class Tracker(Stream):
     RuntimeError. It can be pickled and copied; see Completer.
 
     Args:
-        faces: the triangles, (m, 3) integers, or other polygons; see Completer.
+        faces: the triangles, (m, 3) integers, other polygons, or a mesh; see Completer.
         first_frame: the template, (k, 3) float32 or float64, complete and finite, in the pose of
             the first scan.
         uncertainty: compute the standard error of each vertex, in the unit of the positions. The
@@ -188,8 +191,8 @@ class Tracker(Stream):
 
     def __init__(
         self,
-        faces: Faces,
-        first_frame: Positions,
+        faces: Faces | Mesh,
+        first_frame: Positions | Frame | None = None,
         *,
         uncertainty: bool = False,
         recover: bool = False,
@@ -208,7 +211,7 @@ class Tracker(Stream):
 
     def push(
         self,
-        points: Positions,
+        points: Positions | Scan,
         normals: Positions | None = None,
         *,
         viewpoints: Positions | None = None,
@@ -218,7 +221,8 @@ class Tracker(Stream):
 
         Args:
             points: the scan, (n, 3) float32 or float64, finite, in any order and of any number, in
-                the axes and the unit of the template.
+                the axes and the unit of the template. Or a :class:`dynmesh.scans.PointScan` or
+                DepthScan, alone.
             normals: the outward normals of the points, (n, 3), of any length. A normal of 0 is not
                 known, and its point agrees with any side of the surface. If None, normals are
                 estimated from the nearest points, at least 12 and those within a mean edge, which
@@ -233,6 +237,10 @@ class Tracker(Stream):
         Returns:
             The tracked frame, (k, 3): `out`, or the new array.
         """
+        if isinstance(points, DepthScan):
+            return self.push_depth(*points, out=out)
+        if isinstance(points, PointScan):
+            points, normals, viewpoints = points
         given = scan_arrays(points, normals, viewpoints, self.dtype)
         return self._made(out, lambda found: self._core.push(*given, found))
 
@@ -274,7 +282,8 @@ class Tracker(Stream):
         """(k,) with `uncertainty=True`: the standard error of each vertex.
 
         The standard error of the distance of each vertex of the last frame from the surface, along
-        its normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it.
+        its normal, in the unit of the positions: about 90 % of the vertices are within 1.645 of it,
+        fewer of cloth that is not seen; docs/reference/tracking.md has figures.
         The distance along the surface, which may be several times as large, is not included. It is
         infinite where no measured point is connected, and 0 before the first frame. Without
         uncertainty, ValueError is raised.

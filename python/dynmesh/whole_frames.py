@@ -4,22 +4,20 @@ import contextlib
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _arrays, _core
+from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import DynmeshError, InputError, KindError
 from ._progress import steps
-from .files.header import Header
-from .files.memory import SequenceReader
-from .files.reader import Reader
+from .arrays import ArrayFrames
+from .frames import Frames, check_any
+from .header import Header
 from .polygons import Faces
-from .sequence import Mask, Positions, Sequence
-
-Frames: TypeAlias = Positions | Sequence | Reader
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class WholeFrame:
 
 def whole_frame(
     faces: Faces,
-    frames: Frames,
+    frames: Positions | Frames,
     known: NDArray[np.bool_] | None = None,
     *,
     frame: int | Literal["best"] = "best",
@@ -69,9 +67,9 @@ def whole_frame(
 
     Args:
         faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`.
-        frames: an array (n, k, 3), a :class:`dynmesh.Sequence`, or a reader as :func:`dynmesh.open`
+        frames: an array (n, k, 3), a :class:`dynmesh.Sequence`, or a file as :func:`dynmesh.open`
             returns it. Rows that are not finite are missing.
-        known: (n, k) bool; None for the masks of the sequence or of the reader, if it has any.
+        known: (n, k) bool; None for the masks of the sequence or of the file, if it has any.
         frame: the frame that is made whole, counted from 0, or "best" for the one that knows most
             vertices; of several, that nearest to the middle.
         noise: the standard deviation of the noise of known positions, in their unit. With it, known
@@ -93,7 +91,8 @@ def whole_frame(
         check_number("noise", noise)
     check_flags(outliers=outliers)
     check_integer("threads", threads, 1, 256)
-    reader = _reader_of(faces, frames, known)
+    reader = _frames_of(faces, frames, known)
+    check_any(reader)
     with (
         _numbering(reader.header),
         steps("putting a whole frame together", progress) as show,
@@ -121,18 +120,18 @@ def whole_frame(
     )
 
 
-def _reader_of(faces: Faces, frames: Frames, known: NDArray[np.bool_] | None) -> Reader:
-    """Returns a reader of frames, wherever they are."""
-    if isinstance(frames, Reader):
-        if known is not None:
-            raise InputError("is that of the reader; open the file with masks", argument="known")
-        return frames
-    if isinstance(frames, Sequence):
+def _frames_of(faces: Faces, frames: Positions | Frames, known: NDArray[np.bool_] | None) -> Frames:
+    """Returns frames, wherever they are."""
+    if isinstance(frames, ArrayFrames):
         own = frames if known is None else replace(frames, known=known)
-        return SequenceReader(own, "frames")
+        return own.named("frames")
+    if isinstance(frames, Frames):
+        if known is not None:
+            raise InputError("is that of the file; open it with masks", argument="known")
+        return frames
     try:
         of_any_kind: Any = faces
-        return SequenceReader(Sequence(frames, of_any_kind, known), "frames")
+        return ArrayFrames(frames, of_any_kind, known).named("frames")
     except DynmeshError as error:
         error.argument = "frames" if error.argument == "vertices" else error.argument
         raise
@@ -152,7 +151,7 @@ def _numbering(header: Header) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _source(reader: Reader) -> Iterator[Callable[[int], tuple[Positions, Mask]]]:
+def _source(reader: Frames) -> Iterator[Callable[[int], tuple[Positions, Mask]]]:
     """Yields a function that reads a frame, and seeks it unless it follows the one before."""
     frames, following = reader.frames(), 0
 

@@ -224,8 +224,8 @@ Index complete_plainly(const Cells& cells, const std::vector<Vector3>& previous,
   return iterations;
 }
 
-void check_against_plain(std::size_t k, Index extra_iterations, bool revisits, double share,
-                         unsigned seed) {
+void check_against_plain(const MotionKernels& kernels, std::size_t k, Index extra_iterations,
+                         bool revisits, double share, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   std::bernoulli_distribution is_known(share);
@@ -246,7 +246,7 @@ void check_against_plain(std::size_t k, Index extra_iterations, bool revisits, d
   const Index piece = std::max(4, static_cast<Index>(k) / 20);
   Workers workers(2, in_small_pieces(piece));
   const std::uint64_t before = pieces_done_by_others();
-  Motion fast(topology.cells, previous, extra_iterations, revisits, workers);
+  Motion fast(topology.cells, previous, extra_iterations, revisits, workers, kernels);
   for (int repeat = 0; repeat < 2; ++repeat) {  // the second frame must not depend on the first
     auto completed = points;
     Generations found(k);
@@ -266,7 +266,7 @@ void check_against_plain(std::size_t k, Index extra_iterations, bool revisits, d
   CHECK((pieces_done_by_others() > before) == (static_cast<Index>(k) > piece));
 }
 
-TEST_CASE("method motion agrees with a literal version") {
+TEST_CASE("method motion agrees with a literal version, with all kernels") {
   constexpr Index extras[] = {0, 1, 7};
   unsigned seed = 0;
   for (const std::size_t k : {1, 2, 5, 30, 300, 3000}) {
@@ -275,8 +275,11 @@ TEST_CASE("method motion agrees with a literal version") {
       CAPTURE(k);
       CAPTURE(share);
       CAPTURE(extra);
-      check_against_plain(k, extra, true, share, ++seed);
-      check_against_plain(k, extra, false, share, seed);
+      ++seed;
+      for (const Kernels& level : runnable_kernels()) {
+        check_against_plain(level.motion, k, extra, true, share, seed);
+        check_against_plain(level.motion, k, extra, false, share, seed);
+      }
     }
   }
 }

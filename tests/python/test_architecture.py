@@ -16,7 +16,7 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 CPP = REPOSITORY / "cpp"
 
-WITH = {"sequence": ("metrics", "normals", "calibration", "baselines")}
+WITH = {"arrays": ("metrics", "normals", "calibration", "baselines")}
 """Modules that stand with another one."""
 
 
@@ -86,15 +86,9 @@ def imported_by(name: str, modules: dict[str, Path]) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def graph() -> dict[str, set[str]]:
-    """What each module imports, apart from itself.
-
-    A sequence shows itself in a notebook as a page, which is drawn from sequences: when it is asked
-    to, the one import against the direction.
-    """
+    """What each module imports, apart from itself."""
     files = modules()
-    found = {name: set(imported_by(name, files)) - {name} for name in files}
-    found["dynmesh.sequence"].remove("dynmesh.draw.notebook")
-    return found
+    return {name: set(imported_by(name, files)) - {name} for name in files}
 
 
 def at_the_top(name: str) -> str:

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.verbs.batch import read_jobs
+from dynmesh.cli.jobs import read_jobs
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 dask = pytest.importorskip("dask")
@@ -84,10 +85,10 @@ def test_ten_jobs_of_which_some_fail(
     assert (tracked["status"], tracked["frames"], tracked["reason"]) == ("done", 5, "")
     assert tracked["seconds"] > 0
     alone = tmp_path / "alone.npz"
-    dynmesh.track_file(scans, alone, template=tmp_path / "sea.obj")
+    to_file.track(scans, alone, template=tmp_path / "sea.obj")
     assert_same(dynmesh.read(tmp_path / "tracked.npz"), dynmesh.read(alone))
     for number in range(7):
-        dynmesh.complete_file(tmp_path / f"in{number}.npz", alone, overwrite=True)
+        to_file.complete(tmp_path / f"in{number}.npz", alone, overwrite=True)
         assert_same(dynmesh.read(tmp_path / "new" / f"out{number}.npz"), dynmesh.read(alone))
 
     write_partial(damaged)
@@ -108,7 +109,8 @@ def test_a_row_is_a_command_line(tmp_path: Path) -> None:
     first, second, tracking = read_jobs(table)
     assert first.arguments == (tmp_path / "a.npz", tmp_path / "b.npz")
     assert first.options == {
-        "source": {"known": tmp_path / "a, mask.npy", "gaps": "lost"},
+        "mask": tmp_path / "a, mask.npy",
+        "gaps": "lost",
         "bidirectional": False,
         "provenance": True,
         "training": [tmp_path / "one.npz", tmp_path / "two.npz"],

@@ -8,6 +8,7 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
+import to_file
 from test_documents import DOCS, cells
 
 import dynmesh
@@ -68,6 +69,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("whole-frame", "sheet:6", [5]),
         ("both-sides", "sheet:6", [7]),
         ("tracking", "sheet:4 --cameras 1 --frames 2", [5]),
+        ("tracking-errors", "sheet:4 --cameras 1", [2]),
     ],
 )
 def test_a_table_is_whole(
@@ -109,7 +111,7 @@ def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: P
     # Independent of the code: the error of two methods by the functions of the package.
     masks = list(dynmesh.degrade.random_known(len(vertices), 81, 0.3, seed=0))
     completed = {
-        "motion (dynmesh)": dynmesh.complete(faces, vertices, masks, method="motion"),
+        "motion (dynmesh)": to_file.pushed(faces, vertices, masks, method="motion"),
         "LIA, least squares": (
             dynmesh.baselines.laplacian_interpolation(faces, points, known)
             for points, known in zip(vertices, masks, strict=True)

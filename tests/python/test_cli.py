@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from commands import dynmesh_process, run_here
 from conftest import REPOSITORY
@@ -21,8 +22,8 @@ from meshes import sheet
 from sequences import sea
 
 import dynmesh
-from dynmesh import cli, files
-from dynmesh.files import Reader
+from dynmesh import cli, formats
+from dynmesh.frames import Stored
 
 N_FRAMES = 12
 TRUTH = dynmesh.synth.ocean(N_FRAMES, seed=2)
@@ -46,7 +47,7 @@ def test_the_main_job_equals_the_library(job: Path) -> None:
     np.testing.assert_array_equal(truth.vertices, TRUTH.vertices)
     np.testing.assert_array_equal(partial.known, KNOWN)
     assert np.isnan(partial.vertices[~KNOWN]).all()
-    expected = list(dynmesh.complete(TRUTH.faces, TRUTH.vertices, KNOWN, method="detail"))
+    expected = list(to_file.pushed(TRUTH.faces, TRUTH.vertices, KNOWN, method="detail"))
     np.testing.assert_array_equal(completed.vertices, expected)
     assert completed.known is None
     assert completed.fps == partial.fps == truth.fps == 30
@@ -98,7 +99,7 @@ def test_what_a_format_cannot_hold_is_reported(job: Path, tmp_path: Path) -> Non
 def test_help_and_what_the_tab_key_completes(tmp_path: Path) -> None:
     shown = run("--help").stdout
     assert run("-h").stdout == shown
-    assert all(name in shown for name in (*files.formats, *cli.VERBS))
+    assert all(name in shown for name in (*formats.FORMATS, *cli.VERBS))
     reading = {"--faces", "--prim", "--mask", "--missing", "--gaps"}
     for command in ("info", "degrade", "complete", "convert", "view", "picture"):
         assert reading <= set(re.findall(r"^│[* ]+(--\w+)", run(command, "-h").stdout, re.M))
@@ -249,7 +250,7 @@ def test_missing_libraries_are_reported_first(
     Path("jobs.csv").write_text("input,output\nin.npz,out.npz\n")
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     hide(monkeypatch, module)
-    monkeypatch.setattr(Reader, "frames", refuse_work)
+    monkeypatch.setattr(Stored, "frames", refuse_work)
     monkeypatch.setattr(dynmesh.synth, "ocean", refuse_work)
     monkeypatch.setattr(dynmesh.synth, "walker", refuse_work)
     told = f"dynmesh: this needs {module.partition('.')[0]}: pip install 'dynmesh[{extra}]'\n"

@@ -1,7 +1,7 @@
 """What a completer says of its frames: right ones are good, wrong ones are not."""
 
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, partial
 from typing import Any, Literal
 
 import numpy as np
@@ -93,11 +93,20 @@ def other_subject(first: Array) -> Array:
     return np.asarray(middle + (first - middle) * (1 + 0.25 * waves))
 
 
+def partly_in_another_order(share: float, first: Array) -> Array:
+    """With a share of the vertices exchanged among themselves."""
+    made = first.copy()
+    some = RNG.choice(len(first), int(share * len(first)), replace=False)
+    made[some] = made[RNG.permutation(some)]
+    return made
+
+
 Wanted = Literal["doubtful", "ruined"]
 WRONG: dict[str, tuple[Callable[[Array], Array], Wanted]] = {
     "in millimetres": (lambda first: 1000 * first, "ruined"),
     "in inches": (lambda first: first / 0.0254 * 0.01, "doubtful"),
     "in another order": (RNG.permutation, "ruined"),
+    "a hundredth in another order": (partial(partly_in_another_order, 0.01), "doubtful"),
     "in the order of another file": (lambda first: np.roll(first, 50, axis=0), "ruined"),
     "of another subject": (other_subject, "doubtful"),
     "without extent": (lambda first: 0 * first, "ruined"),

@@ -10,6 +10,7 @@ import error_bars_reference
 import meshes
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from conftest import recorded
 from hypothesis import given
@@ -376,7 +377,7 @@ KNOWN[:, 144:] = False
 KNOWN[0] = True
 HOLES = np.where(KNOWN[..., None], TRUTH.vertices, np.float32(np.nan))
 PARTIAL = replace(TRUTH, vertices=HOLES, known=KNOWN)
-COMPLETED = dynmesh.complete(PARTIAL, uncertainty=True)
+COMPLETED = dynmesh.read(dynmesh.complete(PARTIAL, uncertainty=True))
 BARS: Any = COMPLETED.standard_error
 GENERATION: Any = COMPLETED.generation
 
@@ -387,7 +388,7 @@ def test_uncertain_vertices_are_left_missing(tmp_path: Path) -> None:
     limit = np.sort(BARS[np.isfinite(BARS) & (BARS > 0)])[300]
     for drop_above in (limit, np.nextafter(limit, np.float32(0))):
         expected = drop_above >= BARS
-        report = dynmesh.complete_file(source, target, drop_above=float(drop_above), overwrite=True)
+        report = to_file.complete(source, target, drop_above=float(drop_above), overwrite=True)
         found = dynmesh.read(target)
         np.testing.assert_array_equal(found.known, expected)
         np.testing.assert_array_equal(found.vertices[expected], COMPLETED.vertices[expected])
@@ -406,7 +407,7 @@ def test_uncertain_vertices_are_left_missing(tmp_path: Path) -> None:
 def test_what_is_left_missing_counts_a_vertex_once(bidirectional: bool, tmp_path: Path) -> None:
     source, target = tmp_path / "in.npz", tmp_path / "out.npz"
     dynmesh.write(source, PARTIAL)
-    report = dynmesh.complete_file(source, target, drop_above=1e-9, bidirectional=bidirectional)
+    report = to_file.complete(source, target, drop_above=1e-9, bidirectional=bidirectional)
     assert report.dropped == np.count_nonzero(~KNOWN)
 
 

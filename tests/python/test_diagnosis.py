@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
 from hypothesis import given, settings
@@ -180,12 +181,12 @@ def test_what_is_too_large_is_what_completion_refuses(dtype: type, limit: float)
     assert (finding.code, finding.where.frames.tolist()) == ("known_not_finite", [4])
     assert f"beyond {limit:.0e}".replace("+", "") in finding.message
     with pytest.raises(ValueError, match="frame 4: points: row 5"):
-        list(dynmesh.complete(sequence.faces, iter(sequence.vertices)))
+        list(to_file.pushed(sequence.faces, iter(sequence.vertices)))
     allowed = limit if dtype == np.float32 else 1e150  # beyond that, squares overflow
     sequence = moving(sheet(12), dtype=np.float64)
     largest = (sequence.vertices / np.abs(sequence.vertices).max() * allowed).astype(dtype)
     assert not dynmesh.diagnose(replace(sequence, vertices=largest)).count("error")
-    list(dynmesh.complete(sequence.faces, iter(largest)))
+    list(to_file.pushed(sequence.faces, iter(largest)))
 
 
 def test_zeros_of_the_first_frame_are_no_vertices_at_one_place() -> None:

@@ -6,13 +6,14 @@ import re
 import resource
 import tracemalloc
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command, run_here
 from conftest import LONGER
 from hypothesis import HealthCheck, given, settings
@@ -21,21 +22,21 @@ from meshes import sheet
 from sequences import assert_named, assert_refused, sea
 
 import dynmesh
-from dynmesh import files
+from dynmesh import formats
 from dynmesh.polygons import Polygons, split_polygons
 
-WRITERS = {name: format.writer for name, format in files.formats.items() if format.writer}
-FORMATS = [*WRITERS]
-SINGLE_PRECISION = {name for name, writer in WRITERS.items() if not writer.keeps_float64}
-MASKED = {name for name, writer in WRITERS.items() if writer.keeps_known}
-TRACED = {name for name, writer in WRITERS.items() if writer.keeps_provenance}
-NUMBERED = {name for name in FORMATS if "gaps" in files.formats[name].takes}
+KEPT = {name: format.keeps for name, format in formats.FORMATS.items() if format.write}
+FORMATS = [*KEPT]
+SINGLE_PRECISION = {name for name, keeps in KEPT.items() if "float64" not in keeps}
+MASKED = {name for name, keeps in KEPT.items() if "known" in keeps}
+TRACED = {name for name, keeps in KEPT.items() if "provenance" in keeps}
+NUMBERED = {name for name in FORMATS if "gaps" in formats.FORMATS[name].takes}
 TIMED = {"npz", "hdf5", "usd", "alembic"}
 
 
 def place(folder: Path, format: str, name: str = "body") -> Path:
     """Returns a path for a sequence of this format."""
-    suffix = files.formats[format].suffixes[0]
+    suffix = formats.FORMATS[format].suffixes[0]
     return folder / (f"{name}_%04d{suffix}" if format in NUMBERED else f"{name}{suffix}")
 
 
@@ -150,7 +151,7 @@ def test_times_of_frames_survive_completion(
 ) -> None:
     source, target = place(tmp_path, format), place(tmp_path, format, "completed")
     dynmesh.write(source, replace(PARTIAL, start=times[0], times=np.array(times)))
-    dynmesh.complete_file(source, target)
+    to_file.complete(source, target)
     for path in (source, target):
         again = dynmesh.read(path)
         np.testing.assert_allclose(np.array(again.times), times, rtol=1e-9)
@@ -197,7 +198,7 @@ def test_what_float32_cannot_hold_is_refused(tmp_path: Path, format: str) -> Non
 def test_completion_is_the_same_through_each(tmp_path: Path, format: str) -> None:
     source, target = place(tmp_path, format), place(tmp_path, format, "completed")
     dynmesh.write(source, PARTIAL)
-    dynmesh.complete_file(source, target, provenance=format in TRACED)
+    to_file.complete(source, target, provenance=format in TRACED)
     completed = dynmesh.read(target)
     dtype = np.float64 if format == "obj" else np.float32
     first = PARTIAL.vertices[0].astype(dtype)
@@ -221,7 +222,7 @@ def test_provenance_is_refused_by_formats_without_it(tmp_path: Path, format: str
     source = tmp_path / "in.npz"
     dynmesh.write(source, PARTIAL)
     with pytest.raises(ValueError, match=r"generation|provenance") as caught:
-        dynmesh.complete_file(source, place(tmp_path, format), provenance=True)
+        to_file.complete(source, place(tmp_path, format), provenance=True)
     assert ".npz" in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["in.npz"]
 
@@ -403,11 +404,14 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path, format: str) -> No
     known = np.ones(len(points), bool) if format in MASKED else None
     n_frames, faces, used = 30, np.array([[0, 1, 2]]), []
     header = dynmesh.Header(faces, n_frames, len(points), points.dtype, has_known=format in MASKED)
-    with dynmesh.create(path, header) as writer:
+
+    def frames() -> Iterator[dynmesh.Frame]:
         for _ in range(n_frames):
             points[0] += 1  # equal frames would be stored only once
-            writer.append(points, known)
+            yield dynmesh.Frame(points, known)
             used.append(own_memory())
+
+    dynmesh.write(path, dynmesh.ComputedFrames(header, frames))
     assert path.stat().st_size > n_frames * points.nbytes
     assert max(used) - used[0] < 20_000
     with dynmesh.open(path) as reader:

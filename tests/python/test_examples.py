@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from conftest import REPOSITORY
 from meshes import Mesh
 from PIL import Image
 
-from dynmesh import Sequence, complete, write
+from dynmesh import Sequence, write
 
 pytestmark = pytest.mark.slow
 
@@ -42,7 +43,7 @@ def test_every_frame_is_in_the_recording(
             rows.setdefault((part.entity_path, number), {}).update(
                 {name: column[row] for name, column in table.items() if column[row] is not None}
             )
-    completed = list(complete(mesh.faces, vertices, known))
+    completed = to_file.pushed(mesh.faces, vertices, known)
     for number in range(6):
         mesh_row = rows["/completed", number]
         np.testing.assert_array_equal(mesh_row["Mesh3D:vertex_positions"], completed[number])

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 import whole_frame_reference as reference
 from commands import dynmesh_command as run
 from meshes import join, sheet, turned
@@ -20,9 +21,9 @@ from test_training import poses
 
 import dynmesh
 from dynmesh import whole_frames
+from dynmesh.completion import passes
 from dynmesh.completion import training as training_module
-from dynmesh.completion import ways
-from dynmesh.completion.ways import combined
+from dynmesh.completion.passes import combined
 
 WHOLE = 7
 TRUTH = sea(15, 12)
@@ -70,15 +71,15 @@ def test_frames_are_completed_backwards_and_forwards_with_a_few_in_memory(
 ) -> None:
     """From the first whole frame, if no other one is named."""
     held: list[int] = []
-    read = dynmesh.files.Reader.frames
+    read = dynmesh.frames.Stored.frames
 
     def counted(self: Any, *numbers: int) -> Iterator[Any]:
         held.append(len(range(15)[slice(*(numbers or (None,)))]))
         yield from read(self, *numbers)
 
-    monkeypatch.setattr(ways, "_BLOCK", PARTIAL.vertices[0].nbytes * frames_in_a_block)
-    monkeypatch.setattr(dynmesh.files.Reader, "frames", counted)
-    report = dynmesh.complete_file(stored, tmp_path / "out.npz", provenance=True, **settings)
+    monkeypatch.setattr(passes, "_BLOCK", PARTIAL.vertices[0].nbytes * frames_in_a_block)
+    monkeypatch.setattr(dynmesh.frames.Stored, "frames", counted)
+    report = to_file.complete(stored, tmp_path / "out.npz", provenance=True, **settings)
     monkeypatch.undo()
     if "start" in settings:  # nothing is read to find it; the last call streams what follows it
         assert max(held[1:-1]) == frames_in_a_block
@@ -116,7 +117,7 @@ def test_the_start_is_put_together_from_all_frames(
     tmp_path: Path, holed: dynmesh.Sequence, start: Any, options: Any, number: int
 ) -> None:
     output = tmp_path / "out.npz"
-    report = dynmesh.complete_file(
+    report = to_file.complete(
         tmp_path / "holed.npz", output, start=start, provenance=True, **options
     )
     made = dynmesh.read(output)
@@ -149,7 +150,7 @@ def test_standard_errors_begin_with_those_of_the_start(
     tmp_path: Path, holed: dynmesh.Sequence
 ) -> None:
     output = tmp_path / "out.npz"
-    dynmesh.complete_file(
+    to_file.complete(
         tmp_path / "holed.npz", output, uncertainty=True, provenance=True, drop_above=0.2
     )
     made = dynmesh.read(output)
@@ -204,11 +205,11 @@ def test_frames_of_which_nothing_was_observed_count_once(tmp_path: Path) -> None
     known = KNOWN & (np.arange(len(KNOWN)) < 3)[:, None]
     known[0] = True
     dynmesh.write(tmp_path / "in.npz", replace(TRUTH, known=known))
-    report = dynmesh.complete_file(tmp_path / "in.npz", tmp_path / "out.npz", bidirectional=True)
+    report = to_file.complete(tmp_path / "in.npz", tmp_path / "out.npz", bidirectional=True)
     assert report.empty == len(KNOWN) - 3
     assert (report.quality, report.reason) == ("doubtful", "nothing was observed in most frames")
     with pytest.warns(UserWarning, match="nothing was observed in most frames"):
-        dynmesh.complete(replace(TRUTH, known=known))
+        dynmesh.read(dynmesh.complete(replace(TRUTH, known=known)))
 
 
 def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:
@@ -225,7 +226,7 @@ def test_a_template_stands_before_frame_0(tmp_path: Path, stored: Path) -> None:
     completer = dynmesh.Completer(PARTIAL.faces, points.astype(np.float32), method="detail")
     expected = [completer.push(*frame) for frame in zip(PARTIAL.vertices, KNOWN, strict=True)]
     output = tmp_path / "out.npz"
-    report = dynmesh.complete_file(stored, output, template=tmp_path / "template.obj")
+    report = to_file.complete(stored, output, template=tmp_path / "template.obj")
     assert (report.frames, report.completed, report.start) == (15, 15, None)
     np.testing.assert_array_equal(dynmesh.read(output).vertices, expected)
 
@@ -243,7 +244,7 @@ def test_a_template_lends_its_faces(tmp_path: Path) -> None:
     made: list[dynmesh.Sequence] = []
     for name in ("partial.npz", "points.npy", "scan_%d.ply"):
         output = tmp_path / f"{len(made)}.npz"
-        dynmesh.complete_file(tmp_path / name, output, template=tmp_path / "template.ply")
+        to_file.complete(tmp_path / name, output, template=tmp_path / "template.ply")
         made.append(dynmesh.read(output))
     for other in made[1:]:
         np.testing.assert_array_equal(other.vertices, made[0].vertices)
@@ -254,13 +255,13 @@ def test_the_report_of_a_file_counts(tmp_path: Path) -> None:
     astray = list(dynmesh.degrade.add_outliers(PARTIAL.vertices, PARTIAL.faces, 0.02))
     spoilt = replace(PARTIAL, vertices=np.stack(astray))[WHOLE:]
     dynmesh.write(tmp_path / "in.npz", spoilt)
-    completer = dynmesh.Completer(spoilt.faces, spoilt[0], reject_outliers=True)
+    completer = dynmesh.Completer(spoilt.faces, spoilt.vertices[0], reject_outliers=True)
     reports = []
     for points, known in zip(spoilt.vertices[1:], KNOWN[WHOLE + 1 :], strict=True):
         completer.push(points, known)
         reports.append(completer.report)
     for rejects in (False, True):
-        report = dynmesh.complete_file(
+        report = to_file.complete(
             tmp_path / "in.npz", tmp_path / "out.npz", reject_outliers=rejects, overwrite=True
         )
         assert report.rejected == (sum(one.rejected for one in reports) if rejects else 0)
@@ -307,7 +308,7 @@ def test_both_directions_learn_from_all_files(
     recordings = [tmp_path / "take0.npz", tmp_path / "take1.npz"]
     for seed, path in enumerate(recordings):
         dynmesh.write(path, training_of(8, 10 + seed))
-    report = dynmesh.complete_file(
+    report = to_file.complete(
         tmp_path / "partial.npz", tmp_path / "out.npz", start=WHOLE_POSE, training=recordings
     )
     both = np.concatenate([dynmesh.read(training).vertices for training in recordings])
@@ -340,9 +341,9 @@ def test_a_mesh_of_a_scene_learns_from_the_mesh_at_its_path(
     pair = beside(tmp_path / "pair.usda", one="training0.usda", other="training1.usda")
     for seed, mesh in enumerate(("/one", "/other")):
         made, expected = tmp_path / f"made{seed}.npz", tmp_path / f"expected{seed}.npz"
-        dynmesh.complete_file(stage, made, source={"prim": mesh}, training=pair)
+        to_file.complete(stage, made, source={"prim": mesh}, training=pair)
         training = tmp_path / f"training{seed}.usda"  # whose only mesh has another path
-        dynmesh.complete_file(stage, expected, source={"prim": mesh}, training=training)
+        to_file.complete(stage, expected, source={"prim": mesh}, training=training)
         np.testing.assert_array_equal(dynmesh.read(made).vertices, dynmesh.read(expected).vertices)
 
 
@@ -418,7 +419,7 @@ def test_a_file_is_completed_from_both_sides(tmp_path: Path, whole: int, setting
         options["start"] = whole
     dynmesh.write(tmp_path / "partial.npz", sequence)
     output = tmp_path / "out.npz"
-    report = dynmesh.complete_file(
+    report = to_file.complete(
         tmp_path / "partial.npz", output, bidirectional=True, provenance=True, **options
     )
     made = dynmesh.read(output)
@@ -432,8 +433,8 @@ def test_a_file_is_completed_from_both_sides(tmp_path: Path, whole: int, setting
         np.testing.assert_array_equal(made.vertices[known], sequence.vertices[known])
 
 
-def frame_of(points: list[float], age: list[int], error: list[float]) -> dynmesh.files.Frame:
-    return dynmesh.files.Frame(
+def frame_of(points: list[float], age: list[int], error: list[float]) -> dynmesh.Frame:
+    return dynmesh.Frame(
         np.repeat(np.array(points, np.float32)[:, None], 3, axis=1),
         generation=np.array(age, np.int32),
         age=np.array(age, np.int32),

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from meshes import Array, sheet
 from sequences import GOOD, NO_SEQUENCE, assert_refused, assert_same
 
 import dynmesh
-from dynmesh import files
 
 h5py = pytest.importorskip("h5py", reason="h5py is not installed")
 
@@ -93,7 +93,7 @@ def test_npy_keeps_the_arrays(tmp_path: Path) -> None:
     names = ["a.b.npy", *(f"a.b.{name}.npy" for name in ("age", "faces", "generation", "known"))]
     assert {p.name for p in tmp_path.iterdir()} == {*names}
     with dynmesh.open(path) as reader:
-        assert {*reader.files} == {*files.target_of(path).existing()} == {*tmp_path.iterdir()}
+        assert {*reader.files} == {*tmp_path.iterdir()}
     (tmp_path / "a.b.age.npy").unlink()
     assert_refused(path, "generation, age: ")
     after = dynmesh.Sequence(np.zeros((N, K, 3), np.float32), before.faces)
@@ -276,7 +276,6 @@ def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     mesh.write_text(text)
     dynmesh.write(path, cached(3))
     assert mesh.read_text() == text
-    assert files.target_of(path).existing() == [path, mesh]
 
     other = dynmesh.Sequence(cached().vertices, sheet(7).faces[::-1])
     dynmesh.write(path, other)
@@ -304,10 +303,10 @@ def test_faces_come_from_the_mesh_beside(tmp_path: Path) -> None:
 def test_more_frames_than_a_point_cache_can_count_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("dynmesh.files.writer.check_space", lambda *_: None)
+    monkeypatch.setattr("dynmesh.formats.writing.check_space", lambda *_: None)
     header = dynmesh.Header(sheet(7).faces, 2**31, K, np.dtype(np.float32))
     with pytest.raises(ValueError, match="can hold at most 2147483647 frames, not 2147483648"):
-        files.create(tmp_path / "a.pc2", header)
+        dynmesh.write(tmp_path / "a.pc2", to_file.frames_of(header, []))
     assert not list(tmp_path.iterdir())
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -17,11 +18,9 @@ from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 from sequences import assert_refused, sea
 
 import dynmesh
-from dynmesh import files
-from dynmesh._command import slice_of
-from dynmesh.files.memory import SequenceReader
-from dynmesh.files.numbered import FrameNames
-from dynmesh.files.times import frame_numbers, indices_of
+from dynmesh.cli.command import slice_of
+from dynmesh.formats.numbered import FrameNames
+from dynmesh.formats.times import frame_numbers, indices_of
 
 
 def sequence_of(mesh: Mesh, n: int = 3, dtype: Any = np.float32) -> dynmesh.Sequence:
@@ -119,8 +118,8 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
     dynmesh.write(path, replace(sequence_of(mesh, 5), start=997))
     (tmp_path / "f_12.ply").touch()
     (tmp_path / "g_001.ply").touch()
-    assert len(files.target_of(path).existing()) == 5
-    assert files.target_of(path).existing()[-1].name == "f_1001.ply"
+    assert len([*tmp_path.glob("f_*.ply")]) == 6
+    assert (tmp_path / "f_1001.ply").exists()
     dynmesh.write(path, sequence_of(mesh, 2))
     assert names(tmp_path) == ["f_000.ply", "f_001.ply", "f_12.ply", "g_001.ply"]
     assert dynmesh.read(path).vertices.shape == (2, 49, 3)
@@ -184,6 +183,9 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["s.1.25", "s.1.5"], "s.1.%d.obj", [5, 25]),
     (["f_1_t0.5", "f_2_t0.7"], "f_%d_*.obj", [1, 2]),
     (["f_1_t0.5", "f_2_t0.7"], "f_?_t%.1f.obj", [0.5, 0.7]),
+    (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
+    (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
+    (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
 ]
 AMBIGUOUS = [
     (["f-3", "f-2", "f-1"], r"'f-%d\.obj' \(1, 2, 3\) or 'f%02d\.obj' \(-1, -2, -3\)"),
@@ -299,7 +301,7 @@ def test_frames_keep_their_numbers_on_the_way_out(
     """Or are counted from 0, with a remark."""
     times = np.array(numbers, np.float64)
     dynmesh.write(tmp_path / "a.npz", replace(sequence_of(mesh), start=numbers[0], times=times))
-    made = dynmesh.convert_file(tmp_path / "a.npz", tmp_path / "out" / pattern)
+    made = to_file.convert(tmp_path / "a.npz", tmp_path / "out" / pattern)
     counted = [FrameNames(tmp_path, pattern).name(n)[:-4] for n in range(3)]
     assert sorted(names(tmp_path / "out")) == sorted(f"{n}.ply" for n in expected or counted)
     assert [("numbered from 0" in remark) for remark in made.remarks] == [True] * (expected is None)
@@ -328,9 +330,9 @@ def test_what_is_removed_of_an_older_sequence_is_said(tmp_path: Path, mesh: Mesh
     for start in (0, 2):
         dynmesh.write(tmp_path / f"{start}.npz", replace(sequence_of(mesh), start=start))
     frames = tmp_path / "frames" / "f%d.ply"
-    assert dynmesh.convert_file(tmp_path / "0.npz", frames).remarks == ()
-    assert dynmesh.convert_file(tmp_path / "0.npz", frames, overwrite=True).remarks == ()
-    (remark,) = dynmesh.convert_file(tmp_path / "2.npz", frames, overwrite=True).remarks
+    assert to_file.convert(tmp_path / "0.npz", frames).remarks == ()
+    assert to_file.convert(tmp_path / "0.npz", frames, overwrite=True).remarks == ()
+    (remark,) = to_file.convert(tmp_path / "2.npz", frames, overwrite=True).remarks
     assert remark.endswith("(2): f0.ply, f1.ply")
     assert names(tmp_path / "frames") == ["f2.ply", "f3.ply", "f4.ply"]
 
@@ -430,7 +432,7 @@ def test_lost_frames_are_frames_without_observations(tmp_path: Path, suffix: str
         assert not read.known[lost].any()
 
     output = tmp_path / "made" / "g_%04d.ply"
-    report = dynmesh.complete_file(path, output, source={"gaps": "lost"})
+    report = to_file.complete(path, output, source={"gaps": "lost"})
     assert report.empty == 3
     said = run("complete", path, tmp_path / "a.npz", "--gaps", "lost").stderr
     assert " 3 of the frames" in said
@@ -463,7 +465,7 @@ def test_numbers_several_apart_survive(tmp_path: Path) -> None:
         dynmesh.open(path.parent)
     read = dynmesh.read(path.parent, gaps="lost")
     np.testing.assert_array_equal(read.times, times)
-    dynmesh.complete_file(path.parent, tmp_path / "out" / "f_%d.ply", source={"gaps": "lost"})
+    to_file.complete(path.parent, tmp_path / "out" / "f_%d.ply", source={"gaps": "lost"})
     assert names(tmp_path / "out") == every
 
 
@@ -509,7 +511,7 @@ def test_completion_and_evaluation(tmp_path: Path) -> None:
 def test_ranges_are_half_open(
     text: str, times: np.ndarray | None, expected: list[int] | None
 ) -> None:
-    numbers = frame_numbers(SequenceReader(replace(TRUTH, times=times)).header)
+    numbers = frame_numbers(replace(TRUTH, times=times).header)
     if expected is None:
         with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
             indices_of(numbers, slice_of(text))

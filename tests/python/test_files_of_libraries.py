@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from conftest import LONGER
 from meshes import sheet
 from PIL import Image
@@ -182,7 +183,7 @@ def test_gltf_is_read_whatever_its_looks_and_morph_targets_are_named(tmp_path: P
     whole = gltf(meshes_0={"targets": [{"POSITION": 0}]})
     whole["meshes"][0]["weights"] = [0.5]
     path.write_text(json.dumps(whole))
-    (remark,) = dynmesh.convert_file(path, tmp_path / "a.npz").remarks
+    (remark,) = to_file.convert(path, tmp_path / "a.npz").remarks
     assert "weights of morph targets of a.gltf are not" in remark
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from sequences import assert_refused
 from stages import BODY, FLAG, HAT, TIMES, production
@@ -193,7 +194,7 @@ def test_every_layer_of_a_stage_is_an_input_and_packed_ones_are_only_read(tmp_pa
         dynmesh.write(tmp_path / "c.usdz", dynmesh.read(path))
     before = body.read_text()
     with pytest.raises(ValueError, match=r"body\.usda: is the input"):
-        dynmesh.complete_file(path, body, overwrite=True)
+        to_file.complete(path, body, overwrite=True)
     assert body.read_text() == before
 
 
@@ -228,7 +229,7 @@ def test_a_stated_subdivision_scheme_is_kept(
         UsdGeom.Mesh(stage.GetPrimAtPath(name)).CreateSubdivisionSchemeAttr(stated)
         stage.GetRootLayer().Save()
         path = tmp_path / "b.usda"
-        dynmesh.convert_file(tmp_path / "a.usda", path)
+        to_file.convert(tmp_path / "a.usda", path)
     stage = Usd.Stage.Open(str(path))
     attribute = stage.GetPrimAtPath(name or "/mesh").GetAttribute("subdivisionScheme")
     assert (attribute.Get() if attribute.HasAuthoredValue() else None) == scheme
@@ -278,8 +279,8 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def over(scene: Path, output: Path, mesh: str = BODY, **options: Any) -> dynmesh.FileReport:
-    return dynmesh.complete_file(scene, output, source={"prim": mesh}, **options)
+def over(scene: Path, output: Path, mesh: str = BODY, **options: Any) -> Any:
+    return to_file.complete(scene, output, source={"prim": mesh}, **options)
 
 
 def stage_of(path: Path) -> Any:
@@ -349,7 +350,7 @@ def test_extents_are_those_of_the_points_in_each_frame(tmp_path: Path, is_overla
     assert extent.GetTimeSamples() == times
     for number, time in enumerate(times):
         found, known = np.array(extent.Get(time)), made.known
-        points = made[number] if known is None else made[number][known[number]]
+        points = made.vertices[number][... if known is None else known[number]]
         assert (found[0] > found[1]).all() == (len(points) == 0)
         if len(points):
             np.testing.assert_array_equal(found, [points.min(axis=0), points.max(axis=0)])
@@ -364,8 +365,8 @@ def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_pat
         "materials, normals, other meshes, transforms and velocities of scene.usda are not written"
     )
     assert told in said
-    dynmesh.complete_file(scene, tmp_path / "one.npz", source={"prim": BODY})
-    dynmesh.complete_file(tmp_path / "one.npz", tmp_path / "one.usda")
+    to_file.complete(scene, tmp_path / "one.npz", source={"prim": BODY})
+    to_file.complete(tmp_path / "one.npz", tmp_path / "one.usda")
     assert not Sdf.Layer.FindOrOpen(str(tmp_path / "one.usda")).subLayerPaths
 
 
@@ -373,7 +374,7 @@ def test_the_mesh_alone_is_written_by_a_conversion_or_from_other_formats(tmp_pat
 def test_the_points_are_those_of_the_mesh_completed_alone(
     shot: Path, tmp_path: Path, mesh: str
 ) -> None:
-    dynmesh.complete_file(shot / "scene.usda", tmp_path / "one.npz", source={"prim": mesh})
+    to_file.complete(shot / "scene.usda", tmp_path / "one.npz", source={"prim": mesh})
     expected = dynmesh.read(tmp_path / "one.npz").vertices
     report = over(shot / "scene.usda", tmp_path / "over.usda", mesh, provenance=True)
     said = any("normals, velocities of scene.usda are blocked" in told for told in report.remarks)
@@ -604,10 +605,10 @@ def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) ->
         schema.set(mesh)
     add_mesh(archive, "still", [1])
     del archive, world, schema
-    report = dynmesh.convert_file(path, tmp_path / "b.abc")
+    report = to_file.convert(path, tmp_path / "b.abc")
     (remark,) = (remark for remark in report.remarks if "of a.abc are not written" in remark)
     assert remark == "normals, other meshes and transforms of a.abc are not written"
-    assert dynmesh.convert_file(tmp_path / "b.abc", tmp_path / "c.abc").remarks == ()
+    assert to_file.convert(tmp_path / "b.abc", tmp_path / "c.abc").remarks == ()
 
 
 POLYGONS = "int[] faceVertexCounts = [4, 3]\nint[] faceVertexIndices = [0, 1, 2, 3, 0, 3, 4]"
@@ -647,11 +648,11 @@ def test_texture_coordinates_go_from_format_to_format(tmp_path: Path, of_vertice
     expected = texture[corners] if of_vertices else texture
     path = textured(tmp_path / "a.usda", name="UVMap", texture=texture)
     for name in ("b.abc", "c.usdc", "d.abc", "e.abc"):
-        assert dynmesh.convert_file(path, tmp_path / name).remarks == ()
+        assert to_file.convert(path, tmp_path / name).remarks == ()
         path = tmp_path / name
         np.testing.assert_array_equal(texture_in(path), expected)
     for name, made in (("f_%d.obj", "f_2.obj"), ("g.pc2", "g.obj")):
-        assert dynmesh.convert_file(path, tmp_path / name).remarks == ()
+        assert to_file.convert(path, tmp_path / name).remarks == ()
         found = corners_in_obj(tmp_path / made)
         assert [vertex for face in found for _, vertex in face] == corners
         assert list(map(len, found)) == [4, 3]
@@ -673,11 +674,11 @@ def test_faces_of_left_handed_meshes_are_turned_with_their_texture(tmp_path: Pat
     np.testing.assert_array_equal(texture_in(path), PLACES[[3, 2, 1, 0, 6, 5, 4]])
     by_vertex = textured(tmp_path / "b.usda", told, texture=PLACES[:5])
     np.testing.assert_array_equal(texture_in(by_vertex), PLACES[faces.corners])
-    dynmesh.convert_file(path, tmp_path / "c.usda")
+    to_file.convert(path, tmp_path / "c.usda")
     again = dynmesh.read(tmp_path / "c.usda").polygons
     assert again is not None
     np.testing.assert_array_equal(again.corners, faces.corners)
-    dynmesh.complete_file(path, tmp_path / "over.usda")  # a layer, which leaves the faces alone
+    to_file.complete(path, tmp_path / "over.usda")  # a layer, which leaves the faces alone
     stage = stage_of(tmp_path / "over.usda")
     left = stage.GetPrimAtPath("/Body")
     assert left.GetAttribute("orientation").Get() == "leftHanded"
@@ -750,25 +751,23 @@ def test_what_a_conversion_leaves_out_is_said_in_one_sentence(tmp_path: Path) ->
     left = "colours, lightmap, materials and subsets of a.usda are not written"
     more = "colours, lightmap, materials, subsets and texture coordinates of a.usda are not written"
     for name, told in (("b.abc", left), ("c_%d.obj", left), ("d.npz", more)):
-        for make in (dynmesh.convert_file, dynmesh.complete_file):
+        for make in (to_file.convert, to_file.complete):
             remarks = make(path, tmp_path / name, overwrite=True).remarks
-            assert [one for one in remarks if "written" in one] == [told]
-    assert dynmesh.convert_file(path, tmp_path / "alone.usda").remarks == (left,)
-    layered = dynmesh.complete_file(path, tmp_path / "over.usda").remarks
+            assert [one for one in remarks if "of a.usda" in one] == [told]
+    assert to_file.convert(path, tmp_path / "alone.usda").remarks == (left,)
+    layered = to_file.complete(path, tmp_path / "over.usda").remarks
     assert not [one for one in layered if "written" in one]
-    dynmesh.convert_file(path, tmp_path / "one.obj", frames=slice(1, 2))
-    remarks = dynmesh.convert_file(tmp_path / "one.obj", tmp_path / "f.abc").remarks
+    to_file.convert(path, tmp_path / "one.obj", frames=slice(1, 2))
+    remarks = to_file.convert(tmp_path / "one.obj", tmp_path / "f.abc").remarks
     assert remarks == ("texture coordinates of one.obj are not written",)
     moving = "texCoord2f[] primvars:st.timeSamples = {1: [(0, 0)], 2: [(1, 1)]}"
     path = layer(tmp_path / "g.usda", mesh(points_at(t1=1), moving))
-    assert dynmesh.convert_file(path, tmp_path / "g.abc").remarks == (
-        "st of g.usda are not written",
-    )
+    assert to_file.convert(path, tmp_path / "g.abc").remarks == ("st of g.usda are not written",)
 
 
 def test_a_template_provides_the_texture_coordinates(tmp_path: Path) -> None:
     path = textured(tmp_path / "a.usda")
     partial = dynmesh.read(path)
     dynmesh.write(tmp_path / "partial.npz", partial)
-    dynmesh.complete_file(tmp_path / "partial.npz", tmp_path / "b.abc", template=path)
+    to_file.complete(tmp_path / "partial.npz", tmp_path / "b.abc", template=path)
     np.testing.assert_array_equal(texture_in(tmp_path / "b.abc"), PLACES)

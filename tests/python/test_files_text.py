@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import to_file
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
@@ -101,8 +102,7 @@ def test_every_variant_of_obj_is_read_and_written_again(tmp_path: Path, text: st
     (tmp_path / "a.obj").write_bytes(b"g all\n" + data)  # which is kept
     with dynmesh.open(tmp_path / "a.obj") as reader:
         (frame,) = reader
-        with dynmesh.create(tmp_path / "b.obj", reader.header) as writer:
-            writer.append(frame.points + 1)
+        dynmesh.write(tmp_path / "b.obj", to_file.frames_of(reader.header, [frame.points + 1]))
     points, sizes, corners, _ = parse_obj(data)
     for one, other in zip(
         (points + 1, sizes, corners), parse_obj((tmp_path / "b.obj").read_bytes()), strict=False
@@ -475,14 +475,14 @@ def test_obj_keeps_everything_but_normals(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     with dynmesh.open(source.with_name("body_%04d.obj")) as reader:
         (frame,) = reader
-        with dynmesh.create(tmp_path / "out" / "a_%04d.obj", reader.header) as writer:
-            writer.append(frame.points @ TURN.T + 5)
+        frames = to_file.frames_of(reader.header, [frame.points @ TURN.T + 5])
+        written = dynmesh.write(tmp_path / "out" / "a_%04d.obj", frames)
     made = tmp_path / "out" / "a_0001.obj"
     check_kept(made, source)
     (library,) = (words for words in words_of(made) if words[0] == "mtllib")
     assert library == ["mtllib", "./../in/skins/my", "body.mtl"]
     np.testing.assert_array_equal(coordinates(made)[:, :3], coordinates(source)[:, :3] @ TURN.T + 5)
-    assert writer.remarks == ["normals of body_0001.obj are not written"]
+    assert written.remarks == ("normals of body_0001.obj are not written",)
     again: Any = trimesh.load(made, process=False, group_material=False)  # another reader
     assert len(again.faces) == 6
 
@@ -502,9 +502,8 @@ def test_ply_keeps_properties_of_vertices(tmp_path: Path) -> None:
     (tmp_path / "in_0007.ply").write_bytes(content)
     with dynmesh.open(tmp_path / "in_%04d.ply") as reader:
         (frame,) = reader
-        with dynmesh.create(tmp_path / "out_%04d.ply", reader.header) as writer:
-            writer.append(frame.points[:, [2, 0, 1]])
-    (remark,) = writer.remarks
+        frames = to_file.frames_of(reader.header, [frame.points[:, [2, 0, 1]]])
+        (remark,) = dynmesh.write(tmp_path / "out_%04d.ply", frames).remarks
     assert remark == "face.label, vertex.near and vertex.nx of in_0007.ply are not written"
     again: Any = trimesh.load(tmp_path / "out_0007.ply", process=False)  # another reader
     written = again.metadata["_ply_raw"]["vertex"]["data"]
@@ -523,16 +522,16 @@ def test_a_completed_sequence_keeps_what_its_template_holds(tmp_path: Path) -> N
     partial = dynmesh.Sequence(frames, whole.faces, known, start=7)
     dynmesh.write(tmp_path / "partial.npz", partial)
     output = tmp_path / "made_%04d.obj"
-    report = dynmesh.complete_file(tmp_path / "partial.npz", output, template=template)
+    report = to_file.complete(tmp_path / "partial.npz", output, template=template)
     for number in (7, 8, 9):
         check_kept(tmp_path / f"made_{number:04}.obj", template)
     made_polygons: Any = dynmesh.read(output).polygons
     polygons: Any = whole.polygons
     np.testing.assert_array_equal(made_polygons.sizes, polygons.sizes)
-    lost = [remark for remark in report.remarks if "not written" in remark]
+    lost = [remark for remark in report.remarks if "of body.obj" in remark]
     assert lost == ["normals of body.obj are not written"]
     output = tmp_path / "made.h5"
-    report = dynmesh.complete_file(tmp_path / "partial.npz", output, template=template)
+    report = to_file.complete(tmp_path / "partial.npz", output, template=template)
     assert [remark for remark in report.remarks if "materials" in remark and "body.obj" in remark]
     kept: Any = dynmesh.read(output).polygons
     np.testing.assert_array_equal(kept.corners, polygons.corners)

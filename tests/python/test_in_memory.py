@@ -10,21 +10,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from commands import dynmesh_command as run
 from meshes import sheet
 from sequences import assert_same, sea
 
 import dynmesh
+from dynmesh.header import StandardErrorOf, numbers_of
 from dynmesh.scans import read_points
-from dynmesh.sequence import StandardErrorOf, numbers_of
-from dynmesh.verbs.degrade import degrade_file
 
 N = 8
 TRUTH = sea(N)
 PARTIAL = sea(N, share=0.6, up_axis="z")
 """No frame of it is whole."""
 KNOWN: Any = PARTIAL.known
-COMPLETED = dynmesh.complete(PARTIAL, start=0, method="motion")
+COMPLETED = dynmesh.read(dynmesh.complete(PARTIAL, start=0, method="motion"))
 
 
 OPTIONS: list[dict[str, Any]] = [
@@ -41,12 +41,12 @@ OPTIONS: list[dict[str, Any]] = [
 def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[str, Any]) -> None:
     training = options.get("training")
     given = dict(options) | ({"training": TRUTH.vertices[2:6]} if training else {})
-    made = dynmesh.complete(PARTIAL, **given)
+    made = dynmesh.read(dynmesh.complete(PARTIAL, **given))
     dynmesh.write(tmp_path / "partial.npz", PARTIAL)
     dynmesh.write(tmp_path / "training.npz", TRUTH[2:6])
     of_file = dict(options) | ({"training": tmp_path / "training.npz"} if training else {})
     output = tmp_path / "out.npz"
-    dynmesh.complete_file(tmp_path / "partial.npz", output, provenance=True, **of_file)
+    to_file.complete(tmp_path / "partial.npz", output, provenance=True, **of_file)
     assert_same(made, dynmesh.read(output))
 
 
@@ -54,8 +54,8 @@ def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[st
 def test_what_was_estimated_is_estimated_again(options: dict[str, Any]) -> None:
     """A completed sequence is completed as that of which it was made."""
     options = options | ({"training": TRUTH.vertices[2:6]} if "training" in options else {})
-    completed = dynmesh.complete(PARTIAL, **options)
-    assert_same(dynmesh.complete(completed, **options), completed)
+    completed = dynmesh.read(dynmesh.complete(PARTIAL, **options))
+    assert_same(dynmesh.read(dynmesh.complete(completed, **options)), completed)
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".h5", ".npy", ".usda", ".abc", "_%02d.ply"])
@@ -65,8 +65,8 @@ def test_a_completed_file_is_completed_again_as_in_memory(tmp_path: Path, suffix
             pytest.importorskip(library)
     dynmesh.write(tmp_path / "partial.npz", PARTIAL)
     once, twice = tmp_path / f"once{suffix}", tmp_path / f"twice{suffix}"
-    dynmesh.complete_file(tmp_path / "partial.npz", once)
-    dynmesh.complete_file(once, twice)
+    to_file.complete(tmp_path / "partial.npz", once)
+    to_file.complete(once, twice)
     for name in ("vertices", "generation", "age"):
         one, other = (getattr(dynmesh.read(path), name) for path in (once, twice))
         np.testing.assert_array_equal(one, other, err_msg=name)
@@ -75,19 +75,23 @@ def test_a_completed_file_is_completed_again_as_in_memory(tmp_path: Path, suffix
 
 def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
     """With a mask, after a loss, and in a format that cannot say so."""
-    again = dynmesh.complete(replace(COMPLETED, known=np.ones_like(KNOWN)), start=0)
-    np.testing.assert_array_equal(again.vertices, dynmesh.complete(PARTIAL, start=0).vertices)
+    again = dynmesh.read(dynmesh.complete(replace(COMPLETED, known=np.ones_like(KNOWN)), start=0))
+    np.testing.assert_array_equal(
+        again.vertices, dynmesh.read(dynmesh.complete(PARTIAL, start=0)).vertices
+    )
     dynmesh.write(tmp_path / "completed.npz", COMPLETED)
-    degrade_file(tmp_path / "completed.npz", tmp_path / "partial.npz", known=0.99)
+    to_file.write(
+        dynmesh.degraded(tmp_path / "completed.npz", known=0.99), tmp_path / "partial.npz"
+    )
     left: Any = dynmesh.read(tmp_path / "partial.npz").known
     np.testing.assert_array_equal(left & ~KNOWN, np.zeros_like(KNOWN))
     assert left.sum() > 0.9 * KNOWN.sum()
-    np.testing.assert_allclose(dynmesh.info(COMPLETED).known_share, KNOWN.mean(axis=1))
+    np.testing.assert_allclose(dynmesh.diagnose(COMPLETED).known_share, KNOWN.mean(axis=1))
     whole = dynmesh.whole_frame(COMPLETED.faces, COMPLETED, frame=3)
     np.testing.assert_array_equal(whole.known, KNOWN[3])
     for made in (
-        dynmesh.complete_file(tmp_path / "completed.npz", tmp_path / "a_%02d.obj"),
-        dynmesh.convert_file(tmp_path / "completed.npz", tmp_path / "b_%02d.obj"),
+        to_file.complete(tmp_path / "completed.npz", tmp_path / "a_%02d.obj"),
+        to_file.convert(tmp_path / "completed.npz", tmp_path / "b_%02d.obj"),
     ):
         (told,) = (one for one in made.remarks if "generation" in one)
         assert "counts as observed" in told
@@ -101,7 +105,7 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
     frames = range(2, 7, 2)
     expected = [apart[t][~KNOWN[t]] for t in frames]
     bare = replace(COMPLETED, generation=None, age=None)
-    for made, more in ((COMPLETED, {}), (bare, {"partial": PARTIAL})):
+    for made, more in ((COMPLETED, {}), (bare, {"input": PARTIAL})):
         found = dynmesh.evaluate(made, TRUTH, frames=frames, only="missing", **more)  # type: ignore[arg-type]
         assert [each.frame for each in found.each] == [2, 4, 6]
         assert [each.vertices for each in found.each] == [len(own) for own in expected]
@@ -111,7 +115,7 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
     whole = dynmesh.evaluate(COMPLETED, TRUTH)
     assert whole.frames == N - 1
     assert whole.mean == pytest.approx(apart[1:].mean())
-    with pytest.raises(ValueError, match="partial: is needed"):
+    with pytest.raises(ValueError, match="input: is needed"):
         dynmesh.evaluate(bare, TRUTH, only="missing")
     for name, sequence in (("bare", bare), ("truth", TRUTH), ("partial", PARTIAL)):
         dynmesh.write(tmp_path / f"{name}.npz", sequence)
@@ -131,7 +135,9 @@ def test_errors_by_frame_of_missing_vertices_alone(tmp_path: Path) -> None:
 def test_one_frame_can_be_measured() -> None:
     found = dynmesh.evaluate(COMPLETED[2:3], TRUTH[2:3])
     assert (found.frames, [each.frame for each in found.each]) == (1, [2])
-    whole = dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
+    whole = dynmesh.read(
+        dynmesh.complete(replace(TRUTH, known=KNOWN | (np.arange(N) != 4)[:, None]))
+    )
     assert dynmesh.evaluate(whole, TRUTH, only="missing").frames == 1
 
 
@@ -160,7 +166,7 @@ def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
 def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardErrorOf) -> None:
     sequence = replace(PARTIAL, standard_error_of=kind)
     dynmesh.write(tmp_path / "partial.npz", sequence)
-    assert dynmesh.info(sequence).as_dict() == dynmesh.info(tmp_path / "partial.npz").as_dict()
+    assert dynmesh.info(sequence).to_dict() == dynmesh.info(tmp_path / "partial.npz").to_dict()
 
 
 SHOT = sea(6, start=10)
@@ -187,7 +193,7 @@ def test_another_unit_is_refused(verb: Any, factor: float, units: str | None) ->
 
 def test_exchanged_arguments_are_told(tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(6, 100, 0.5)))
-    completed = dynmesh.complete(replace(SHOT, known=known))
+    completed = dynmesh.read(dynmesh.complete(replace(SHOT, known=known)))
     dynmesh.write(tmp_path / "completed.npz", completed)
     dynmesh.write(tmp_path / "truth.npz", SHOT)
     files = tmp_path / "completed.npz", tmp_path / "truth.npz"
@@ -206,7 +212,7 @@ def test_zeros_may_tell_what_was_missing() -> None:
     zeros = np.where(known[..., None], SHOT.vertices + 1, 0)
     truth = replace(SHOT, vertices=SHOT.vertices + 1)
     off = replace(truth, vertices=truth.vertices + np.where(known[..., None], 0, 0.5))
-    told = dynmesh.evaluate(off, truth, only="missing", partial=replace(truth, vertices=zeros))
+    told = dynmesh.evaluate(off, truth, only="missing", input=replace(truth, vertices=zeros))
     distance = told.mean * told.bounding_box_diagonal
     assert distance == pytest.approx(0.5 * np.sqrt(3), rel=1e-3)
 
@@ -228,12 +234,12 @@ NUMBERED = dynmesh.Sequence(
 
 def test_a_sequence_is_a_collection_of_frames() -> None:
     assert len(NUMBERED) == 10
-    assert [frame[0, 0] for frame in NUMBERED] == list(range(10))
+    assert [frame.points[0, 0] for frame in NUMBERED] == list(range(10))
     for frame in (7, np.int64(7), -3):
-        assert NUMBERED[frame].shape == (49, 3)
-        assert (NUMBERED[frame] == 7).all()
-    assert np.shares_memory(NUMBERED[7], NUMBERED.vertices)
-    completed = list(dynmesh.complete(NUMBERED.faces, iter(NUMBERED)))
+        assert NUMBERED[frame].points.shape == (49, 3)
+        assert (NUMBERED[frame].points == 7).all()
+    assert np.shares_memory(NUMBERED[7].points, NUMBERED.vertices)
+    completed = list(to_file.pushed(NUMBERED.faces, iter(NUMBERED.vertices)))
     np.testing.assert_array_equal(completed, NUMBERED.vertices)
 
 
@@ -324,22 +330,22 @@ HOLED = sea(10, share=0.6, whole=[0, 2], **ABOUT)
 
 @pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
 def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
-    made = dynmesh.convert(replace(SCALED, up_axis=one), to_up=other)
+    made = dynmesh.read(dynmesh.convert(replace(SCALED, up_axis=one), to_up=other))
     assert made.up_axis == other
     a, b = "xyz".index(one), "xyz".index(other)
     np.testing.assert_array_equal(made.vertices[..., b], SCALED.vertices[..., a])
     # A rotation keeps distances, and which side of a triangle is its front.
-    frame, turned = (points[3][SCALED.faces[0]].astype(float) for points in (SCALED, made))
+    frame, turned = (s.vertices[3][SCALED.faces[0]].astype(float) for s in (SCALED, made))
     before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frame, turned))
     np.testing.assert_allclose(after, before, rtol=1e-6)
     assert np.linalg.det(turned) == pytest.approx(np.linalg.det(frame))
-    back = dynmesh.convert(made, to_up=one)
+    back = dynmesh.read(dynmesh.convert(made, to_up=one))
     np.testing.assert_array_equal(back.vertices, SCALED.vertices)
 
 
 def test_units_and_scale() -> None:
-    made = dynmesh.complete(HOLED, uncertainty=True)
-    inches = dynmesh.convert(made, to_unit="inch", scale=2)
+    made = dynmesh.read(dynmesh.complete(HOLED, uncertainty=True))
+    inches = dynmesh.read(dynmesh.convert(made, to_unit="inch", scale=2))
     assert inches.metres_per_unit == 0.0254
     factor = 2 * 0.01 / 0.0254
     np.testing.assert_allclose(inches.vertices, factor * made.vertices, rtol=1e-6)
@@ -348,7 +354,7 @@ def test_units_and_scale() -> None:
     np.testing.assert_allclose(inches.standard_error, factor * made.standard_error, rtol=1e-6)
     np.testing.assert_array_equal(inches.age, made.age)
     with pytest.raises(ValueError, match=r"scale: .*float32"):
-        dynmesh.convert(made, scale=1e38)
+        dynmesh.read(dynmesh.convert(made, scale=1e38))
 
 
 CONVERSIONS: list[dict[str, Any]] = [
@@ -362,9 +368,9 @@ CONVERSIONS: list[dict[str, Any]] = [
 @pytest.mark.parametrize("options", CONVERSIONS, ids=str)
 def test_files_are_converted_as_sequences_are(tmp_path: Path, options: dict[str, Any]) -> None:
     dynmesh.write(tmp_path / "in.npz", HOLED)
-    report = dynmesh.convert_file(tmp_path / "in.npz", tmp_path / "out.npz", **options)
+    report = to_file.convert(tmp_path / "in.npz", tmp_path / "out.npz", **options)
     made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, dynmesh.convert(HOLED, **options))
+    assert_same(made, dynmesh.read(dynmesh.convert(HOLED, **options)))
     assert (report.frames, report.vertices) == made.vertices.shape[:2]
 
 
@@ -396,8 +402,8 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
         np.savetxt(folder / "a_9.xyz", points[:5])
         np.savetxt(folder / "a_13.xyz", points[:5])
         with pytest.raises(ValueError, match=r"clouds: a_11\.xyz is missing"):
-            dynmesh.convert_file(folder, tmp_path / "out")
-        lost = dynmesh.convert_file(folder, tmp_path / "lost", source={"gaps": "lost"})
+            to_file.convert(folder, tmp_path / "out")
+        lost = to_file.convert(folder, tmp_path / "lost", source={"gaps": "lost"})
         assert lost.frames == 3
         (folder / "a_13.xyz").unlink()
         (folder / "cameras.json").write_text("[]")
@@ -405,7 +411,7 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
         (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")
     )
     changes: dict[str, Any] = {"unit": "mm", "to_unit": "m", "up": "z", "to_up": "y"}
-    report = dynmesh.convert_file(given, output, **changes)
+    report = to_file.convert(given, output, **changes)
     assert report.frames == 1 + is_folder
     assert any("cameras.json" in remark for remark in report.remarks) == is_folder
     found = read_points(output / "a_7.ply" if is_folder else output)
@@ -417,4 +423,4 @@ def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> 
     if is_folder:
         assert sorted(file.name for file in output.iterdir()) == ["a_7.ply", "a_9.ply"]
     with pytest.raises(FileExistsError):
-        dynmesh.convert_file(given, output, **changes)
+        to_file.convert(given, output, **changes)

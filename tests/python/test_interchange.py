@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from conftest import REPOSITORY
 from stages import BODY, production
 
@@ -85,7 +86,7 @@ SHOWN = (1001, 1003, 1005)
 
 def test_blender_shows_a_completed_scene_as_it_was(tmp_path: Path, blender: str) -> None:
     scene, completed = production(tmp_path / "scene.usda"), tmp_path / "over.usda"
-    dynmesh.complete_file(scene, completed, source={"prim": BODY})
+    to_file.complete(scene, completed, source={"prim": BODY})
     before, after = seen_by(blender, scene), seen_by(blender, completed)
     for what, values in before.items():
         if what != "Body:positions":  # matrices, texture coordinates, materials, other meshes

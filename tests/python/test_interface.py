@@ -99,21 +99,29 @@ def test_out_is_written_and_returned(mesh: Mesh) -> None:
     np.testing.assert_array_equal(out, mesh.vertices)
 
 
-def test_complete_is_a_generator_in_constant_memory(mesh: Mesh, rng: np.random.Generator) -> None:
+def test_frames_are_completed_when_they_are_gone_through(
+    mesh: Mesh, rng: np.random.Generator
+) -> None:
     given = 0
 
     def frames() -> Any:
         nonlocal given
         for i in range(40):
             given += 1
-            yield turned(mesh.vertices, 0.01 * i)
+            known = rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool)
+            yield dynmesh.Frame(turned(mesh.vertices, 0.01 * i), known)
 
-    masks = (rng.random(len(mesh.vertices)) < 0.5 if i else np.ones(49, bool) for i in range(40))
-    stream = dynmesh.complete(mesh.faces, frames(), masks)
-    np.testing.assert_array_equal(next(stream), mesh.vertices)
+    header = dynmesh.Header(mesh.faces, 40, 49, mesh.vertices.dtype, has_known=True)
+    completed = dynmesh.complete(dynmesh.ComputedFrames(header, frames), start=0)
+    assert given == 0
+    with pytest.raises(ValueError, match="report: is there when all frames"):
+        completed.report  # noqa: B018
+    stream = iter(completed)
+    np.testing.assert_array_equal(next(stream).points, mesh.vertices)
     next(stream)
-    assert given == 2
+    assert given <= 4  # of frames that are gone through twice, once for the first
     assert len(list(stream)) == 38
+    assert completed.report.completed == 39
 
 
 MESH: Mesh = sheet(7)
@@ -211,7 +219,7 @@ def test_the_signatures_show_every_setting_of_the_core() -> None:
 
 
 def test_a_file_is_completed_with_the_defaults_of_the_core() -> None:
-    parameters = inspect.signature(dynmesh.complete_file).parameters
+    parameters = inspect.signature(dynmesh.complete).parameters
     shared = parameters.keys() & {"method", *SETTINGS}
     assert shared >= {"method", "noise", "learn", "uncertainty", "threads"}
     for name in shared:
@@ -279,12 +287,14 @@ def test_where_there_is_no_terminal_lines_are_printed_also_during_a_long_step(
 
 
 def test_an_error_in_a_frame_knows_the_frame(mesh: Mesh) -> None:
-    frames = [mesh.vertices, mesh.vertices, mesh.vertices[:3]]
+    vertices = np.stack([mesh.vertices] * 3)
+    vertices[2, 4] = np.inf
+    sequence = dynmesh.Sequence(vertices, mesh.faces, np.ones((3, 49), bool), start=7)
     with pytest.raises(dynmesh.DynmeshError) as refused:
-        list(dynmesh.complete(mesh.faces, frames))
+        dynmesh.read(dynmesh.complete(sequence))
     assert isinstance(refused.value, ValueError)
-    assert refused.value.frame == 2
-    assert str(refused.value) == f"frame 2: {refused.value.reason}"
+    assert refused.value.frame == 9
+    assert str(refused.value) == f"sequence: frame 9: {refused.value.reason}"
 
 
 def test_the_file_that_is_damaged_is_named_alone(tmp_path: Path, mesh: Mesh) -> None:

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from meshes import sheet
 from sequences import sea
 
 import dynmesh
-from dynmesh import baselines, degrade, files, metrics, scans
+from dynmesh import baselines, degrade, formats, metrics, scans
 
 MESH = sheet(5)
 K = len(MESH.vertices)
@@ -43,9 +44,8 @@ def tracker() -> dynmesh.Tracker:
 
 
 def _append(folder: Path, **given: Any) -> None:
-    header = files.Header(**HEADER, has_known=True, has_provenance=True)
-    with dynmesh.create(folder / "a.npz", header) as writer:
-        writer.append(**given)
+    header = dynmesh.Header(**HEADER, has_known=True, has_provenance=True)
+    dynmesh.write(folder / "a.npz", to_file.frames_of(header, [dynmesh.Frame(**given)]))
 
 
 def _write_scan(folder: Path, **given: Any) -> None:
@@ -99,7 +99,6 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Tracker.push_depth": (_of(tracker, "push_depth"), IMAGE | {"out": FRAME.copy()}),
     "Tracker.reset": (_of(tracker, "reset"), {"frame": FRAME}),
     "Tracker.skip": (_of(tracker, "skip"), {"out": FRAME.copy()}),
-    "complete": (_all(dynmesh.complete), OF_FRAMES | {"known": MASKS, "training": FRAMES}),
     "whole_frame": (_once(dynmesh.whole_frame), OF_FRAMES | {"known": MASKS}),
     "find_alignment": (
         _once(dynmesh.find_alignment),
@@ -123,10 +122,10 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "Header": (
-        _once(files.Header),
+        _once(dynmesh.Header),
         HEADER | {"n_frames": 4, "times": np.arange(4.0), "texture": PLACES},
     ),
-    "Writer.append": (
+    "write": (
         _append,
         SEEN | {"generation": KNOWN.astype(np.int32), "age": KNOWN.astype(np.int32)},
     ),
@@ -190,9 +189,14 @@ PLAIN = {"Frame", "Description", "PointScan.only", "DepthScan.only", "ScanCamera
 """Records, which are checked where they are used, and what takes neither positions nor masks."""
 
 
+FILES = {("open", "faces"), ("open", "known"), ("complete", "training"), ("track", "training")}
+FILES |= {("opened", "template")}
+"""Arrays in place of files, which are checked as those of files are."""
+
+
 def _takers() -> Iterator[tuple[str, str]]:
     """All public functions and their parameters that may be arrays."""
-    for module in (dynmesh, files, metrics, baselines, degrade, scans):
+    for module in (dynmesh, formats, metrics, baselines, degrade, scans):
         for name in module.__all__:
             found = getattr(module, name)
             if isinstance(found, types.ModuleType) or not callable(found):
@@ -213,7 +217,7 @@ def test_the_table_names_all_that_takes_arrays() -> None:
     there = {(name, argument) for name, (_, given) in ENTRIES.items() for argument in given}
     takers = {one for one in _takers() if one[0] not in RESULTS | PLAIN}
     assert len(takers) > 60
-    assert takers - there - {("opened", "template")} == set()
+    assert takers - there - FILES == set()
 
 
 @pytest.mark.parametrize("name", ENTRIES)
@@ -267,35 +271,30 @@ def test_a_mask_that_would_be_ignored_is_refused(
         call(tmp_path, **given | {argument: carrier})
 
 
-@pytest.mark.parametrize("taken", ["training", "frames"])
-def test_sequences_without_masks_are_frames(taken: str) -> None:
-    call, given = ENTRIES["complete"]
-    sequence = dynmesh.Sequence(FRAMES, MESH.faces)
-    np.testing.assert_array_equal(call(None, **given | {taken: sequence}), call(None, **given))
-
-
 PARTIAL = sea(6, share=0.6)
 
 
 def _measured(sequence: dynmesh.Sequence) -> Any:
     whole = sea(6)
-    completed = dynmesh.complete(whole)
-    return dynmesh.evaluate(completed, whole, partial=sequence, only="missing").to_dict()
+    completed = dynmesh.read(dynmesh.complete(whole))
+    return dynmesh.evaluate(completed, whole, input=sequence, only="missing").to_dict()
 
 
 def _in_file(sequence: dynmesh.Sequence, folder: Path) -> Any:
     dynmesh.write(folder / "a.npz", sequence)
-    dynmesh.complete_file(folder / "a.npz", folder / "b.npz", overwrite=True)
+    to_file.complete(folder / "a.npz", folder / "b.npz", overwrite=True)
     return dynmesh.read(folder / "b.npz").vertices
 
 
 CARRYING: dict[str, Callable[[dynmesh.Sequence, Path], Any]] = {
-    "complete": lambda s, _: dynmesh.complete(s).vertices,
+    "complete": lambda s, _: dynmesh.read(dynmesh.complete(s)).vertices,
     "complete_file": _in_file,
     "whole_frame": lambda s, _: dynmesh.whole_frame(s.faces, s).positions,
-    "convert": lambda s, _: dynmesh.complete(dynmesh.convert(s, scale=2)).vertices,
-    "a slice": lambda s, _: dynmesh.complete(s[1:5]).vertices,
-    "info": lambda s, _: dynmesh.info(s).as_dict(),
+    "convert": lambda s, _: (
+        dynmesh.read(dynmesh.complete(dynmesh.read(dynmesh.convert(s, scale=2)))).vertices
+    ),
+    "a slice": lambda s, _: dynmesh.read(dynmesh.complete(s[1:5])).vertices,
+    "info": lambda s, _: dynmesh.info(s).to_dict(),
     "evaluate": lambda s, _: _measured(s),
 }
 """What takes a sequence as such, and a result that its positions decide."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from meshes import turned
 
 import dynmesh
@@ -62,9 +63,9 @@ def as_given(arrays: Any, frames: Any) -> Any:
 
 def written(frames: Any) -> Any:
     header = dynmesh.Header(TRIANGLES, len(frames), N * N, np.dtype(float), has_known=True)
-    with dynmesh.create("written.npz", header) as writer:
-        for points, known in zip(frames, KNOWN.tolist(), strict=True):
-            writer.append(points, known)
+    pairs = zip(frames, KNOWN.tolist(), strict=True)
+    made = [dynmesh.Frame(np.array(points), np.array(known)) for points, known in pairs]
+    dynmesh.write("written.npz", to_file.frames_of(header, made))
     again = dynmesh.read("written.npz", known=KNOWN[::-1].tolist())
     return [again.vertices, again.known]
 
@@ -85,12 +86,12 @@ CALLS: dict[str, Callable[[Any, Any], Any]] = {
     "Header": lambda f, _: dynmesh.Header(f, 1, N * N, np.dtype(float)).faces,
     "read": read_with_faces,
     "create": lambda _, p: written(p),
-    "complete": lambda f, p: list(dynmesh.complete(f, p, KNOWN.tolist())),
-    "complete a sequence": lambda f, p: dynmesh.complete(sequence(f, p)).vertices,
+    "complete": lambda f, p: list(to_file.pushed(f, p, KNOWN.tolist())),
+    "complete a sequence": lambda f, p: dynmesh.read(dynmesh.complete(sequence(f, p))).vertices,
     "evaluate": lambda f, p: report(
         dynmesh.evaluate(dynmesh.Sequence(p, f), dynmesh.Sequence(FRAMES * 1.1, f))
     ),
-    "info": lambda f, p: str(dynmesh.info(sequence(f, p)).findings),
+    "info": lambda f, p: str(dynmesh.diagnose(sequence(f, p)).findings),
     "register": lambda f, p: registered(
         dynmesh.register(f, p[0], SCAN.points.tolist(), align=False)
     ),

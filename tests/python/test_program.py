@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from numpy.typing import NDArray
 
 import dynmesh
@@ -26,7 +27,7 @@ class Job:
         self.partial: NDArray[np.float32] = np.where(
             masks[..., None], sequence.vertices, np.float32("nan")
         )[1:]
-        completed = list(dynmesh.complete(sequence.faces, sequence.vertices, masks))
+        completed = list(to_file.pushed(sequence.faces, sequence.vertices, masks))
         self.completed = np.stack(completed)[1:].tobytes()
         self.template = folder / "template.obj"
         dynmesh.write(self.template, sequence[:1])

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import to_file
 from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
@@ -18,9 +19,8 @@ from scan_files import error, moving_body, room_around, scanned_in_a_room
 from test_scans import potato
 
 import dynmesh
-from dynmesh import degrade, track_file
+from dynmesh import degrade
 from dynmesh.degrade.shared import mean_edge_of
-from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import (
     DepthScan,
     PointScan,
@@ -31,7 +31,12 @@ from dynmesh.scans import (
     scan_folder,
     write_cameras,
 )
-from dynmesh.tracking.room import Room, RoomlessScans, crop_of, planes_of_room
+from dynmesh.tracking.background import (
+    Background,
+    ScansWithoutBackground,
+    crop_of,
+    planes_of_background,
+)
 
 
 @pytest.fixture(scope="module")
@@ -285,6 +290,42 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     assert not (tmp_path / "o.json").exists()
 
 
+def refocused(factor: float, rig: Rig) -> Rig:
+    longer = [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]
+    cameras = (replace(c, intrinsics=np.asarray(c.intrinsics) * longer) for c in rig.cameras)
+    return replace(rig, cameras=tuple(cameras))
+
+
+@pytest.mark.parametrize(
+    ("focal_length", "size", "told"),
+    [
+        (1.02, 1, ""),
+        (1.05, 1, "the focal lengths of all cameras are about 5% too long"),
+        (0.93, 1, "the focal lengths of all cameras are about 7% too short"),
+        (1, 1.02, ""),
+        (1, 1.06, "the template is about 7% too large"),
+    ],
+)
+@pytest.mark.parametrize("command", ["rig", "track"])
+def test_focal_lengths_and_sizes_that_are_wrong_everywhere_are_told(
+    command: str, focal_length: float, size: float, told: str, folder: Path, tmp_path: Path
+) -> None:
+    body = dynmesh.read(folder / "body.obj")
+    middle = body.vertices.mean(axis=1, keepdims=True)
+    dynmesh.write(
+        tmp_path / "body.obj", replace(body, vertices=size * (body.vertices - middle) + middle)
+    )
+    rig = read_cameras(folder / "depth" / "cameras.json")
+    write_cameras(tmp_path / "wrong.json", refocused(focal_length, rig))
+    output = [tmp_path / "o.npz"] if command == "track" else []
+    words: list[str | Path] = [command, folder / "depth", *output]
+    words += ["--template", tmp_path / "body.obj"]
+    ended = run(*words, "--cameras", tmp_path / "wrong.json", code=3 if told else 0)
+    # Of a size or short focal lengths, depths along rays explain as much where few points are far.
+    if command == "track" or focal_length > 1:
+        assert told in ended.stdout + ended.stderr
+
+
 def test_the_file_that_was_read_is_not_replaced(folder: Path) -> None:
     read = folder / "depth" / "cameras.json"
     before = read.read_bytes()
@@ -305,7 +346,7 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
         ended = run_here(*words, "--cameras", wrong)
         assert ended.returncode in (1, 3)
         assert "dynmesh rig" in ended.stderr
-        assert misread != "axes" or ended.stderr.startswith(f"dynmesh: {body}: dynmesh rig")
+        assert misread != "axes" or f"dynmesh: {body}: dynmesh rig" in ended.stderr
     assert "dynmesh rig" not in run(*words).stderr
 
 
@@ -315,14 +356,14 @@ def test_a_camera_that_is_farther_from_the_mesh_makes_the_result_doubtful(tmp_pa
     dynmesh.write(tmp_path / "truth.npz", truth)
     scans, template = tmp_path / "depth", tmp_path / "truth.npz"
     run("degrade", template, scans, "--depth", "160x120")
-    right = track_file(scans, tmp_path / "right.npz", template=template)
+    right = to_file.track(scans, tmp_path / "right.npz", template=template)
     assert (right.quality, right.suspects) == ("good", ())
     rig = read_cameras(scans / "cameras.json")
     around = np.eye(4)
     around[:3, :3] = turned(np.eye(3), np.radians(4))
     moved = with_camera(rig, 0, camera_to_world=around @ rig.cameras[0].camera_to_world)
     write_cameras(tmp_path / "wrong.json", moved)
-    wrong = track_file(
+    wrong = to_file.track(
         scans, tmp_path / "wrong.npz", template=template, cameras=tmp_path / "wrong.json"
     )
     assert wrong.far is not None
@@ -438,9 +479,9 @@ def test_a_room_around_a_template_that_is_not_found_is_named(rooms: Path) -> Non
 def test_a_page_shows_scans_without_the_room(rooms: Path) -> None:
     low, high = TRUTH.vertices.min(axis=1) - 0.31, TRUTH.vertices.max(axis=1) + 0.31
     for factor in (1.0, 1000.0):  # the unit of the scans in that of the sequence
-        sequence = SequenceReader(replace(TRUTH, vertices=factor * TRUTH.vertices))
+        sequence = replace(TRUTH, vertices=factor * TRUTH.vertices)
         scans = open_scans(rooms / "inside")
-        left = RoomlessScans(scans, sequence, Room(0.3 * factor, True), factor)
+        left = ScansWithoutBackground(scans, sequence, Background(0.3 * factor, True), factor)
         assert left.n_frames == scans.n_frames
         for number, (before, after) in enumerate(zip(scans, left, strict=True)):
             assert before is not None
@@ -460,7 +501,7 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
     (found,) = degrade.scan_points([frame], faces, cameras, points=5000, noise=0.03)
     size = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
     edge = mean_edge_of(body.vertices, body.faces)
-    planes = planes_of_room(found.points, thickness=edge, size=size)
+    planes = planes_of_background(found.points, thickness=edge, size=size)
     assert len(planes) == 2
     for plane, face in zip(planes, room.faces[[0, 2]], strict=True):
         heights = room.vertices[face] @ plane.normal - plane.offset
@@ -468,7 +509,7 @@ def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
     subject = found.only(~np.logical_or.reduce([p.holds(found.points) for p in planes]))
     assert 20 < len(subject.points) < 0.05 * len(found.points)
     sheet = np.random.default_rng(0).random((2000, 3)) * [1, 1, 0]
-    assert planes_of_room(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
+    assert planes_of_background(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
 
 
 def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
@@ -480,7 +521,7 @@ def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
     crop = crop_of(box)
     for scan in open_scans(rooms / "depth"):
         assert scan is not None
-        left = Room(crop, False).without(scan).cloud
+        left = Background(crop, False).without(scan).cloud
         smaller, larger = np.reshape(np.array(crop), (2, 3))
         inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)
         assert len(left) == inside.sum() > 100

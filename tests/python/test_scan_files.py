@@ -437,7 +437,9 @@ def test_each_vertex_is_read_once(name: str, tmp_path: Path) -> None:
         soup.export(tmp_path / name)
     read = dynmesh.read(tmp_path / name)
     assert read.vertices.shape == (1, len(mesh.vertices), 3)
-    np.testing.assert_allclose(read[0][read.faces].reshape(-1, 3), corners, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(
+        read.vertices[0][read.faces].reshape(-1, 3), corners, rtol=1e-6, atol=1e-6
+    )
     _, first = np.unique(read.faces, return_index=True)
     assert (np.diff(first) > 0).all()  # in the order in which they occur
     expected = ("y", 1.0) if "gl" in name else (None, None)

@@ -14,9 +14,9 @@ from kills import COMMANDS, command, make_sources
 from sequences import sea
 
 import dynmesh
-from dynmesh.completion import ways
+from dynmesh.completion import passes
 from dynmesh.draw import page, picture
-from dynmesh.files.new_output import making
+from dynmesh.formats.output import making
 from dynmesh.verbs import convert, degrade
 
 
@@ -107,7 +107,7 @@ def test_an_output_that_appears_meanwhile_is_kept(
     monkeypatch.chdir(tmp_path)
     dynmesh.write("in.npz", sea(4))
     before = contents(tmp_path)
-    for module in (ways, convert, degrade, picture, page):
+    for module in (passes, convert, degrade, picture, page):
         monkeypatch.setattr(module, "tracked", write_another(Path(made)))
     result = dynmesh_command(*command.split(), code=1)
     assert "exists already" in result.stderr

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+import to_file
 from browser import Page, in_colour
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from scan_files import error, moving_body
 
 import dynmesh
-from dynmesh import track_file
 from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.draw.page import page
 from dynmesh.scans import (
@@ -88,7 +88,7 @@ def test_a_mesh_that_is_lost_is_registered_anew(tmp_path: Path) -> None:
     dynmesh.write(tmp_path / "body.obj", jumping[:1])
     scans = tmp_path / "scans"
     run("degrade", tmp_path / "jumping.npz", scans, "--scan", "--points", "8000")
-    report = track_file(scans, tmp_path / "out.npz", template=tmp_path / "body.obj")
+    report = to_file.track(scans, tmp_path / "out.npz", template=tmp_path / "body.obj")
     assert report.recovered == 1
     assert error(dynmesh.read(tmp_path / "out.npz"), jumping).max() < 1
     words = ("track", scans, "--template", tmp_path / "body.obj")
@@ -109,7 +109,7 @@ def test_a_camera_that_stands_elsewhere_ends_in_exit_code_3(folder: Path, tmp_pa
     assert "probably ruined: " in ended.stderr
     each = re.findall(r"out.npz: camera (\w+): .*% of its points are far", ended.stderr)
     assert each == ["0", "1", "2", "3"]
-    report = track_file(
+    report = to_file.track(
         folder / "depth", output, template=folder / "body.obj", cameras=rig, overwrite=True
     )
     assert report.quality == "ruined"
@@ -131,8 +131,8 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
         if number != 12:
             write_ply(scans / f"s_{number}.ply", scan)
     with pytest.raises(ValueError, match=r"s_12\.ply is missing"):
-        track_file(scans, tmp_path / "out.npz", template=folder / "body.obj")
-    report = track_file(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
+        to_file.track(scans, tmp_path / "out.npz", template=folder / "body.obj")
+    report = to_file.track(scans, tmp_path / "out.npz", template=folder / "body.obj", gaps="lost")
     assert (report.frames, report.empty, report.quality) == (N_FRAMES, 2, "good")
     assert any(f"{N_FRAMES - 2} frames tracked" in line for line in report.lines())
     assert len(report.remarks) == 1
@@ -150,7 +150,7 @@ def test_lost_and_empty_scans_are_carried_on(folder: Path, tmp_path: Path) -> No
 def test_landmarks_count_where_the_template_lies_in_the_scan(folder: Path, tmp_path: Path) -> None:
     marks = [{"vertex": v, "position": TRUTH.vertices[0, v].tolist()} for v in (0, 100, 200)]
     (tmp_path / "marks.json").write_text(json.dumps(marks))
-    report = track_file(
+    report = to_file.track(
         folder / "points",
         tmp_path / "out.npz",
         template=folder / "body.obj",
@@ -183,7 +183,9 @@ def test_a_scan_of_a_part_is_doubtful_where_the_template_is_put_into_it(
         part = scan.only(scan.points[:, 2] > np.median(scan.points[:, 2]))
         write_ply(tmp_path / "scans" / f"frame_{number:05}.ply", part, None)
     dynmesh.write(tmp_path / "moved.npz", replace(TRUTH[:1], vertices=TRUTH.vertices[:1] + 9))
-    report = track_file(tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "moved.npz")
+    report = to_file.track(
+        tmp_path / "scans", tmp_path / "out.npz", template=tmp_path / "moved.npz"
+    )
     assert report.quality == "doubtful"
     assert "a part of the template only" in report.reason
 
@@ -324,7 +326,7 @@ def test_a_template_in_another_pose_is_registered_with_landmarks(
 def test_a_template_in_another_step_is_registered(walking: Path, tmp_path: Path) -> None:
     """A rigid motion brings it so near that a tracker would need many frames for the rest."""
     dynmesh.write(tmp_path / "body.npz", dynmesh.synth.walker()[10:11])
-    track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "body.npz")
+    to_file.track(walking / "scans", tmp_path / "out.npz", template=tmp_path / "body.npz")
     truth = dynmesh.read(walking / "truth.npz")
     assert error(dynmesh.read(tmp_path / "out.npz"), truth).max() < 1.5
 
@@ -345,4 +347,4 @@ def test_a_template_that_fits_in_no_pose_is_refused(walking: Path, tmp_path: Pat
     stretched = replace(other, vertices=other.vertices * np.array([1, 1, 0.2]))
     dynmesh.write(tmp_path / "other.npz", stretched)
     with pytest.raises(ValueError, match=r"does not lie in .* rigid motion"):
-        track_file(walking / "scans", tmp_path / "out.npz", template=tmp_path / "other.npz")
+        to_file.track(walking / "scans", tmp_path / "out.npz", template=tmp_path / "other.npz")

@@ -317,6 +317,24 @@ def test_standard_errors_describe_the_distance_from_the_surface(
     assert np.mean(hidden) > 1.1
 
 
+def test_standard_errors_hold_for_seen_and_for_unseen_vertices(rng: np.random.Generator) -> None:
+    """Points tell the distance along normals well, and hidden parts follow a shape that changes."""
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
+    seen, unseen = [], []
+    for n in range(1, 16):
+        truth = bent(mesh.vertices, 0.06 * n)
+        tracked = tracker.push(*half(*scan_of(mesh, truth, 4000, rng, noise=0.02)))
+        off = np.abs(((tracked - truth) * vertex_normals(mesh.faces, truth)).sum(axis=1))
+        errors = off / tracker.standard_error
+        seen.extend(errors[tracker.observed])
+        unseen.extend(errors[~tracker.observed])
+    assert 0.4 < np.mean(np.array(seen) < 0.674) < 0.75
+    assert 0.8 < np.mean(np.array(seen) < 1.645) < 0.97
+    assert np.mean(np.array(unseen) < 1.645) > 0.85
+    assert np.mean(np.array(unseen) > 3) < 0.03
+
+
 def test_unseen_vertices_of_a_lost_surface_may_be_as_far_from_it_as_points_are(
     rng: np.random.Generator,
 ) -> None:

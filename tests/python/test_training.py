@@ -5,6 +5,7 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
+import to_file
 from conftest import recorded
 from meshes import Array, Mesh
 from training_reference import Learned, Trained
@@ -91,7 +92,7 @@ def test_any_stream_of_frames_is_a_training_wherever_they_were(rng: np.random.Ge
     for stream in (list(training), iter(training), np.asfortranarray(training)):
         np.testing.assert_array_equal(completed(sheet, frames, masks, training=stream), expected)
     known = [np.ones(len(sheet.vertices), np.bool_), *masks]
-    made = dynmesh.complete(sheet.faces, frames, known, training=iter(training), method="detail")
+    made = to_file.pushed(sheet.faces, frames, known, training=iter(training), method="detail")
     np.testing.assert_array_equal(list(made)[1:], expected)
     moved = training @ np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]) + [10, 20, 30]
     there = completed(sheet, frames, masks, training=moved)

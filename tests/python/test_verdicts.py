@@ -25,6 +25,12 @@ def around_itself(degrees: float, points: Array, axis: str = "z") -> Array:
     return np.asarray(turn.apply(points - MIDDLE) + MIDDLE)
 
 
+def next_step() -> Array:
+    """The person a moment later, where it stands."""
+    other = dynmesh.synth.walker(60).vertices[2].astype(np.float64)
+    return np.asarray(other - other.mean(axis=0) + MIDDLE)
+
+
 def with_turned_normals(share: float, measured: Scan) -> Scan:
     """Lets the normals of a share of the points face anywhere."""
     points, normals = measured
@@ -47,8 +53,12 @@ SITUATIONS = {
     "in place": Situation(True),
     "turned a little": Situation(True, lambda points: around_itself(20, points)),
     "turned in place": Situation(False, lambda points: around_itself(100, points)),
+    "front to back": Situation(False, lambda points: around_itself(180, points)),
+    "a moment later": Situation(True, lambda _: next_step()),
     "no normals": Situation(True, scanned=lambda measured: (measured[0], None)),
     "a little larger": Situation(True, lambda points: 1.03 * (points - MIDDLE) + MIDDLE),
+    "larger": Situation(False, lambda points: 1.1 * (points - MIDDLE) + MIDDLE),
+    "smaller": Situation(False, lambda points: 0.9 * (points - MIDDLE) + MIDDLE),
     "lying": Situation(False, lambda points: around_itself(180, points, "y")),
     "beside": Situation(True, lambda points: points + 3 * edge(MESH)),
     "another order": Situation(False, lambda points: np.roll(points, 50, axis=0)),

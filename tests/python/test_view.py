@@ -20,11 +20,10 @@ from dynmesh.draw import notebook
 from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
-from dynmesh.draw.page.thin import thin
+from dynmesh.draw.page.simplify import thin
 from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
 from dynmesh.draw.quantities import QUANTITIES, Alone, Colour
 from dynmesh.draw.scales import count_scale, measure_scale
-from dynmesh.files.memory import SequenceReader
 from dynmesh.scans import PointScan, open_scans, write_ply
 
 MESH = sheet(12)
@@ -131,7 +130,7 @@ def test_the_page_states_its_name_and_what_is_left_out(tmp_path: Path, browser: 
     assert not any(url.endswith("/x") for url in page.requests)
     assert page.text("note").startswith("shown: every 3rd of 7 frames, 4")
     assert page.text("note").endswith("of 3042 triangles")
-    made = page_for(SequenceReader(Sequence(vertices, mesh.faces)), max_frames=4)
+    made = page_for(Sequence(vertices, mesh.faces), max_frames=4)
     assert made.shown == Shown(4, 7, 2, 1600, 1600, 3042, 3042)
     page.scrub(2)
     assert page.text("counter") == "frame 6 / 6"
@@ -211,7 +210,7 @@ def test_a_phone_shows_the_page_in_its_own_size_and_plays_it_at_once(
 
 def test_a_page_opens_where_most_is_missing_or_was() -> None:
     for sequence in (PARTIAL, COMPLETED):
-        assert '"first": 5,' in page_for(SequenceReader(sequence)).html
+        assert '"first": 5,' in page_for(sequence).html
 
 
 VERDICTS = """frame,far,quality,reason
@@ -423,7 +422,7 @@ def sequence(mesh: Mesh, rng: np.random.Generator) -> Sequence:
 def test_missing_vertices_are_invisible_with_and_without_masks(sequence: Sequence) -> None:
     bare = Sequence(np.where(sequence.vertices > 1e9, np.inf, sequence.vertices), sequence.faces)
     for of in (sequence, bare):
-        (frame,) = Heatmap(SequenceReader(of)).frames(range(4, 5))
+        (frame,) = Heatmap(of).frames(range(4, 5))
         assert frame.number == 4
         assert np.flatnonzero(~frame.visible).tolist() == [3, 8]
 
@@ -433,9 +432,9 @@ def test_the_error_is_in_millimetres_or_per_cent_of_the_diagonal(
     unit: float | None, sequence: Sequence, mesh: Mesh, rng: np.random.Generator
 ) -> None:
     truth = np.stack([mesh.vertices + 0.1 * i + rng.normal(size=(49, 3)) for i in range(5)])
-    reference = SequenceReader(Sequence(truth, mesh.faces, metres_per_unit=unit))
+    reference = Sequence(truth, mesh.faces, metres_per_unit=unit)
     per_unit = 10 if unit else 100 / np.linalg.norm(np.ptp(truth[0], axis=0))
-    heatmap = Heatmap(SequenceReader(sequence), reference=reference)
+    heatmap = Heatmap(sequence, reference=reference)
     assert heatmap.colour == "error"
     frames = list(heatmap.frames(range(0, 5, 2)))
     scale = heatmap.scale("error", frames)
@@ -457,7 +456,7 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
         (replace(sequence, generation=None, age=None), ("known", "plain")),
         (bare, ("plain",)),
     ):
-        heatmap = Heatmap(SequenceReader(of))
+        heatmap = Heatmap(of)
         (frame,) = heatmap.frames(range(2, 3))
         assert heatmap.colour == colours[0]
         assert (*frame.values, "plain") == heatmap.colours == colours
@@ -465,18 +464,18 @@ def test_the_colours_are_what_there_is_and_the_first_is_the_default(sequence: Se
     assert {*get_args(Colour)} == {*QUANTITIES, "plain"} == {*get_args(Alone), "distance"}
     other: Any = "red"
     with pytest.raises(ValueError, match=r"colour: must be one of .*, not 'red'"):
-        Heatmap(SequenceReader(bare), wanted=other)
+        Heatmap(bare, wanted=other)
 
 
 def test_known_is_generation_0_or_what_the_input_says(sequence: Sequence) -> None:
-    reader = SequenceReader(replace(sequence, known=None))
+    reader = replace(sequence, known=None)
     (frame,) = Heatmap(reader, wanted="known").frames(range(3, 4))
     assert sequence.generation is not None
     np.testing.assert_array_equal(frame.values["known"], sequence.generation[3] == 0)
     np.testing.assert_array_equal(frame.values["age"], abs(3 * sequence.generation[3]))
-    done = SequenceReader(Sequence(sequence.vertices, sequence.faces))
+    done = Sequence(sequence.vertices, sequence.faces)
     masked = replace(sequence, generation=None, age=None)
-    heatmap = Heatmap(done, input=SequenceReader(masked))
+    heatmap = Heatmap(done, input=masked)
     assert heatmap.colour == "known"
     (frame,) = heatmap.frames(range(4, 5))
     scale = heatmap.scale("known", [frame])
@@ -526,7 +525,7 @@ def test_up_is_what_the_files_say_or_across_a_flat_sheet(mesh: Mesh) -> None:
     assert likely_up(np.roll(mesh.vertices, 1, axis=1), None) == "y"
     assert likely_up(mesh.vertices, "y") == "y"
     sheet = Sequence(mesh.vertices[None], mesh.faces)
-    silent, y, z = (SequenceReader(replace(sheet, up_axis=axis)) for axis in (None, "y", "z"))
+    silent, y, z = (replace(sheet, up_axis=axis) for axis in (None, "y", "z"))
     assert stated_up(silent, None) is None
     assert stated_up(silent, None, z) == "z"
     assert stated_up(y, z) == "y"
@@ -540,7 +539,7 @@ def test_distances_from_the_nearest_point_of_scans(tmp_path: Path) -> None:
     for number, points in enumerate((above, above[:0], above[:1])):
         write_ply(tmp_path / f"{number}.ply", PointScan(1000 * points, None, None))
     scans = open_scans(tmp_path)
-    heatmap = Heatmap(SequenceReader(sequence), scans=scans, scan_factor=1e-3)
+    heatmap = Heatmap(sequence, scans=scans, scan_factor=1e-3)
     assert heatmap.colours == ("distance", "plain")
     every, none, one = (frame.values["distance"] for frame in heatmap.frames(range(3)))
     h = mean_edge(directed_edges(mesh.faces), mesh.vertices)

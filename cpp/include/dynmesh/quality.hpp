@@ -26,7 +26,9 @@ struct Agreement {
 
 enum class Quality {
   /// What speaks against the mesh adds up to at most 1: the unexplained and the disagreeing share,
-  /// the stretch, the hole and the overlap, divided by 0.03, 0.3, 0.13, 0.035 and 0.003.
+  /// the stretch, the hole and the overlap, divided by 0.03, 0.3, 0.13, 0.035 and 0.003. At the
+  /// start of a tracker, the stretch is at most 0.06, and edges have grown or shrunk by at most 6
+  /// %.
   good,
   doubtful,  ///< a part is probably wrong or missing, or less than 1 % of the vertices have a point
   /// The scan is of something else, or the pose was not found: more than 5 % of the points are far,
@@ -61,6 +63,9 @@ struct DYNMESH_EXPORT Measure {
   double stretch = 0;
   /// How many times as long as those of the template the edges are, by their median.
   double growth = 1;
+  /// Whether no frame of the tracker has been good yet. Its template is the subject as it is in the
+  /// first scan; one that must be deformed to reach the points is another, or lies elsewhere.
+  bool is_start = false;
   double seen = 1;  ///< the share of the vertices that have a measured point
   Quality quality = Quality::good;
 

@@ -120,9 +120,10 @@ class DYNMESH_EXPORT Tracker : public FrameStream {
   /// next call of any member function.
   [[nodiscard]] std::span<const std::uint8_t> observed() const;
   /// (k,) the standard error of the distance of each vertex of the last frame from the true
-  /// surface, in the unit of the positions: about 90 % are within 1.645 of it. Infinite where no
-  /// measured point is connected. How far a vertex is off along the surface, where nothing measured
-  /// tells, is not known. Throws std::invalid_argument without `uncertainty`.
+  /// surface, in the unit of the positions: about 90 % are within 1.645 of it, fewer of
+  /// cloth that is not seen. Infinite where no measured point is connected. How far a vertex is off
+  /// along the surface, where nothing measured tells, is not known. Throws std::invalid_argument
+  /// without `uncertainty`.
   [[nodiscard]] std::span<const Real> standard_error() const;
   /// The report of the last frame. Before the first frame, all vertices count as known.
   [[nodiscard]] const TrackingReport& report() const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <tuple>
+#include <utility>
 
 #include "base/geometry.hpp"
 #include "base/statistics.hpp"
@@ -64,13 +66,17 @@ CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
     const std::size_t last = (i + 1) * n_half_edges / n;
     const std::size_t chosen = first + i * 7919 % (last - first);
     const auto after = std::ranges::upper_bound(cells.offsets, static_cast<Index>(chosen));
-    Edge edge = {static_cast<Index>(after - cells.offsets.begin()) - 1, cells.neighbours[chosen], 0,
-                 0};
+    Edge edge = {};
+    edge.a = static_cast<Index>(after - cells.offsets.begin()) - 1;
+    edge.b = cells.neighbours[chosen];
     const double usual = length_of(edge, first_frame);
-    edge.shortest = std::max(0.0, (usual + limits.added) / limits.times - limits.added);
-    edge.longest = (usual + limits.added) * limits.times - limits.added;
-    edge.shortest *= edge.shortest;
-    edge.longest *= edge.longest;
+    const auto squared_range = [&](double times) {
+      const double shortest = std::max(0.0, (usual + limits.added) / times - limits.added);
+      const double longest = (usual + limits.added) * times - limits.added;
+      return std::pair(shortest * shortest, longest * longest);
+    };
+    std::tie(edge.shortest, edge.longest) = squared_range(limits.times);
+    std::tie(edge.shortest_whole, edge.longest_whole) = squared_range(limits.torn_times);
     edges_.push_back(edge);
     n_flat += usual > 0 ? 0 : 1;
   }
@@ -108,11 +114,12 @@ void CompletionQuality::tell(Field completed, Generation generation, const Verdi
                 in_percent(flat_share_));
     return;
   }
-  const double share = share_out_of_range(completed, generation);
+  const auto [share, torn] = shares_of(completed, generation);
   const bool is_ruined = share > limits.ruined_share;
+  const bool is_torn = torn > limits.torn_share;
   const bool is_misfit = verdict.is_misfit != 0 &&
                          change_at_anchors(generation, first_frame_, completed) > limits.misfit;
-  if (!is_ruined && !is_misfit) return;
+  if (!is_ruined && !is_misfit && !is_torn) return;
 
   const Quality quality = is_ruined ? Quality::ruined : Quality::doubtful;
   const double ratio = size_ratio(first_frame_, completed, generation, per_edge_);
@@ -126,6 +133,11 @@ void CompletionQuality::tell(Field completed, Generation generation, const Verdi
                 "%d %% of the edges are more than %g times as long or as short as where completion "
                 "started",
                 in_percent(share), limits.times);
+  } else if (!is_misfit) {
+    give_reason(report, quality,
+                "%.2g %% of the edges are more than %g times as long or as short as where "
+                "completion started, as if vertices had exchanged their places",
+                100 * torn, limits.torn_times);
   } else {
     give_reason(report, quality,
                 "most edges are over %d %% longer or shorter than where completion started, as if "
@@ -142,25 +154,32 @@ double CompletionQuality::length_of(const Edge& edge, Field frame) const {
   return std::min(std::sqrt(square_of(edge, frame)), longest_measured);
 }
 
-/// The share of the edges that are out of range, or of those at anchors if it is larger.
-double CompletionQuality::share_out_of_range(Field frame, Generation generation) const {
-  std::size_t n_at_anchors = 0;
-  std::size_t n_outside = 0;
-  std::size_t n_outside_at_anchors = 0;
+auto CompletionQuality::shares_of(Field frame, Generation generation) const -> Shares {
+  struct Counts {
+    std::size_t all = 0;
+    std::size_t outside = 0;
+    std::size_t torn = 0;
+  };
+  Counts any;
+  Counts at_anchors;
   for (const Edge& edge : edges_) {
     const double square = square_of(edge, frame);
     const std::size_t is_outside = square < edge.shortest || square > edge.longest ? 1 : 0;
+    const std::size_t is_torn = square < edge.shortest_whole || square > edge.longest_whole ? 1 : 0;
     const std::size_t has_anchor = generation[edge.a] == 0 || generation[edge.b] == 0 ? 1 : 0;
-    n_outside += is_outside;
-    n_at_anchors += has_anchor;
-    n_outside_at_anchors += is_outside & has_anchor;
+    any.outside += is_outside;
+    any.torn += is_torn;
+    at_anchors.all += has_anchor;
+    at_anchors.outside += is_outside & has_anchor;
+    at_anchors.torn += is_torn & has_anchor;
   }
   const auto share = [](std::size_t some, std::size_t all) {
     return static_cast<double>(some) / static_cast<double>(all);
   };
-  const double of_all = share(n_outside, edges_.size());
-  if (n_at_anchors < limits.fewest) return of_all;
-  return std::max(of_all, share(n_outside_at_anchors, n_at_anchors));
+  const Shares shares = {share(any.outside, edges_.size()), share(any.torn, edges_.size())};
+  if (at_anchors.all < limits.fewest) return shares;
+  return {std::max(shares.out_of_range, share(at_anchors.outside, at_anchors.all)),
+          std::max(shares.torn, share(at_anchors.torn, at_anchors.all))};
 }
 
 /// By which share of its length the median edge at an anchor became longer or shorter.

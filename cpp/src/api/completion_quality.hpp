@@ -22,6 +22,10 @@ struct CompletionLimits {
   double times = 4;
   /// Of a mean edge of frame 0. It is added to all lengths, so that short edges may change by more.
   double added = 0.1;
+  /// It is doubtful if a larger share is so many times as long or short, as where vertices have
+  /// exchanged their places (0.002, of noise).
+  double torn_share = 0.005;
+  double torn_times = 8;
 
   /// Frame 0 does not fit the frames if most edges at anchors have changed since it by more than
   /// this share of their length, and by `steps` times as much as from each of the first frames to
@@ -58,11 +62,19 @@ class CompletionQuality {
     Index b;
     double shortest;  // squares of the lengths in mean edges between which it is in range
     double longest;
+    double shortest_whole;  // the same within which it is not torn
+    double longest_whole;
+  };
+
+  /// Of all edges, or of those at anchors if it is larger.
+  struct Shares {
+    double out_of_range = 0;
+    double torn = 0;
   };
 
   [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
-  [[nodiscard]] double share_out_of_range(Field frame, Generation generation) const;
+  [[nodiscard]] Shares shares_of(Field frame, Generation generation) const;
   double change_at_anchors(Generation generation, Field from, Field to);
 
   Field first_frame_;

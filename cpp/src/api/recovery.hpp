@@ -43,9 +43,10 @@ class Recovery {
   }
 
   /// How the surface lies in the scan in which it was found.
-  [[nodiscard]] Measure measure(const SurfaceTracking::Found& found) const {
+  [[nodiscard]] Measure measure(const Memory& memory, const SurfaceTracking::Found& found) const {
     const Cells& cells = mesh_.topology.cells;
     Measure made = measured(found.agreements.all, found.observed, cells, first_, found.x);
+    made.is_start = memory.is_start != 0;
     made.quality = judged(made);
     return made;
   }
@@ -64,13 +65,17 @@ class Recovery {
     const auto is_found_from = [&](const Frame& frame) {
       surface.place(frame, *start);
       found = surface.fit(*start, measurement, {}, next);
-      measure = this->measure(found);
+      measure = this->measure(memory, found);
       return !is_lost(measure);
     };
     if (is_found_from(memory.good)) return start;
     if (memory.pause == 0) {
       const auto frame = registered(memory.good, measurement);
-      if (frame && is_found_from(*frame)) return start;
+      if (frame && is_found_from(*frame)) {
+        measure.is_start = false;  // the scan may show another pose
+        measure.quality = judged(measure);
+        return start;
+      }
     }
     return std::nullopt;
   }
@@ -78,8 +83,11 @@ class Recovery {
   /// Remembers the completed frame, and whether it was sought again: a single one may be of
   /// something else.
   void remember(const Memory& memory, const Measure& measure, bool was_due, Memory& next) const {
+    const bool has_points = measure.agreement.points > 0;
+    const bool has_begun = has_points && (measure.quality == Quality::good || !measure.is_start);
+    next.is_start = has_begun ? 0 : memory.is_start;
     if (!is_wanted_) return;
-    const bool is_good = measure.agreement.points > 0 && !is_lost(measure);
+    const bool is_good = has_points && !is_lost(measure);
     next.good = is_good && !was_due ? next.last : memory.good;
     next.pause = memory.pause;
     if (memory.pause == until_good) {

@@ -30,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'D'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'E'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -84,14 +84,14 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     SurfaceTracking::Found found = surface.fit(memory, measurement, {}, next);
     if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
     TrackingReport made;
-    made.measure = recovery.measure(found);
+    made.measure = recovery.measure(memory, found);
     const bool is_due = recovery.is_due(memory, made.measure);
     std::optional<Memory> again;
     if (is_due) {
       again = recovery.find_again(surface, memory, measurement, found, made.measure, next);
       if (!again) {
         found = surface.fit(memory, measurement, {}, next);
-        made.measure = recovery.measure(found);
+        made.measure = recovery.measure(memory, found);
       }
     }
     made.recovered = again.has_value();
@@ -155,6 +155,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     for_each_number(*this, NumberReader(reader));
     check();
     Recovery::check(memory);
+    report.measure.is_start = memory.is_start != 0;
     report.measure.quality = judged(report.measure);
     tell_quality(report);
     count(memory.generations, report);

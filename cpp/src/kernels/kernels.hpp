@@ -5,6 +5,7 @@
 
 #include "kernels/dense_kernels.hpp"
 #include "kernels/mode_kernels.hpp"
+#include "kernels/motion_kernels.hpp"
 #include "kernels/rotation_kernels.hpp"
 
 namespace dynmesh {
@@ -14,6 +15,7 @@ struct Kernels {
   DenseKernels dense;
   ModeKernels modes;
   RotationKernels rotations;
+  MotionKernels motion;
 };
 
 /// Those that this processor can run, the fastest first.

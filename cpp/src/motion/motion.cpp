@@ -10,9 +10,10 @@
 namespace dynmesh {
 
 Motion::Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisit,
-               Workers& workers)
+               Workers& workers, const MotionKernels& kernels)
     : cells_(cells),
       workers_(workers),
+      kernels_(kernels),
       extra_iterations_(extra_iterations),
       revisits_(revisit),
       per_mean_edge_(
@@ -43,7 +44,11 @@ std::size_t Motion::estimate(Field previous, std::span<Vector3> points,
     return sum;
   };
   const auto iterate = [&](Index t) {
-    for_each_chunk([&](Chunk& chunk) { find_means(chunk, t, generation); });
+    for_each_chunk([&](Chunk& chunk) {
+      chunk.reached =
+          kernels_.find_means(rows_of(chunk), weights_of(chunk), moved_[0].values.data(), t,
+                              revisits_, means_[0].values.data(), generation.data());
+    });
     return sum_of(&Chunk::reached);
   };
   const Index unknown = sum_of(&Chunk::unknown);
@@ -61,7 +66,7 @@ std::size_t Motion::estimate(Field previous, std::span<Vector3> points,
     std::swap(moved_, means_);
   }
   for_each_chunk([&](Chunk& chunk) {
-    for (const Index j : rows_of(chunk)) {
+    for (const Index j : std::span(&rows_[chunk.first], at(chunk.unknown))) {
       if (generation[j] == Generations::disconnected) continue;
       const auto& [x, y, z, weight] = moved_[j].values;
       points[j] = previous[j] + (1 / weight) * Vector3{x, y, z};  // eq. (3)
@@ -90,45 +95,7 @@ void Motion::begin(Chunk& chunk, Field previous, Field points, std::span<const s
   chunk.unknown = static_cast<Index>(row - &rows_[chunk.first]);
   static_assert(Generations::anchor == 0 && Generations::disconnected == -1);
 
-  double* const weights = weights_.data() + cells_.offsets[chunk.first];
-  double* end = weights;
-  for (const Index j : rows_of(chunk)) {
-    for (const Index i : cells_[j]) {
-      *end++ = squared_norm(per_mean_edge_ * (previous[i] - previous[j]));
-    }
-  }
-  for (double* s = weights; s != end; ++s) {
-    *s = 1 / std::clamp(*s, squared_length_floor, squared_length_ceiling);
-  }
-}
-
-/// Eq. (4) for the unknown vertices of a chunk, divided by t in numerator and denominator.
-void Motion::find_means(Chunk& chunk, Index t, std::span<Index> generation) {
-  const double* s = weights_.data() + cells_.offsets[chunk.first];
-  chunk.reached = 0;
-  for (const Index j : rows_of(chunk)) {
-    const auto cell = cells_[j];
-    Index& g = generation[j];
-    if (g >= 0 && !revisits_) {
-      means_[j] = moved_[j];
-      s += cell.size();
-      ++chunk.reached;
-      continue;
-    }
-    WeightedMotion sum{};
-    for (const Index i : cell) {
-      for (std::size_t c = 0; c < 4; ++c) sum.values[c] += *s * moved_[i].values[c];
-      ++s;
-    }
-    const bool is_reached = sum.values[3] > 0;
-    g = g < 0 && is_reached ? t : g;
-    chunk.reached += is_reached ? 1 : 0;
-    // In the next iteration, w = t + 1 - g, divided by t + 1. Where nothing is known yet, the sums
-    // are 0, whatever they are divided by: a branch would cost more.
-    const double divisor = (t + 1.0) * std::max(sum.values[3], std::numeric_limits<double>::min());
-    const double w = (t + 1 - g) / divisor;
-    for (std::size_t c = 0; c < 4; ++c) means_[j].values[c] = w * sum.values[c];
-  }
+  kernels_.weigh(rows_of(chunk), previous.data(), per_mean_edge_, weights_of(chunk));
 }
 
 }  // namespace dynmesh

@@ -13,6 +13,7 @@
 #include "base/geometry.hpp"
 #include "base/workers.hpp"
 #include "frame/generations.hpp"
+#include "kernels/kernels.hpp"
 
 namespace dynmesh {
 
@@ -27,7 +28,7 @@ class Motion {
   /// `revisit`, a satellite is estimated only once, when it is reached, and extra iterations have
   /// no effect. The result does not depend on the number of threads.
   Motion(const Cells& cells, Field first_frame, Index extra_iterations, bool revisit,
-         Workers& workers);
+         Workers& workers, const MotionKernels& kernels = best_kernels().motion);
 
   /// Estimates the satellites of `points` from the anchors, which are the vertices with
   /// `known[v] == 1` and not 0, and from the previous completed frame, and tells the generations.
@@ -52,9 +53,11 @@ class Motion {
 
   void begin(Chunk& chunk, Field previous, Field points, std::span<const std::uint8_t> known,
              std::span<Index> generation);
-  void find_means(Chunk& chunk, Index t, std::span<Index> generation);
-  [[nodiscard]] std::span<const Index> rows_of(const Chunk& chunk) const {
-    return std::span(rows_).subspan(at(chunk.first), at(chunk.unknown));
+  [[nodiscard]] MotionRows rows_of(const Chunk& chunk) const {
+    return {cells_.offsets.data(), cells_.neighbours.data(), &rows_[chunk.first], chunk.unknown};
+  }
+  [[nodiscard]] double* weights_of(const Chunk& chunk) {
+    return weights_.data() + cells_.offsets[chunk.first];
   }
   /// Calls `work` for each chunk.
   template <class Work>
@@ -64,6 +67,7 @@ class Motion {
 
   const Cells& cells_;
   Workers& workers_;
+  const MotionKernels& kernels_;
   Index extra_iterations_;
   bool revisits_;
   double per_mean_edge_;  // 1 / h

@@ -15,6 +15,11 @@ inline constexpr struct QualityLimits {
   double stretch = 0.13;
   double hole = 0.035;
   double overlap = 0.003;
+  /// At the start of a tracker, whose template is of the subject in its pose there, edges change by
+  /// less, on average, and in a body that is turned by 180 degrees by 0.08; noise of a third of an
+  /// edge changes them by 0.04, and makes them as much longer.
+  double start_stretch = 0.06;
+  double start_size = 1.06;
   /// It is ruined, and a surface that is tracked is lost, if a larger share of the points is far
   /// from it or disagrees, or if edges have changed by more.
   double ruined_far = 0.05;

@@ -26,6 +26,9 @@ double growth_of(const Cells& cells, Field before, Field after) {
   return ratios.empty() ? 1 : std::sqrt(quantile(std::move(ratios), 0.5));
 }
 
+/// Whether the median edge became so many times as long or as short.
+bool is_beyond(double growth, double times) { return !(growth > 1 / times && growth < times); }
+
 }  // namespace
 
 double unexplained_share(const Matches& matches, double mean_edge, double far_share) {
@@ -62,23 +65,29 @@ Quality judged(const Measure& measure) {
       measure.stretch > limits.ruined_stretch) {
     return Quality::ruined;
   }
-  double doubt = measure.stretch / limits.stretch + measure.hole / limits.hole +
-                 measure.overlap / limits.overlap;
+  const double stretch = measure.is_start ? limits.start_stretch : limits.stretch;
+  double doubt =
+      measure.stretch / stretch + measure.hole / limits.hole + measure.overlap / limits.overlap;
   if (has_points) {
     doubt += measure.unexplained / limits.unexplained + points.disagreeing / limits.disagreeing;
   }
   const bool is_guess = measure.cause() == Cause::unseen;
-  return doubt > 1 || is_guess ? Quality::doubtful : Quality::good;
+  const bool is_other = measure.is_start && (measure.stretch > limits.start_stretch ||
+                                             is_beyond(measure.growth, limits.start_size));
+  return doubt > 1 || is_guess || is_other ? Quality::doubtful : Quality::good;
 }
 
 Cause Measure::cause() const {
   constexpr const QualityLimits& limits = quality_limits;
   if (seen < limits.hardly_seen) return Cause::unseen;
-  if (!(growth > 1 / limits.other_size && growth < limits.other_size)) return Cause::size;
+  if (is_beyond(growth, limits.other_size)) return Cause::size;
   if (std::max(hole, overlap) > limits.partial && agreement.far_share < limits.ruined_far) {
     return Cause::part;
   }
-  const bool is_other = quality == Quality::ruined || stretch > limits.other_subject;
+  const bool is_ruined = quality == Quality::ruined;
+  if (is_start && !is_ruined && is_beyond(growth, limits.start_size)) return Cause::size;
+  const bool is_other =
+      is_ruined || stretch > (is_start ? limits.start_stretch : limits.other_subject);
   return is_other ? Cause::pose : Cause::place;
 }
 

@@ -74,6 +74,9 @@ inline constexpr struct UncertaintyConstants {
   double pull = 0.3;
   /// The largest size of changes, compared with the mean; the least one is its inverse.
   double largest_size = 10;
+  /// The largest size of the noise of planes, in what their weight would say of positions; the
+  /// least one is its inverse.
+  double largest_noise = 100;
 } uncertainty_constants;
 
 /// The constants of the first-order step and of its shares.

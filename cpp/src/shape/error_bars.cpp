@@ -9,14 +9,28 @@
 #include "shape/random_signs.hpp"
 
 namespace dynmesh {
+namespace {
 
-ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy)
-    : cells_(cells), workers_(workers) {
+/// The size of the noise of planes, compared with what their weight would say of positions. Recent
+/// residuals at planes tell it, and those of the shape that of the changes; were they one sum, the
+/// larger noise, made up or measured, would decide how large the errors of the shape seem.
+double noise_size(const ErrorMemory& memory) {
+  const Energy& noise = memory.of_noise;
+  const Energy& shape = memory.of_shape;
+  const double square = noise.x / noise.y * (shape.y / shape.x);
+  const double largest = uncertainty_constants.largest_noise;
+  return std::isfinite(square) ? std::clamp(std::sqrt(square), 1 / largest, largest) : 1;
+}
+
+}  // namespace
+
+ErrorBars::ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, AnchorNoise noise)
+    : cells_(cells), workers_(workers), noise_kind_(noise) {
   if (!are_wanted) return;
   const std::size_t k = cells.size();
   smoother_ = smoother_of(cells);
   targets_.resize(members * k);
-  noise_.resize(are_noisy ? members * k : 0);
+  noise_.resize(noise != AnchorNoise::exact ? members * k : 0);
   sizes_.resize(k);
   newest_.resize(k);
   averaged_.resize(k);
@@ -59,13 +73,14 @@ void ErrorBars::draw_changes(const Clusters& clusters, const ErrorMemory& memory
   next.frame = memory.frame + 1;
 }
 
-/// Makes up the noise of the anchors. lambda, their weight, is the squared ratio of the errors of
-/// the shape and of the anchors.
-void ErrorBars::set_noise(const Anchors& anchors, std::uint64_t frame) {
+/// Makes up the noise of the anchors. That of positions is as large as their weight says, and each
+/// vertex has its own. Planes follow from points within triangles, which neighbours share.
+void ErrorBars::set_noise(const Anchors& anchors, const ErrorMemory& memory, ErrorMemory& next) {
   double sum = 0;
   for (const Vector3& target : targets_) sum += squared_norm(target);
-  const double size = std::sqrt(sum / static_cast<double>(3 * targets_.size()));
-  const std::uint64_t of_frame = ~mixed(frame);  // other bits than those of the changes
+  const double size =
+      noise_size(memory) * std::sqrt(sum / static_cast<double>(3 * targets_.size()));
+  const std::uint64_t of_frame = ~mixed(next.frame);  // other bits than those of the changes
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     const std::uint64_t signs = mixed(of_frame + v);
     const double weight = anchors.weights[v];
@@ -74,6 +89,9 @@ void ErrorBars::set_noise(const Anchors& anchors, std::uint64_t frame) {
       noise_[members * v + i] = deviation * signs_of(signs, i);
     }
   });
+  if (noise_kind_ == AnchorNoise::of_planes) {
+    smooth(smoother_, static_cast<int>(members), 1, noise_, next.errors, workers_);
+  }
 }
 
 /// Compares the residuals of the frame with those of the members, at each vertex and in sum.
@@ -81,19 +99,21 @@ Energy ErrorBars::compare(const CompletedShape& frame, Field steps, Field k_step
                           const Anchors& anchors) {
   workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
     Energy& energy = newest_[v] = {};
+    Energy& of_noise = averaged_[v] = {};
     if (anchors.counts[v] == 0) return;
     energy.x = squared_norm(frame.kx[v] - frame.shape[v]);
     if (anchors.are_noisy()) {
       const auto off = anchors.observable(v, frame.x[v] - anchors.observed[v]);
-      energy.x += anchors.weights[v] * squared_norm(off);
+      of_noise.x = anchors.weights[v] * squared_norm(off);
     }
     for (std::size_t i = members * v; i < members * (v + 1); ++i) {
       energy.y += squared_norm(k_steps[i] - targets_[i]) / members;
       if (anchors.are_noisy()) {
         const auto off = anchors.observable(v, steps[i] - noise_[i]);
-        energy.y += anchors.weights[v] * squared_norm(off) / members;
+        of_noise.y += anchors.weights[v] * squared_norm(off) / members;
       }
     }
+    if (noise_kind_ == AnchorNoise::by_weight) energy = energy + of_noise;
   });
   return std::accumulate(newest_.begin(), newest_.end(), Energy{});
 }
@@ -144,30 +164,58 @@ void ErrorBars::end_frame(Field steps, double scale, const Generations& generati
   });
 }
 
+/// Replaces the standard errors at planes, which tell the errors along their normals and leave
+/// those along the surface: three numbers of a vertex, hence the mean square of those around it.
+void ErrorBars::look_along_normals(Field steps, double scale, const Anchors& anchors,
+                                   ErrorMemory& next) {
+  workers_.for_each_in_chunks(cells_.size(), [&](std::size_t v) {
+    newest_[v] = {};
+    if (!(anchors.weights[v] > 0)) return;
+    for (std::size_t i = members * v; i < members * (v + 1); ++i) {
+      newest_[v].x += squared_norm(anchors.observable(v, steps[i])) / members;
+    }
+    newest_[v].y = 1;
+  });
+  smooth(smoother_, 1, uncertainty_constants.averagings, newest_, averaged_, workers_);
+  for (std::size_t v = 0; v < cells_.size(); ++v) {
+    if (!(anchors.weights[v] > 0) || !std::isfinite(next.standard_errors[v])) continue;
+    next.standard_errors[v] = std::sqrt(scale * newest_[v].x / newest_[v].y);
+  }
+}
+
 void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
                        const Generations& generations, ShapeSystem& system,
                        const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next) {
   draw_changes(clusters, memory, next);
-  if (anchors.are_noisy()) set_noise(anchors, next.frame);
+  if (anchors.are_noisy()) set_noise(anchors, memory, next);
   const Field steps = system.solve<members, members>(
       [&](std::size_t v, std::size_t f) { return targets_[members * v + f]; },
       [&](std::size_t v, std::size_t f) { return noise_[members * v + f]; }, anchors);
   system.apply(steps, static_cast<int>(members), next.errors);
 
   const Energy energy = compare(frame, steps, next.errors, anchors);
-  if (!(energy.y < largest_member)) {
+  Energy of_noise = std::accumulate(averaged_.begin(), averaged_.end(), Energy{});
+  if (!(energy.y + of_noise.y < largest_member)) {
     // Nothing that was made up makes sense any more. Begin again, as in frame 0, which has no
     // error.
     for (Members* of : {&next.errors, &next.changes}) std::ranges::fill(*of, Vector3{});
     std::ranges::fill(next.energies, Energy{});
-    next.energy = {};
+    next.energy = next.of_noise = next.of_shape = {};
     next.frame = 0;
     return pass(generations, clusters, next, next);
   }
   next.energies = memory.energies;
   next.energy = memory.energy;
+  next.of_noise = memory.of_noise;
+  next.of_shape = memory.of_shape;
   double scale = infinite;
-  if (std::isfinite(energy.x)) {
+  if (std::isfinite(energy.x + of_noise.x)) {
+    if (noise_kind_ == AnchorNoise::of_planes) {
+      const double size = noise_size(memory);
+      of_noise.y /= size * size;
+      next.of_noise = uncertainty_constants.kept_of_sizes * memory.of_noise + of_noise;
+      next.of_shape = uncertainty_constants.kept_of_sizes * memory.of_shape + energy;
+    }
     // A motion that has just begun shows in this frame alone, one that has ended has left its
     // errors behind, and a side that is quiet for a while does not vouch for a hidden one.
     next.energy = uncertainty_constants.kept_of_scale * memory.energy + energy;
@@ -181,6 +229,7 @@ void ErrorBars::update(const CompletedShape& frame, const Anchors& anchors,
     learn_sizes(memory, next);
   }
   end_frame(steps, scale, generations, next);
+  if (noise_kind_ == AnchorNoise::of_planes) look_along_normals(steps, scale, anchors, next);
 }
 
 void ErrorBars::pass(const Generations& generations, const Clusters& clusters,
@@ -188,6 +237,8 @@ void ErrorBars::pass(const Generations& generations, const Clusters& clusters,
   draw_changes(clusters, memory, next);
   next.energies = memory.energies;
   next.energy = memory.energy;
+  next.of_noise = memory.of_noise;
+  next.of_shape = memory.of_shape;
   std::ranges::fill(next.errors, Vector3{});
   end_frame(next.errors, infinite, generations, next);  // 0 for anchors, infinite for all others
 }

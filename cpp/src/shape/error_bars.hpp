@@ -26,6 +26,10 @@ struct CompletedShape {
   double rounding = 0;  ///< the mean square of rounding errors of a shape
 };
 
+/// What anchors are off by: nothing, or noise, whose size follows from their weight, which is the
+/// squared ratio of the errors of the shape and of the anchors, or for planes from residuals.
+enum class AnchorNoise : std::uint8_t { exact, by_weight, of_planes };
+
 /// Carries the members of an ensemble of errors through the equations that the errors of the
 /// completion obey, and scales them by the residuals of the frames. Each vertex has three of them,
 /// which are vectors, hence nine numbers that measure how far a coordinate may be off.
@@ -36,7 +40,7 @@ struct CompletedShape {
 class ErrorBars {
  public:
   /// `cells` and `workers` must outlive this object.
-  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, bool are_noisy);
+  ErrorBars(const Cells& cells, Workers& workers, bool are_wanted, AnchorNoise noise);
 
   [[nodiscard]] bool exist() const { return !targets_.empty(); }
   /// The memory of frame 0.
@@ -63,20 +67,22 @@ class ErrorBars {
   using Members = std::vector<Vector3>;  // (3 k,), those of a vertex side by side
 
   void draw_changes(const Clusters& clusters, const ErrorMemory& memory, ErrorMemory& next);
-  void set_noise(const Anchors& anchors, std::uint64_t frame);
+  void set_noise(const Anchors& anchors, const ErrorMemory& memory, ErrorMemory& next);
   Energy compare(const CompletedShape& frame, Field steps, Field k_steps, const Anchors& anchors);
   void learn_sizes(const ErrorMemory& memory, ErrorMemory& next);
+  void look_along_normals(Field steps, double scale, const Anchors& anchors, ErrorMemory& next);
   void find_sizes(std::span<const Energy> energies);
   void end_frame(Field steps, double scale, const Generations& generations, ErrorMemory& next);
 
   const Cells& cells_;
   Workers& workers_;
+  AnchorNoise noise_kind_;
   DetailOperator smoother_;  // w -> (w + W w) / 2, W the mean of the cell
 
   // Of one frame:
   std::vector<double> sizes_;  // (k,) of the changes, which follow from the energies
   Members targets_, noise_;
-  std::vector<Energy> newest_, averaged_;  // (k,)
+  std::vector<Energy> newest_, averaged_;  // (k,); averaged_ first has the energies of the noise
 };
 
 }  // namespace dynmesh

@@ -35,11 +35,14 @@ void check_memory(const Memory& memory, double largest) {
   if (verdict.n_judged < 0 || verdict.sum_of_steps < 0 || verdict.is_misfit > 1) {
     refuse_state("holds a verdict that no frames can have left");
   }
+  const ErrorMemory& errors = memory.errors;
   const auto is_error = [](double x) { return x >= 0; };
-  if (!std::ranges::all_of(memory.errors.standard_errors, is_error) || memory.errors.energy.x < 0 ||
-      memory.errors.energy.y < 0) {
+  const auto are_energies = [](const Energy& e) { return e.x >= 0 && e.y >= 0; };
+  if (!std::ranges::all_of(errors.standard_errors, is_error) || !are_energies(errors.energy) ||
+      !are_energies(errors.of_noise) || !are_energies(errors.of_shape)) {
     refuse_state("holds standard errors that are none");
   }
+  if (memory.is_start > 1) refuse_state("does not tell whether a frame was good");
   const auto is_share = [](double x) { return x >= 0 && x <= 1; };
   const auto is_plausible = [](double a) {
     return std::abs(a) <= training_constants.largest_coefficient;

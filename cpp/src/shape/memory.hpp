@@ -53,6 +53,7 @@ struct ErrorMemory {
   std::vector<Vector3> changes;         ///< (3 k,) eta, how the true shape changes, of unit size
   std::vector<Energy> energies;         ///< (k,) of earlier frames, around each vertex
   Energy energy;                        ///< of earlier frames, over the mesh
+  Energy of_noise, of_shape;            ///< of recent frames, over the mesh, for noise of size 1
   std::uint64_t frame = 0;              ///< the number of frames since the ensemble was begun
   std::vector<double> standard_errors;  ///< (k,) of the last frame
 };
@@ -93,6 +94,7 @@ struct Memory {
 
   std::vector<Vector3> good;  ///< (k,) the last frame in which the surface was not lost
   std::uint8_t pause = 0;     ///< the number of frames in which it is not sought elsewhere
+  std::uint8_t is_start = 1;  ///< whether no frame was good yet
 };
 
 /// Calls `visit` with all numbers of a memory, some at a time: a number or a vector of numbers, of
@@ -128,10 +130,13 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.errors.changes);
   visit(memory.errors.energies);
   visit(memory.errors.energy);
+  visit(memory.errors.of_noise);
+  visit(memory.errors.of_shape);
   visit(memory.errors.frame);
   visit(memory.errors.standard_errors, false);  // infinite for disconnected vertices
   visit(memory.good);
   visit(memory.pause);
+  visit(memory.is_start);
 }
 
 /// Refuses numbers that no frame can have left. All are finite but those that need not be, and

@@ -19,6 +19,13 @@ std::vector<double> membrane_of(std::span<const Index> component,
   return mu;
 }
 
+/// The membrane of cloth holds it where it has no points, and the equations of the ensemble leave
+/// it out: residuals then do not tell what they are due to.
+AnchorNoise noise_of_points(std::span<const Material> materials) {
+  const bool any_slides = std::ranges::any_of(materials, &Material::slides);
+  return any_slides ? AnchorNoise::by_weight : AnchorNoise::of_planes;
+}
+
 }  // namespace
 
 // No coefficient is kept that the points do not determine: the shape of the last frame keeps hidden
@@ -33,7 +40,7 @@ NonrigidStep::NonrigidStep(const ShapeModel& model, std::span<const Triangle> fa
       system_(model.k, workers, membrane_of(topology_.component, materials)),
       rotations_(model.surroundings, workers),
       fit_(ShapeFit::Of::rest, topology_.cells, workers, 0, model.modes),
-      error_bars_(topology_.cells, workers, has_uncertainty, true),
+      error_bars_(topology_.cells, workers, has_uncertainty, noise_of_points(materials)),
       membrane_(faces, model.first_frame, model.mean_edge, system_.membrane(), workers),
       surface_system_(
           system_, model, constants,

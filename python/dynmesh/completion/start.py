@@ -5,22 +5,24 @@ What a frame of the sequence lacks is put together from the others.
 
 import contextlib
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from .. import files
+from .. import formats
+from .._arrays import Positions
+from .._checks import check_path
 from .._errors import InputError, KindError, locating
 from .._report import counted
 from ..attributes import FUSED
-from ..files import Frame, PathLike, Reader, Source
-from ..files.frame import check_whole
-from ..files.header import Header
-from ..files.reader import check_same_mesh
-from ..files.times import index_of
-from ..sequence import Positions
+from ..formats import PathLike
+from ..formats.comparison import check_same_mesh
+from ..formats.times import index_of
+from ..frames import Frame, Frames, check_whole
+from ..header import Header
 from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame
 
@@ -113,38 +115,39 @@ def check_start(start: object, template: object) -> None:
 
 @contextlib.contextmanager
 def open_with_template(
-    path: PathLike, template: PathLike | None, source: Source
-) -> Iterator[tuple[Reader, StartFrame | None]]:
+    frames: PathLike | Frames, template: PathLike | None
+) -> Iterator[tuple[Frames, StartFrame | None]]:
     """Opens a sequence and, if there is one, the template from which completion starts.
 
     Raises:
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
             template has another mesh or is not whole.
     """
-    if template is None:
-        with files.open(path, **source) as reader:
-            yield reader, None
-        return
-    with files.open(template) as whole:
-        first = template_of(whole)
-        with files.opened(path, "path", template, **source) as reader:
-            check_same_mesh(whole, reader)
+    with formats.opened(frames, "sequence", template) as source:
+        if template is None:
+            yield source, None
+            return
+        check_path("template", template)
+        with formats.open(template) as whole:
+            first = template_of(whole)
+            check_same_mesh(whole, source)
             # What the output keeps beside positions: polygons, texture coordinates, materials.
-            own, its = reader.header, whole.header
+            own, its = source.header, whole.header
             is_own = own.texture is not None or (own.polygons is not None and its.texture is None)
             shown = own if is_own else its
-            reader.header = replace(
+            source = copy(source)
+            vars(source)["header"] = replace(
                 own,
                 polygons=shown.polygons,
                 texture=shown.texture,
                 mesh_file=its.mesh_file or own.mesh_file,
             )
-            points = first.astype(reader.dtype)
-            yield reader, StartFrame(points, -1, tuple(whole.files))
+            points = first.astype(source.dtype)
+            yield source, StartFrame(points, -1, tuple(whole.files))
 
 
 def start_in(
-    reader: Reader, start: Start, settings: Settings, *, progress: bool = False
+    reader: Frames, start: Start, settings: Settings, *, progress: bool = False
 ) -> StartFrame:
     """Returns the frame of the sequence from which its completion starts.
 
@@ -158,7 +161,7 @@ def start_in(
         with contextlib.closing(reader.frames()) as frames:
             number = next((n for n, frame in enumerate(frames) if frame.observed.all()), None)
     elif start != "best":
-        with files.naming(reader.path):
+        with formats.naming(reader.path):
             number = index_of(reader.header, start, "start")
     if number is not None:
         frame = frame_at(reader, number)
@@ -178,13 +181,13 @@ def start_in(
     return StartFrame(made.positions, made.frame, made=made)
 
 
-def frame_at(reader: Reader, number: int) -> Frame:
+def frame_at(reader: Frames, number: int) -> Frame:
     """Reads one frame."""
     with contextlib.closing(reader.frames(number, number + 1)) as frames:
         return next(frames)
 
 
-def template_of(reader: Reader) -> Positions:
+def template_of(reader: Frames) -> Positions:
     """Returns a copy of the first frame, which must be whole."""
     frame = frame_at(reader, 0)
     with locating(file=reader.path):

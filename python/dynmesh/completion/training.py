@@ -1,90 +1,78 @@
-"""Files with complete frames of the same mesh, from which it is learned how its shape varies."""
+"""Complete frames of the same mesh, from which it is learned how its shape varies."""
 
 import contextlib
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from .. import files
-from .._checks import check_path
-from .._errors import InputError, KindError, SettingError, locating
+import numpy as np
+
+from .. import formats
+from .._arrays import Positions
+from .._checks import check_path, refuse_mask
+from .._errors import DynmeshError, InputError, KindError, SettingError, locating
 from .._progress import tracked
-from .._report import some_of
-from ..files import PathLike, Reader
-from ..files.frame import check_whole
-from ..files.reader import check_same_mesh
-from ..sequence import Positions
+from ..arrays import ArrayFrames
+from ..formats import PathLike
+from ..formats.comparison import check_same_mesh
+from ..frames import Frames, check_whole
 
-TrainingFiles: TypeAlias = PathLike | Iterable[PathLike]
-"""The path of a training file, or those of several."""
+TrainingFrames: TypeAlias = PathLike | Frames | Positions | Iterable[PathLike | Frames]
+"""A file with training frames, frames of :func:`dynmesh.open`, positions (n, k, 3), or several
+files or frames."""
 
-_EXPECTED = "a path or a list of paths"
-
-
-def paths_of(training: TrainingFiles | None) -> tuple[Path, ...]:
-    """Returns the paths of the training files; none for None.
-
-    Raises:
-        TypeError, ValueError: they are not paths, or there are none.
-    """
-    if training is None:
-        return ()
-    given = [training] if isinstance(training, str | os.PathLike) else training
-    if not isinstance(given, Iterable):
-        raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
-    training_files = list(given)
-    for training_file in training_files:
-        check_path("training", training_file, _EXPECTED)
-    if not training_files:
-        raise InputError("names no file; leave it out if there is none", argument="training")
-    return tuple(map(Path, training_files))
+_EXPECTED = "a path, frames, positions (n, k, 3), or a list of paths or frames"
 
 
 class Training:
-    """The frames of all training files, one after another, which are read one at a time."""
+    """All training frames, one after another, which are read one at a time."""
 
-    def __init__(self, training_files: tuple[Path, ...], reader: Reader, progress: bool) -> None:
-        """Opens each training_file and compares its mesh with that of the sequence.
+    def __init__(self, training: TrainingFrames | None, like: Frames, progress: bool) -> None:
+        """Compares the mesh of each file with that of the sequence.
 
         Args:
-            training_files: none if there is no training.
-            reader: of the sequence.
+            training: None if there is none.
+            like: the sequence.
             progress: whether to show a bar while they are read.
 
         Raises:
-            OSError, ImportError, ValueError: a training file cannot be opened, or has another mesh,
-                unit or up axis.
+            OSError, ImportError, TypeError, ValueError: they are not as they should be, cannot be
+                opened, or have another mesh, unit or up axis.
         """
-        self._training_files = training_files
-        self._reader = reader
+        self._sources = _sources(training, like)
+        self._like = like
         self._progress = progress
         self._n_frames = 0
         self.files: list[Path] = []
-        for training_file in training_files:
-            with _open(training_file, reader) as opened:
-                check_same_mesh(opened, reader)
-                self._n_frames += opened.n_frames
-                self.files += opened.files
+        for source in self._sources:
+            with _opened(source, like) as frames:
+                check_same_mesh(frames, like)
+                self._n_frames += frames.n_frames
+                self.files += frames.files
+
+    def __bool__(self) -> bool:
+        """Whether there is any training."""
+        return bool(self._sources)
 
     @contextlib.contextmanager
     def frames(self) -> Iterator[Iterator[Positions] | None]:
         """Yields all frames, or None without training; names files in errors about them all."""
-        read = tracked(self._frames_as_read(), self._n_frames, "reading training", self._progress)
+        read = tracked(self._positions(), self._n_frames, "reading training", self._progress)
         try:
-            with files.naming(self._reader.path):
-                yield read if self._training_files else None
+            with formats.naming(self._like.path):
+                yield read if self._sources else None
         except SettingError as error:
             if error.argument == "training":
-                several = len(self._training_files) > 1
-                error.file = self._reader.path if several else self._training_files[0]
+                only = self._sources[0] if len(self._sources) == 1 else None
+                error.file = only if isinstance(only, Path) else self._like.path
             raise
 
-    def _frames_as_read(self) -> Iterator[Positions]:
-        for training_file in self._training_files:
+    def _positions(self) -> Iterator[Positions]:
+        for source in self._sources:
             with (
-                files.naming(training_file),
-                _open(training_file, self._reader) as opened,
+                _opened(source, self._like) as opened,
+                formats.naming(opened.path),
                 contextlib.closing(opened.frames()) as frames,
             ):
                 for number, frame in enumerate(frames):
@@ -93,23 +81,41 @@ class Training:
                     yield frame.points
 
 
-def _open(training_file: Path, reader: Reader) -> Reader:
-    """Opens a training file, which may lack faces.
+def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frames]:
+    """Returns the paths and frames of training; none for None.
 
-    Of a scene, it is the mesh at the same path, or else the only one that moves.
+    Raises:
+        TypeError, ValueError: they are something else, or there are none.
     """
-    if not (meshes := files.meshes_of(training_file)):
+    if training is None:
+        return []
+    if isinstance(training, np.ndarray):
+        refuse_mask("training", training)
         try:
-            return files.open(training_file)
-        except files.NoFacesError:
-            return files.open(training_file, faces=reader.faces)
-    wanted = reader.header.name
-    if wanted in meshes:
-        return files.open(training_file, prim=wanted)
-    moving = [mesh for mesh, moves in meshes.items() if moves]
-    if len(moving) > 1:
-        raise InputError(
-            f"has no mesh '{wanted}', as {reader.path} has; those that move are {some_of(moving)}",
-            file=training_file,
-        )
-    return files.open(training_file)
+            return [ArrayFrames(training, like.faces).named("training")]
+        except DynmeshError as error:
+            error.argument = "training"
+            raise
+    given: Any = [training] if isinstance(training, str | os.PathLike | Frames) else training
+    if not isinstance(given, Iterable):
+        raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
+    sources: list[Path | Frames] = []
+    for source in given:
+        if isinstance(source, Frames):
+            sources.append(source)
+            continue
+        check_path("training", source, _EXPECTED)
+        sources.append(Path(source))
+    if not sources:
+        raise InputError("names no file; leave it out if there is none", argument="training")
+    return sources
+
+
+@contextlib.contextmanager
+def _opened(source: Path | Frames, like: Frames) -> Iterator[Frames]:
+    """Opens a training file, which may lack faces; frames stay open."""
+    if isinstance(source, Frames):
+        yield source.named("training") if isinstance(source, ArrayFrames) else source
+        return
+    with formats.open_like(source, like) as frames:
+        yield frames

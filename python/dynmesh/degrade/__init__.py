@@ -5,7 +5,7 @@ the result for a frame depends on the seed and on the number of the frame, but n
 frames. Arguments are checked when a function is called, frames when they are reached.
 """
 
-from ..scans.scan import DepthScan, PointScan
+from ..scan import DepthScan, PointScan
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
 from .scans import depth_images, scan_points
 from .visibility import Camera, orbit

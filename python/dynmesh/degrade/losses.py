@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._checks import check_between, check_integer, check_not_negative, check_positive
 from .._errors import InputError
 from ..polygons import Faces
-from ..sequence import Mask, Positions
 from ..topology import cells
 from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
 from .visibility import Camera, visible

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..sequence import Positions
+from .._arrays import Positions
 
 _Integers = NDArray[np.integer[Any]]
 _Floats = NDArray[np.float64]

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ..files import Reader
+from .._arrays import Mask, Positions
+from ..frames import Frames
+from ..scan import Scan
 from ..scans import Rig, ScanCamera
-from ..scans.scan import Scan
-from ..sequence import Mask, Positions
 from .losses import add_noise, add_outliers, camera_known, dropout, patch_known, random_known
 from .scans import depth_images, scan_points
 from .shared import round_up
@@ -20,12 +20,12 @@ _COUNTS = 60_000
 Vector = tuple[float, float, float]
 
 
-def degraded(
-    reader: Reader, up: Vector, losses: Mapping[str, Any], seed: int
+def degraded_frames(
+    reader: Frames, up: Vector, losses: Mapping[str, Any], seed: int
 ) -> Iterator[tuple[Positions, Mask]]:
     """Yields positions, which are NaN where nothing was observed, and masks of a sequence.
 
-    The losses are those of :func:`dynmesh.verbs.degrade.degrade_file` that are asked for, by name.
+    The losses are those of :func:`dynmesh.degraded` that are asked for, by name.
     """
     shape, faces = (reader.n_frames, reader.n_vertices), reader.faces
     masks: list[Iterator[Mask]] = []
@@ -51,7 +51,7 @@ def degraded(
 
 
 def scanned(
-    reader: Reader,
+    reader: Frames,
     up: Vector,
     *,
     size: tuple[int, int] | None,
@@ -72,14 +72,14 @@ def scanned(
     return rig, depth_images(*given, width=size[0], height=size[1], **options)
 
 
-def _points(reader: Reader) -> Iterator[Positions]:
+def _points(reader: Frames) -> Iterator[Positions]:
     """Yields the positions that there are; the rest is NaN."""
     missing = reader.dtype.type(np.nan)
     for frame in reader:
         yield np.where(frame.present[:, None], frame.points, missing)
 
 
-def _bounding_box(reader: Reader) -> Positions:
+def _bounding_box(reader: Frames) -> Positions:
     """Returns the two opposite corners of the bounding box of all frames."""
     corners = np.array([[np.inf] * 3, [-np.inf] * 3])
     for points in _points(reader):

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
 from ..normals import unit
 from ..polygons import Faces
-from ..scans.scan import DepthScan, PointScan
-from ..sequence import Mask, Positions
+from ..scan import DepthScan, PointScan
 from .losses import patch_known
 from .shared import (
     Purpose,

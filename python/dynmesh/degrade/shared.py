@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _arrays
+from .._arrays import Positions
 from .._checks import check_array, check_complete
 from .._errors import InputError, KindError, locating
+from ..header import check_faces
 from ..polygons import Faces, split_faces
-from ..sequence import Positions, check_faces
 from ..topology import cells
 from .visibility import Camera
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _arrays
+from .._arrays import Mask, Positions
 from .._checks import (
     check_between,
     check_complete,
@@ -25,7 +26,6 @@ from .._checks import (
     check_vector,
 )
 from .._errors import InputError
-from ..sequence import Mask, Positions
 from .rays import TOLERANCE, Triangles, in_axes, pairs
 
 _Integers = NDArray[np.integer[Any]]

@@ -6,10 +6,10 @@ from typing import Unpack
 
 import numpy as np
 
-from .. import files
+from .. import formats
 from .._progress import tracked
 from ..draw.heatmap import likely_up
-from ..files import OneSequence, Source
+from ..formats import OneSequence, Source
 from .finding import CODES, SEVERITIES, Diagnosis, Finding, Severity, Where
 from .mesh import Mesh, examine
 from .motion import Motion
@@ -33,8 +33,8 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
             errors.
     """
     with (
-        files.opened(source, **how) as reader,
-        files.naming(reader.path),
+        formats.opened(source, **how) as reader,
+        formats.naming(reader.path),
         closing(reader.frames()) as frames,
     ):
         header = reader.header

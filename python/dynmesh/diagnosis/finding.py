@@ -7,10 +7,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask
 from .._report import as_json, counted
 from .._report import listed as joined
-from ..files import Header
-from ..sequence import Mask
+from ..header import Header
 from ..topology import TopologyReport
 
 Severity = Literal["error", "warning"]

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._report import counted
 from ..completer import Completer
 from ..metrics import bounding_box_diagonal
-from ..sequence import Mask, Positions
 from ..topology import cells
 from .finding import Finding, listed
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._report import counted
-from ..files import Header
-from ..sequence import Mask, Positions
+from ..header import Header
 from .finding import Finding, Places, frames_listed, percent
 from .mesh import Mesh
 

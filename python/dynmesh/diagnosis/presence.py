@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask
 from .._report import counted
-from ..files import Frame, Header
-from ..files.frame import LARGEST
-from ..sequence import Mask
+from ..frames import LARGEST, Frame
+from ..header import Header
 from .finding import Finding, Places, frames_listed, listed, percent, stretches
 from .mesh import Mesh
 

@@ -13,10 +13,9 @@ from .. import metrics
 from .._errors import InputError, locating
 from .._progress import tracked
 from ..calibration import Calibrating, Calibration
-from ..files import Frame, Reader
-from ..files.frame import check_whole
-from ..files.reader import check_comparable, check_same_size
-from ..files.times import frame_numbers, indices_of
+from ..formats.comparison import check_comparable, check_same_size
+from ..formats.times import frame_numbers, indices_of
+from ..frames import Frame, Frames, check_whole
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 
@@ -47,9 +46,9 @@ class FrameErrors:
 
 
 def measured(
-    completed: Reader,
-    reference: Reader,
-    partial: Reader | None,
+    completed: Frames,
+    reference: Frames,
+    partial: Frames | None,
     only: Only,
     frames: slice | range | None,
     progress: bool,
@@ -87,9 +86,9 @@ def measured(
     return each, unit, calibrating.result()
 
 
-def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
+def suspicions(completed: Frames, reference: Frames) -> Iterator[str]:
     """Yields what is probably wrong with the choice of the sequences."""
-    if reference.has_provenance and not completed.has_provenance:
+    if reference.header.has_provenance and not completed.header.has_provenance:
         yield (
             "the reference holds generations, and the completed sequence holds none: were they "
             "exchanged? The completed one comes first"
@@ -102,7 +101,7 @@ def suspicions(completed: Reader, reference: Reader) -> Iterator[str]:
         )
 
 
-def _diagonal(reference: Reader) -> float:
+def _diagonal(reference: Frames) -> float:
     (first,) = _whole(reference, range(1))
     unit = metrics.bounding_box_diagonal(first.points)
     if unit == 0:
@@ -112,12 +111,12 @@ def _diagonal(reference: Reader) -> float:
     return unit
 
 
-def _observed(partial: Reader | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
+def _observed(partial: Frames | None, numbers: range) -> Iterator[NDArray[np.bool_] | None]:
     """The vertices that were observed in each frame; None where nothing says so."""
     if partial is None:
         return repeat(None, len(numbers))
     frames = partial.frames(numbers.start, numbers.stop, numbers.step)
-    if partial.has_known:
+    if partial.header.has_known:
         return (frame.observed for frame in frames)
     return (frame.observed & frame.points.any(axis=1) for frame in frames)
 
@@ -129,7 +128,7 @@ def _errors_of(
     return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in found))
 
 
-def _whole(reader: Reader, numbers: range) -> Iterator[Frame]:
+def _whole(reader: Frames, numbers: range) -> Iterator[Frame]:
     frames = reader.frames(numbers.start, numbers.stop, numbers.step)
     for number, frame in zip(numbers, frames, strict=True):
         with locating(file=reader.path, frame=reader.header.number(number)):

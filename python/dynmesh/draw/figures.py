@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._checks import check_complete
 from .._errors import InputError
 from .._extras import require
 from ..normals import unit
-from ..sequence import Mask, Positions
 from ..topology import cells
 
 Image = NDArray[np.uint8]

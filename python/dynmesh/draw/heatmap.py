@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask, Positions
 from .._errors import InputError
-from ..files import Reader
-from ..files.reader import check_comparable, check_same_size
+from ..formats.comparison import check_comparable, check_same_size
+from ..frames import Frames
 from ..scans import ScanReader
-from ..sequence import Mask, Positions
 from .quantities import QUANTITIES, Colour, Moment, Sources
 from .scales import Scale, Values
 
@@ -123,14 +123,14 @@ class Heatmap(Sources):
         return QUANTITIES[colour].scale(self, seen)
 
 
-def _frames_of(reader: Reader | ScanReader | None, numbers: range) -> Iterator[Any]:
+def _frames_of(reader: Frames | ScanReader | None, numbers: range) -> Iterator[Any]:
     """Yields what is read at these numbers; None forever without a reader."""
     if reader is None:
         return repeat(None)
     return reader.frames(numbers.start, numbers.stop, numbers.step)
 
 
-def stated_up(*readers: Reader | None) -> str | None:
+def stated_up(*readers: Frames | None) -> str | None:
     """Returns the up axis that the first of these files states that states one."""
     axes = (None if reader is None else reader.header.up_axis for reader in readers)
     return next((axis for axis in axes if axis is not None), None)

@@ -3,8 +3,9 @@
 from html import escape
 
 from .._errors import InputError
-from ..files.memory import SequenceReader
-from ..sequence import Sequence, rate
+from ..arrays import ArrayFrames
+from ..frames import check_any
+from ..header import rate
 from .page import framed, page
 
 LARGEST_PLAYER = 2_000_000
@@ -17,7 +18,7 @@ _SIZES = ((2000, 30), (1000, 30), (1000, 15), (500, 15))
 """How many vertices and frames a player may show; the first that is small enough is used."""
 
 
-def shown(sequence: Sequence) -> str:
+def shown(sequence: ArrayFrames) -> str:
     """Returns HTML with a player, if there can be one, and a description of a sequence."""
     n_frames, n_vertices, _ = sequence.vertices.shape
     known = "no masks"
@@ -43,7 +44,7 @@ def shown(sequence: Sequence) -> str:
     return f"{player}<table><caption>Sequence</caption>{lines}</table>"
 
 
-def _player(sequence: Sequence) -> str:
+def _player(sequence: ArrayFrames) -> str:
     """Returns a frame with a page that plays the sequence.
 
     Raises:
@@ -54,9 +55,9 @@ def _player(sequence: Sequence) -> str:
         raise InputError(
             f"simplifying more than {LARGEST_MESH} vertices takes long; dynmesh view writes a page"
         )
-    reader = SequenceReader(sequence)
+    check_any(sequence)
     for max_vertices, max_frames in _SIZES:
-        made = page(reader, max_vertices=max_vertices, max_frames=max_frames)
+        made = page(sequence, max_vertices=max_vertices, max_frames=max_frames)
         player = framed(made.html)
         if len(player.encode()) <= LARGEST_PLAYER:
             return player

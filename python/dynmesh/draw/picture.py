@@ -9,7 +9,7 @@ import numpy as np
 
 from .._extras import require, require_all
 from .._progress import tracked
-from ..files import Reader
+from ..frames import Frames
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
 from .heatmap import Heatmap, ShownFrame, likely_up, stated_up, whole_faces
@@ -30,10 +30,10 @@ def evenly_spaced(n_frames: int, count: int) -> list[int]:
 
 
 def drawn(
-    reader: Reader,
+    reader: Frames,
     *,
     indices: Sequence[int],
-    reference: Reader | None = None,
+    reference: Frames | None = None,
     colour: Colour | None = None,
     title: str | None = None,
     up: str | None = None,

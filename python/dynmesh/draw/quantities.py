@@ -8,15 +8,14 @@ from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from .._arrays import Positions
 from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
 from ..degrade.shared import mean_edge_of, round_up
-from ..files import Frame, Reader
-from ..files.frame import check_whole
+from ..frames import Frame, Frames, check_whole
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
-from ..sequence import Positions
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import Scale, Values, count_scale, measure_scale, step_scale
 
@@ -47,9 +46,9 @@ class Sources:
     The unit of the scans is `scan_factor` times that of the sequence.
     """
 
-    reader: Reader
-    reference: Reader | None = None
-    input: Reader | None = None
+    reader: Frames
+    reference: Frames | None = None
+    input: Frames | None = None
     scans: ScanReader | None = None
     scan_factor: float = 1.0
 
@@ -122,7 +121,7 @@ def _lacks(name: str, by: str, sources: Sources) -> str | None:
 
 def _lacks_masks(sources: Sources) -> str | None:
     reader = sources.reader
-    if reader.has_known or reader.has_provenance or sources.input is not None:
+    if reader.header.has_known or reader.header.has_provenance or sources.input is not None:
         return None
     return f"{reader.path}: holds no known masks"
 
@@ -205,7 +204,7 @@ def _count_scale(title: str, _: Sources, seen: Seen) -> Scale:
 
 def _known_scale(sources: Sources, _: Seen) -> Scale:
     labels, colours = ["observed"], [KNOWN_COLOUR]
-    if sources.reader.has_provenance or sources.input is not None:
+    if sources.reader.header.has_provenance or sources.input is not None:
         labels, colours = ["filled in", "observed"], [MISSING_COLOUR, KNOWN_COLOUR]
     return step_scale("known vertices", range(len(labels)), labels, colours)
 

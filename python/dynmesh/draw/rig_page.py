@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Positions
 from ..scans import DepthScan
-from ..sequence import Positions
 from .figures import SURFACE_COLOUR
 from .page.document import FIELD_OF_VIEW, Unit, embedded, new_plot, number_of
 

@@ -1,9 +1,9 @@
 """Scans in files: point clouds and depth images, and the cameras that made them."""
 
+from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras, write_cameras
 from .point_files import read_points, write_ply
 from .reader import ScanReader, open_scans, unit_of_scans
-from .scan import DepthScan, PointScan, Scan
 from .writer import scan_folder
 
 __all__ = [

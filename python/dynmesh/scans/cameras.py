@@ -20,8 +20,8 @@ from .._checks import (
     check_positive,
 )
 from .._errors import InputError, naming
-from ..files.numbered import Number
-from ..files.units import UNITS, metres_of
+from ..formats.numbered import Number
+from ..formats.units import UNITS, metres_of
 from .matrices import check_intrinsics, matrix_of, pose_of
 from .trajectory import poses_in
 from .transforms import as_cameras

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._arrays import Positions
 from .._checks import refuse_mask
 from .._errors import naming
-from ..files.header import Metadata, metadata_in
-from ..files.ply import coordinates, ply_header, read_elements
-from ..files.text import lines_in, number_of, words_in
-from ..sequence import Positions
-from .scan import PointScan
+from ..formats.comments import Metadata, metadata_in
+from ..formats.ply import coordinates, ply_header, read_elements
+from ..formats.text import lines_in, number_of, words_in
+from ..scan import PointScan
 
 _LIKE_COLOURS = 31
 """Whole numbers up to 255, of which one is larger than this, are colours, not normals."""

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import DynmeshError, InputError, naming
-from ..files.choice import PathLike
-from ..files.format import Gaps
-from ..files.numbered import (
+from ..formats.format import Gaps
+from ..formats.numbered import (
     FrameNames,
     Number,
     by_number,
@@ -25,11 +24,12 @@ from ..files.numbered import (
     number_in,
     with_missing,
 )
-from ..files.units import agreed
+from ..formats.table import PathLike
+from ..formats.units import agreed
+from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, along_axis, read_depth, require_png, size_of, undistortion
 from .point_files import point_formats, read_points
-from .scan import DepthScan, PointScan, Scan
 
 CAMERAS = "cameras.json"
 """The name under which the cameras are found in a folder of scans."""

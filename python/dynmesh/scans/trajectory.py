@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..files.text import lines_in, number_of, words_in
+from ..formats.text import lines_in, number_of, words_in
 
 _ROUNDED = 1e-3
 """By how much the length of a quaternion may deviate from 1, as it was written with few digits."""

@@ -8,14 +8,14 @@ from pathlib import Path
 
 from .._arrays import plain
 from .._errors import InputError
-from ..files import formats
-from ..files.new_output import check_folder, exchange, exists_already, making
-from ..files.numbered import Number
+from ..formats import all_formats
+from ..formats.numbered import Number
+from ..formats.output import check_folder, exchange, exists_already, making
+from ..scan import PointScan, Scan
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, write_depth
 from .point_files import write_ply
 from .reader import CAMERAS
-from .scan import PointScan, Scan
 
 _OURS = ("frame_*.ply", f"depth_*{SUFFIX}", CAMERAS)
 
@@ -62,7 +62,7 @@ def scan_folder(
 
 def check_name_of_folder(path: Path) -> None:
     """Refuses the name of a file for a folder of scans that is to be made."""
-    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in formats.values())
+    is_name_of_file = any(path.suffix.lower() in one.suffixes for one in all_formats().values())
     if is_name_of_file and not path.is_dir():
         told = f"scans are written to a folder, but names in {path.suffix} are those of files"
         raise InputError(told, file=path)

@@ -1,6 +1,9 @@
 """Built-in animated meshes, which are generated from a seed and need no download."""
 
+from typing import Literal
+
 from .._checks import check_integer, check_positive
+from .._options import Input
 from ..sequence import Sequence
 from ._choreography import walk
 from ._waves import waves
@@ -47,3 +50,20 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     check_positive("fps", fps)
     vertices, faces = walk(frames, seed)
     return Sequence(vertices, faces, fps=float(fps), up_axis="z")
+
+
+def sequence(
+    name: Literal["ocean", "walker"], *, frames: Input[int | None] = None, seed: Input[int] = 0
+) -> Sequence:
+    """Makes a built-in sequence: an ocean, or a figure that walks and does a handstand.
+
+    Args:
+        name: which sequence: ocean or walker.
+        frames: number of frames; with fewer, the walker moves faster.
+        seed: equal seeds give equal results.
+
+    Raises:
+        TypeError, ValueError: an argument is refused.
+    """
+    make = {"ocean": ocean, "walker": walker}[name]
+    return make(seed=seed) if frames is None else make(frames, seed=seed)

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Positions
 from .._checks import check_integer, check_vector
 from .._errors import naming
 from ..registration import Landmarks
 from ..scans.cameras import json_in
-from ..sequence import Positions
 
 _BETTER = 0.3
 """Landmarks are exchanged if exchanging them leaves so little of the squared distances."""

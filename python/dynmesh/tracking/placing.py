@@ -11,16 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Positions
 from .._errors import InputError, locating
 from ..completion.start import template_of
-from ..files import Reader
+from ..frames import Frames
 from ..registration import Landmarks, Registration, register, register_depth
-from ..scans import PointScan, Scan, ScanReader
-from ..scans.scan import inside_out
-from ..sequence import Positions
+from ..scan import inside_out
+from ..scans import DepthScan, PointScan, Scan, ScanReader
 from ..tracker import Alignment, Tracker, TrackingReport, find_alignment
+from .background import Background
+from .corrections import wrong_camera
 from .landmarks import exchanged
-from .room import Room
+from .surface import Surface
 from .units import Units, ratio_of, size_of
 
 
@@ -33,7 +35,8 @@ class Placed:
         distance: how far it was before, in mean edges.
         alignment: the rigid motion that put it there, if no registration was good; else None.
         registration: of the template with the scan, if it lay elsewhere.
-        doubt: why it is doubtful, and what to do; empty if it is not.
+        doubt: why it is doubtful, as the registration or the cameras are, and what to do; empty if
+            it is not.
         remark: that the scan is larger or smaller than the template, if it is doubtful; or empty.
         advice: what to look at if the template is lost.
     """
@@ -73,8 +76,8 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
 
 def placed_in(
     scans: ScanReader,
-    mesh: Reader,
-    room: Room,
+    mesh: Frames,
+    room: Background,
     units: Units,
     landmarks: Landmarks | None,
     advice: str,
@@ -87,7 +90,12 @@ def placed_in(
             found.
     """
     template, faces = template_of(mesh), mesh.faces
-    scan = next((one for one in scans.frames() if one is not None and one.has_points), None)
+    with_points = (
+        (number, one)
+        for number, one in enumerate(scans.frames())
+        if one is not None and one.has_points
+    )
+    number, scan = next(with_points, (0, None))
     if scan is None:
         raise InputError("no frame has points", file=scans.path)
     scan = scan.scaled(units.factor)
@@ -111,22 +119,26 @@ def placed_in(
     # The walls of a room face its middle.
     advice = "; ".join(filter(None, [rooms or inside_out(scan), advice]))
     placed = partial(Placed, distance=found.before, advice=advice)
-    start, tracked = template, None
+    start, tracked, cameras = template, None, ""
     if found.matches:
         if not found.lies_in_scan:
             moved = template.astype(np.float64) @ found.rotation.T + found.shift
             start = moved.astype(template.dtype)
         with locating(file=scans.path):
             tracked = _tracked_from(start, faces, scan, threads)
+        if isinstance(scan, DepthScan):
+            cameras = wrong_camera(scan, scans.cameras_of(number), Surface(faces, start))
     fits = tracked is not None and (tracked.quality == "good" or tracked.cause == "unseen")
     if landmarks is None and found.lies_in_scan and fits:
-        return placed(template)
+        return placed(template, doubt=cameras)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     with locating(file=mesh.path):
         registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
     doubt = registered.reason
-    if doubt:
+    if not doubt and tracked is not None and tracked.cause == "size":
+        doubt = tracked.reason  # the registration has made it larger or smaller
+    elif doubt:
         missing = "`landmarks` say where ends and corners, for example, belong"
         wrong = missing if landmarks is None else exchanged(template, landmarks)
         doubt = "; ".join(filter(None, [doubt, wrong]))
@@ -135,13 +147,24 @@ def placed_in(
         # Tracking will tell whether it explains the points, but not what has none.
         doubt = doubt if registered.cause in ("size", "part") else ""
         alignment = None if found.lies_in_scan else found
-        return placed(start, alignment=alignment, doubt=doubt)
+        return placed(start, alignment=alignment, doubt=cameras or _registered(doubt))
     if registered.quality == "ruined" and not found.lies_in_scan:
         faults = "; ".join(filter(None, [advice, sizes(), away]))
         raise InputError(
             f"{faults}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
         )
+    doubt = cameras or _registered(doubt)
     return placed(registered.vertices, registration=registered, doubt=doubt)
+
+
+def _registered(doubt: str) -> str:
+    """Says why a registration is doubtful; empty if it is not."""
+    if not doubt:
+        return ""
+    return (
+        f"the template was registered with the first scan, and {doubt}; the page of dynmesh "
+        "register shows whether it is the right mesh"
+    )
 
 
 def _tracked_from(

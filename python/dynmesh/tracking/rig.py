@@ -9,35 +9,27 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 from pathlib import Path
-from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import files
+from .. import formats
+from .._arrays import Positions
 from .._errors import InputError
 from .._report import Report
 from ..completion.start import template_of
-from ..degrade.shared import mean_edge_of
-from ..files import PathLike
-from ..normals import vertex_normals
-from ..scans import DepthScan, Rig, ScanCamera, open_scans
+from ..formats import PathLike
+from ..scans import DepthScan, Rig, open_scans
 from ..scans.reader import DepthReader
-from ..scans.transforms import OPENGL
-from ..sequence import Positions
 from ..tracker import find_alignment
-from .fits import FARTHER_THAN_OTHERS, beyond
-from .room import Room, without_planes
-from .units import size_of, units_of
+from .background import Background
+from .corrections import LEAST, MEASURED, wrong_camera
+from .misreadings import READINGS, READINGS_OF_IMAGES, Reading, exchanged
+from .quality import FARTHER_THAN_OTHERS, beyond
+from .surface import Surface, subject_of, without_jumps
+from .units import units_of
 
 _Floats = NDArray[np.float64]
-
-_EXAMINED = 10000
-_POINTS = 500
-"""So many points of a camera are searched for floor and walls; so many of the rest are compared."""
-
-_LEAST = 60
-"""Fewer points than this cannot be judged."""
 
 _FAR = 0.01
 _FAR_EDGES = 0.5
@@ -53,139 +45,9 @@ _AT_MOST = 0.4
 """A reading is better if it leaves at most this share of the far points, this much less of all
 points, and at most this share of all: a part of a room may be left."""
 
-_SAMPLES = 5000
-"""Of a surface; more take longer and change little."""
-
 _FIT = 0.12
 """The cameras fit if of each at most so many points are far: of right ones, 10 % were with outliers
 or a room, and of one turned by 4 degrees about its axis, 14 %."""
-
-_JUMP = 6.0
-"""Widths of a pixel on the surface, and medians of the differences of neighbours, beyond both of
-which two neighbouring pixels see different things. A surface seen at 80 degrees stays below."""
-_NEIGHBOURS = 2
-"""A pixel with fewer neighbours is a stray one."""
-
-_MEASURED = 0.1
-"""Mean edges below which distances are those of the measurement."""
-
-
-def _transposed(pose: _Floats) -> _Floats:
-    turned = pose.copy()
-    turned[..., :3, :3] = np.swapaxes(pose[..., :3, :3], -1, -2)
-    return turned
-
-
-def _posed(change: Callable[[_Floats], Any], camera: ScanCamera) -> ScanCamera:
-    return replace(camera, camera_to_world=change(camera.camera_to_world))
-
-
-def _scaled(positions: float, depths: float, camera: ScanCamera) -> ScanCamera:
-    """Multiplies the position of the camera and the depth of a count."""
-    pose = camera.camera_to_world * np.array([[1, 1, 1, positions]] * 3 + [[1] * 4])
-    return replace(camera, camera_to_world=pose, depth_scale=depths * (camera.depth_scale or 1.0))
-
-
-def _resized(factor: float, camera: ScanCamera) -> ScanCamera:
-    return replace(camera, intrinsics=np.diag([factor, factor, 1]) @ np.asarray(camera.intrinsics))
-
-
-def _with_centre_exchanged(camera: ScanCamera) -> ScanCamera:
-    matrix = np.array(camera.intrinsics)
-    matrix[..., :2, 2] = matrix[..., 1::-1, 2]
-    return replace(camera, intrinsics=matrix)
-
-
-def _with_counts_in_a_unit(camera: ScanCamera) -> ScanCamera:
-    return replace(camera, depth_scale=1 / (camera.depth_scale or 1.0))
-
-
-def _exchanged(one: str, other: str, camera: ScanCamera) -> ScanCamera:
-    return replace(camera, name={one: other, other: one}.get(camera.name, camera.name))
-
-
-Reading: TypeAlias = tuple[str, Callable[[ScanCamera], ScanCamera]]
-"""What may be wrong with a camera file, in a sentence, and what makes a camera that is meant."""
-
-_READINGS: tuple[Reading, ...] = (
-    (
-        "the poses are inverted: they lead from the world to the cameras, as extrinsics do",
-        partial(_posed, np.linalg.inv),
-    ),
-    (
-        "the cameras have the axes of OpenGL, x right, y up, z back, instead of those of OpenCV",
-        partial(_posed, lambda pose: pose @ OPENGL),
-    ),
-    (
-        "the poses are inverted, from the world to the cameras, which have the axes of OpenGL",
-        partial(_posed, lambda pose: np.linalg.inv(pose) @ OPENGL),
-    ),
-    ("the rotations of the poses are transposed", partial(_posed, _transposed)),
-    *(
-        (f"depth_scale is {factor} times too {which}", partial(_scaled, 1, factor**power))
-        for factor in (5, 10, 100, 1000)
-        for which, power in (("large", -1.0), ("small", 1.0))
-    ),
-    ("the intrinsics are those of images twice as large", partial(_resized, 0.5)),
-    ("the intrinsics are those of images half as large", partial(_resized, 2)),
-    ("cx and cy of the intrinsics are exchanged", _with_centre_exchanged),
-    (
-        "depth_scale is the number of counts in a unit instead of the depth of one count",
-        _with_counts_in_a_unit,
-    ),
-    (
-        "the positions of the cameras are in millimetres and everything else in metres",
-        partial(_scaled, 1e-3, 1),
-    ),
-    (
-        "positions and depths of the cameras are in millimetres and the template in metres",
-        partial(_scaled, 1e-3, 1e-3),
-    ),
-)
-
-_READINGS_OF_IMAGES: tuple[Reading, ...] = (
-    (
-        "depths are distances from the camera along the rays of the pixels, not along the axis",
-        partial(replace, along_ray=True),
-    ),
-    ("the images are mirrored: left and right are exchanged", partial(replace, flipped="x")),
-    ("the images are flipped: top and bottom are exchanged", partial(replace, flipped="y")),
-    ("the images are turned by 180 degrees", partial(replace, flipped="xy")),
-)
-"""Those that come last, as mirrored images of a symmetric subject look as from other cameras."""
-
-
-class Surface:
-    """A mesh whose vertices, or some of them, stand for the planes around them.
-
-    Attributes:
-        points: (n, 3) the vertices.
-        faces: (m, 3) triangles.
-        mean_edge: the mean length of the edges.
-        size: the diagonal of the bounding box.
-    """
-
-    def __init__(self, faces: NDArray[np.integer[Any]], points: Positions) -> None:
-        """Chooses vertices of triangles that have an area, with their normals."""
-        self.faces = faces
-        self.points = points.astype(np.float64)
-        self.mean_edge = mean_edge_of(self.points, faces)
-        self.size = size_of(self.points)
-        normals = vertex_normals(faces, self.points)
-        used = np.flatnonzero(normals.any(axis=1))
-        every = 1 + (len(used) - 1) // _SAMPLES
-        self._samples, self._normals = self.points[used[::every]], normals[used[::every]]
-        self._reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two, about
-
-    def distances(self, points: _Floats) -> _Floats:
-        """Returns how far (n, 3) points are from the surface, about."""
-        middle = self._samples.mean(axis=0)
-        ours, theirs = ((one - middle).astype(np.float32) for one in (points, self._samples))
-        best = ((theirs**2).sum(axis=1) - 2 * ours @ theirs.T).argmin(axis=1)
-        apart = points - self._samples[best]
-        height = (apart * self._normals[best]).sum(axis=1)
-        aside = np.sqrt(np.maximum((apart**2).sum(axis=1) - height**2, 0))
-        return np.asarray(np.hypot(height, np.maximum(aside - self._reach, 0)))
 
 
 @dataclass(frozen=True)
@@ -208,15 +70,15 @@ class Fit:
     def wrong(self) -> set[int]:
         """The cameras with many far points, or that are much farther from it than the others."""
         many = {number for number, far in enumerate(self.by_camera) if far > _FIT}
-        return many | beyond(dict(enumerate(self.distances)), FARTHER_THAN_OTHERS, _MEASURED)
+        return many | beyond(dict(enumerate(self.distances)), FARTHER_THAN_OTHERS, MEASURED)
 
 
 def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     """Compares a scan, in the unit of the template, also after the rigid motion of tracking."""
-    clouds = [_subject(cloud, surface) for cloud in without_jumps(scan).clouds]
+    clouds = [subject_of(cloud, surface) for cloud in without_jumps(scan).clouds]
     cloud = np.concatenate(clouds)
     extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
-    if len(cloud) < _LEAST or max(extents) < _COVERED * surface.size:
+    if len(cloud) < LEAST or max(extents) < _COVERED * surface.size:
         medians = _medians([surface.distances(one) for one in clouds], surface)
         return Fit(1.0, 1.0, (1.0,) * len(clouds), medians)
     found = find_alignment(surface.faces, surface.points, cloud)
@@ -230,37 +92,9 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     return Fit(min(shares), shares[0], far, _medians(each, surface))
 
 
-def without_jumps(scan: DepthScan) -> DepthScan:
-    """Returns a scan without pixels at jumps of the depth, and without stray ones.
-
-    At jumps, sensors measure points between what is before and what is behind.
-    """
-    images = []
-    for depth, intrinsics in zip(scan.depth, scan.intrinsics, strict=True):
-        padded = np.pad(depth, 1)
-        beside = np.stack(
-            [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
-        )
-        both = (depth > 0) & (beside > 0)
-        apart = np.where(both, np.abs(beside - depth), 0)
-        usual = float(np.median(apart[both])) if both.any() else 0.0
-        widths = depth / min(abs(intrinsics[0, 0]), abs(intrinsics[1, 1]))
-        jumps = (apart > _JUMP * np.maximum(widths, usual)).any(axis=0)
-        sound = ~jumps & (both.sum(axis=0) >= _NEIGHBOURS)
-        images.append(np.where(sound, depth, 0).astype(depth.dtype))
-    return scan._replace(depth=images)
-
-
 def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
     """The median of the distances of each camera, in mean edges; 0 without points."""
     return tuple(float(np.median(one)) / surface.mean_edge if len(one) else 0.0 for one in each)
-
-
-def _subject(cloud: _Floats, surface: Surface) -> _Floats:
-    """Returns some of the points of a camera, without floor and walls."""
-    some = cloud[:: 1 + len(cloud) // _EXAMINED]
-    left = without_planes(some, thickness=surface.mean_edge, size=surface.size)
-    return np.asarray(left[:: 1 + len(left) // _POINTS], np.float64)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -330,7 +164,8 @@ class RigReport(Report):
         if len(wrong) == 1 < len(self.cameras):
             why = f"the pose or the intrinsics of camera {wrong[0]!r} are wrong"
         return (
-            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: {why}"
+            f"{far} (cameras {', '.join(self.names)}), and no usual misreading explains it: "
+            f"{self.wrong or why}"
         )
 
 
@@ -340,9 +175,12 @@ def judge_rig(
     template: PathLike | None,
     scan_unit: float | str | None,
     template_unit: float | str | None,
-    room: Room,
+    room: Background,
+    show: Callable[[int, int], None],
 ) -> RigReport:
     """Judges cameras by the first scan with points, without the room.
+
+    `show` is called with the number of misreadings that were tried and of all.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read, the scans are no depth images, or
@@ -357,7 +195,7 @@ def judge_rig(
     names = tuple(reader.cameras_of(number))
     if template is None:
         return RigReport(scan=room.without(scan), cameras=names)
-    with files.open(template) as mesh:
+    with formats.open(template) as mesh:
         factor = units_of(reader, mesh, scan_unit, template_unit).factor
         surface = Surface(mesh.faces, template_of(mesh))
         up = mesh.header.up_axis or "y"
@@ -372,19 +210,23 @@ def judge_rig(
     stated = fit_of(scan, surface)
     shown = (surface.faces, surface.points)
     judged = RigReport(scan=scan, cameras=names, template=shown, up=up, stated=stated, rig=rig)
+    wrong = wrong_camera(scan, names, surface)
+    if not stated.wrong and not wrong:
+        return judged
+    judged = replace(judged, quality="doubtful", rig=None, wrong=wrong)
     if not stated.wrong:
         return judged
-    judged = replace(judged, quality="doubtful", rig=None)
     exchanges = (
         (
             f"cameras {one!r} and {other!r} are exchanged: each has the images of the other",
-            partial(_exchanged, one, other),
+            partial(exchanged, one, other),
         )
         for one, other in combinations([camera.name for camera in rig.cameras], 2)
     )
     tried = []
-    readings: tuple[Reading, ...] = (*_READINGS, *exchanges, *_READINGS_OF_IMAGES)
-    for wrong, change in readings:
+    readings: tuple[Reading, ...] = (*READINGS, *exchanges, *READINGS_OF_IMAGES)
+    for done, (reading, change) in enumerate(readings):
+        show(done, len(readings))
         meant = replace(rig, cameras=tuple(map(change, rig.cameras)))
         # Exchanged cameras whose images have other sizes are refused: they are not exchanged.
         with contextlib.suppress(InputError):
@@ -392,15 +234,15 @@ def judge_rig(
             if isinstance(other, DepthScan):
                 # Any wrong pose of a single camera becomes right by a rigid motion.
                 fit = fit_of(subject(other), surface, moves=len(names) > 1)
-                tried.append((fit, wrong, meant))
+                tried.append((fit, reading, meant))
     enough = min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS)
     # Opposite cameras of a ring that are exchanged differ from the two others by a turn alone.
-    best, wrong, meant = min(
+    best, reading, meant = min(
         tried, key=lambda one: (one[0].far > enough, one[0].in_place > enough, one[0].far)
     )
     if best.far > enough:
         return judged
-    return replace(judged, rig=meant, wrong=wrong, meant=best)
+    return replace(judged, rig=meant, wrong=reading, meant=best)
 
 
 def _first(reader: DepthReader) -> tuple[int, DepthScan]:

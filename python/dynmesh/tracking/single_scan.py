@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import files
+from .. import formats
 from .._errors import InputError
 from .._report import listed
 from ..completion.start import template_of
-from ..files import PathLike
-from ..files.ply import read_elements
+from ..formats import PathLike
+from ..formats.ply import read_elements
 from ..normals import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
 from ..scans.cameras import Rig
@@ -27,7 +27,7 @@ class SingleScan(ScanReader):
         Raises:
             OSError, ImportError, ValueError: it cannot be read.
         """
-        meshes = {suffix for format in files.formats.values() for suffix in format.suffixes}
+        meshes = {suffix for format in formats.FORMATS.values() for suffix in format.suffixes}
         meshes -= point_formats.keys()
         if path.suffix.lower() not in meshes | point_formats.keys():
             raise InputError(
@@ -79,7 +79,7 @@ def _read(path: Path) -> tuple[PointScan, float | None]:
         is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(found.scan.points)
         if found.scan.normals is not None or not is_whole:
             return found.scan, found.metadata.metres_per_unit
-    with files.open(path) as mesh:
+    with formats.open(path) as mesh:
         points = template_of(mesh)
         normals = vertex_normals(mesh.faces, points.astype(np.float64)).astype(points.dtype)
         unit = mesh.header.metres_per_unit

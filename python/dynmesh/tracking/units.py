@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._arrays import Positions
 from .._errors import InputError
 from ..degrade.shared import mean_edge_of
-from ..files import Reader
-from ..files.units import UNITS, agreed, explaining
+from ..formats.units import UNITS, agreed, explaining
+from ..frames import Frames
 from ..scans import Scan, ScanReader, unit_of_scans
-from ..sequence import Positions
-from .room import extent_of, without_planes
+from .background import extent_of, without_planes
 
 _ALIKE = _core.other_size
 """Sizes that differ by less than this factor need no other unit."""
@@ -130,7 +130,7 @@ def size_of(points: Positions) -> float:
 
 def units_of(
     scans: ScanReader,
-    template: Reader,
+    template: Frames,
     scan_unit: float | str | None,
     template_unit: float | str | None = None,
     *,

@@ -1,31 +1,36 @@
-"""Completion from file to file, in constant memory."""
+"""Completion of a sequence, in constant memory."""
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from .._checks import check_flags, check_path
-from .._command import How, Output, What
-from .._report import OutputReport, counted
+from .._checks import check_flags
+from .._errors import naming
+from .._options import Input, Method
+from .._report import Report, counted
 from ..completer import Completer
-from ..completion.start import Start, check_start, open_with_template, start_in
-from ..completion.training import Training, TrainingFiles, paths_of
-from ..completion.ways import SequenceSettings, complete_frames, verdict, with_implied
-from ..files import PathLike, Source, named_like, naming, target_over
-from ..files.header import MeshFile
+from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
+from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
+from ..completion.training import Training, TrainingFrames
+from ..formats import PathLike
+from ..formats.masks import MaskedFrames
+from ..formats.table import is_scene
+from ..formats.times import index_of
+from ..frames import ComputedFrames, Frame, Frames
 
 _FEW = 0.2
 """A separate mask that knows a smaller share in most frames may be inverted."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class FileReport(OutputReport):
-    """What :func:`complete_file` has done: it wrote `frames` frames to the file `output`.
+class CompletionReport(Report):
+    """What :func:`complete` has done.
 
     Attributes:
+        frames: number of frames.
         start: the number, in its file, of the whole frame from which completion started; None for a
             template.
         completed: number of frames that were completed; from both sides, each counts twice.
@@ -45,6 +50,7 @@ class FileReport(OutputReport):
             `drop_above`.
     """
 
+    frames: int
     start: float | None
     completed: int
     seconds_per_frame: float | None
@@ -102,43 +108,37 @@ class FileReport(OutputReport):
             )
 
 
-def complete_file(
-    path: PathLike,
-    output: PathLike,
+def complete(
+    sequence: PathLike | Frames,
     *,
-    start: What[Start] = "auto",
-    template: What[PathLike | None] = None,
-    source: Source | None = None,
-    method: How[Literal["detail", "motion"]] = "detail",
-    noise: How[float | None] = None,
-    reject_outliers: How[bool] = False,
-    training: How[TrainingFiles | None] = None,
-    learn: How[bool] = False,
-    bidirectional: How[bool] = False,
-    threads: How[int] = 1,
-    uncertainty: Output[bool] = False,
-    provenance: Output[bool | None] = None,
-    drop_above: Output[float | None] = None,
-    overwrite: Output[bool] = False,
+    start: Input[Start] = "auto",
+    template: Input[PathLike | None] = None,
+    method: Method[Literal["motion", "detail"]] = "detail",
+    noise: Method[float | None] = None,
+    reject_outliers: Method[bool] = False,
+    training: Method[TrainingFrames | None] = None,
+    learn: Method[bool] = False,
+    bidirectional: Method[bool] = False,
+    threads: Method[int] = 1,
+    uncertainty: Method[bool] = False,
+    drop_above: Method[float | None] = None,
     progress: bool = False,
-) -> FileReport:
-    """Fills in the missing vertices of every frame of a file.
+) -> ComputedFrames[CompletionReport]:
+    """Completes a sequence, from a whole frame backwards and forwards.
 
-    Each frame is completed from itself and from those between it and a whole frame, from which
-    completion starts; frames before that are completed backwards. No frame need be whole: what the
+    No frame need be whole: if none is, completion starts at the one with most vertices. What the
     first one lacks is put together from the others, and the result is doubtful if that is probably
     wrong. It is probably ruined if many edges become four times as long or as short. A USD file
     completed into another one becomes a layer over it, which keeps everything else. The output
     appears under its name when it is complete.
 
     Args:
-        path: the incomplete sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
-        output: the completed sequence.
+        sequence: the incomplete sequence: a file, or frames; what was estimated in those that were
+            completed before is estimated again.
         start: the frame from which completion starts: "auto", the first without missing vertices,
             else the best; "best", which knows most vertices; or the number of a frame.
         template: a whole mesh, from which completion starts instead; it stands before frame 0, and
             provides the faces of a file that holds none.
-        source: how to read `path`.
         method: "detail" preserves the local shape, rotated with the motion; "motion" averages
             motion vectors as in the paper, and is fast.
         noise: standard deviation of the noise of known positions, in their unit, which are then
@@ -149,34 +149,25 @@ def complete_file(
             method detail learns how it varies; one file or several.
         learn: whether to learn from the completed frames; twice as slow.
         bidirectional: whether to complete each frame from both sides, which lowers errors by a
-            quarter and takes two to four times as long; estimates standard errors and,
-            without `training`, implies `learn`.
+            quarter and takes two to four times as long; without `training`, implies `learn`.
         threads: the number of threads that may work on a frame; more than one helps from 23 553
             vertices on.
-        uncertainty: whether to write the standard error of each vertex; implies `provenance`.
-        provenance: whether to write how many edges each vertex is from an observed one
-            (generation), and for how many frames it was not observed (age); else, if the format can
-            hold them. A file that has them can be completed again: what was estimated is then
-            estimated again. The result of such a file has them, too.
+        uncertainty: whether to estimate the standard error of each vertex, which a file then has to
+            hold; `bidirectional` estimates it, too.
         drop_above: leave vertices missing whose standard error exceeds this distance, in the unit
             of the positions.
-        overwrite: whether to replace an existing output.
         progress: whether to show on standard error how far it is.
 
+    Returns:
+        The completed frames, which are made when they are gone through, each time anew, with the
+        generation and age of their vertices. Then they have a report.
+
     Raises:
-        FileExistsError: the output exists.
-        BlockingIOError: another process is writing it.
-        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
-            is refused, or the template or a training frame is not whole or has another mesh.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, an argument is refused,
+            or the template or a training frame is not whole or has another mesh.
     """
-    for name, file in {"path": path, "output": output, "template": template}.items():
-        if file is not None or name != "template":
-            check_path(name, file)
     check_start(start, template)
-    check_flags(bidirectional=bidirectional, overwrite=overwrite)
-    if provenance is not None:
-        check_flags(provenance=provenance)
-    training_files = paths_of(training)
+    check_flags(bidirectional=bidirectional)
     given: SequenceSettings = {
         "method": method,
         "noise": noise,
@@ -187,54 +178,60 @@ def complete_file(
         "bidirectional": bidirectional,
         "drop_above": drop_above,
     }
-    settings = with_implied(given, trained=bool(training_files))
-    target = target_over(path, named_like(path, output))
-    named = [Path(path), *training_files, *([] if template is None else [Path(template)])]
-    target.check(overwrite=overwrite, others=filter(Path.is_file, named))
-    asked = bool(provenance or uncertainty)
-    target.check_holds(["generation"] if asked else [])
-    if provenance is None:
-        provenance = target.writer.keeps_provenance
-    with open_with_template(path, template, source or {}) as (reader, first):
-        learnt = Training(training_files, reader, progress)
-        others = [*(first.files if first else ()), *learnt.files]
-        target.check(overwrite=overwrite, reader=reader, others=others)
+    settings = with_implied(given, trained=training is not None)
+    Completer([[0, 1, 2]], np.eye(3), **settings)  # which refuses settings before any work is done
+    with contextlib.ExitStack() as stack:
+        source, first = stack.enter_context(open_with_template(sequence, template))
+        if isinstance(start, int | np.integer):
+            with naming(source.path):
+                index_of(source.header, start, "start")
+        learnt = Training(training, source, progress)
         header = replace(
-            reader.header,
+            source.header,
             has_known=drop_above is not None,
-            has_provenance=asked or provenance or reader.has_provenance,
-            has_standard_error=asked and settings["uncertainty"],
+            has_provenance=True,
+            has_standard_error=uncertainty or bidirectional,
             standard_error_of="position",
-            mesh_file=MeshFile(Path(path), ()) if target.is_overlay else reader.header.mesh_file,
+            scene=source.path if is_scene(source) else None,
         )
-        header, lost = target.holding(header)
-        with target.create(header, overwrite=overwrite) as writer, naming(Path(path)):
-            whole = first or start_in(reader, start, settings, progress=progress)
-            with learnt.frames() as frames:
-                completer = Completer(reader.faces, whole.points, training=frames, **settings)
-            tally = complete_frames(
-                reader, whole, completer, writer, given, folder=writer.folder, progress=progress
-            )
+
+        def make() -> Generator[Frame, None, CompletionReport]:
+            with naming(source.path):
+                whole = first or start_in(source, start, settings, progress=progress)
+                with learnt.frames() as poses:
+                    completer = Completer(source.faces, whole.points, training=poses, **settings)
+                made = completed_frames(source, header, whole, completer, given, progress=progress)
+                tally = yield from made
+            return _report(source, whole, tally, is_trained=bool(learnt))
+
+        return ComputedFrames(
+            header,
+            make,
+            source,
+            files=[*(first.files if first else ()), *learnt.files],
+            wanted=["standard_error"] if uncertainty else [],
+            close=stack.pop_all().close,
+        )
+
+
+def _report(
+    source: Frames, whole: StartFrame, tally: Tally, *, is_trained: bool
+) -> CompletionReport:
+    """Says what was done for all frames together."""
     reports = tally.reports
-    estimated = [one for one in reports if one.known and one.filled] if training_files else []
-    counted = ("known", "filled", "disconnected", "rejected")
-    at = whole.number_in(reader.header)
-    quality, reason = verdict(tally, whole, reader.header)
-    return FileReport(
+    estimated = [one for one in reports if one.known and one.filled] if is_trained else []
+    counts = ("known", "filled", "disconnected", "rejected")
+    quality, reason = verdict(tally, whole, source.header)
+    shares = [one.known / source.n_vertices for one in reports]
+    return CompletionReport(
         quality=quality,
         reason=reason,
-        remarks=(
-            *writer.remarks,
-            *lost,
-            *whole.remarks(reader.header),
-            *_of_mask(source or {}, [one.known / reader.n_vertices for one in reports]),
-        ),
-        output=Path(output),
-        frames=reader.n_frames,
-        start=at,
+        remarks=(*whole.remarks(source.header), *_of_mask(source, shares)),
+        frames=source.n_frames,
+        start=whole.number_in(source.header),
         completed=len(reports),
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
-        **{name: sum(getattr(one, name) for one in reports) for name in counted},
+        **{name: sum(getattr(one, name) for one in reports) for name in counts},
         empty=len(tally.empty),
         prior_weight=float(np.mean([one.prior_weight for one in estimated])) if estimated else None,
         prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
@@ -242,8 +239,8 @@ def complete_file(
     )
 
 
-def _of_mask(source: Source, shares: list[float]) -> Iterator[str]:
+def _of_mask(source: Frames, shares: list[float]) -> Iterator[str]:
     """Yields what is probably wrong with a separate mask, of which frames know these shares."""
     share = float(np.median(shares or [1.0]))
-    if source.get("known") is not None and share < _FEW:
+    if isinstance(source, MaskedFrames) and source.is_given and share < _FEW:
         yield f"only {share:.0%} are known in most frames: is the mask inverted?"

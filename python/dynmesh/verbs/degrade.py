@@ -1,27 +1,29 @@
-"""Losses and noise, and scans, as real sensors make them, from file to file."""
+"""Losses and noise, and scans, as real sensors make them."""
 
+import contextlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from .. import files
+from .. import formats
 from .._checks import check_between, check_integer, check_not_negative
-from .._command import How, Output, What
 from .._errors import InputError, numbering
+from .._options import Input, Method, Output
 from .._progress import tracked
-from .._report import OutputReport, counted
+from .._report import OutputReport, Report, counted
 from ..completion.start import frame_at
-from ..degrade.recordings import Vector, degraded, scanned
+from ..degrade.recordings import Vector, degraded_frames, scanned
 from ..degrade.shared import mean_edge_of
 from ..draw.heatmap import likely_up
-from ..files import PathLike, Reader, Source
-from ..files.conversion import Axis
-from ..files.new_output import refuse_inputs
-from ..files.numbered import FrameNames
-from ..files.times import numbers_of_files
+from ..formats import PathLike, Source
+from ..formats.conversion import Axis
+from ..formats.numbered import FrameNames
+from ..formats.output import refuse_inputs
+from ..formats.times import numbers_of_files
+from ..frames import ComputedFrames, Frame, Frames
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
 
@@ -33,23 +35,23 @@ _CAMERAS = 4
 _POINTS = 20_000
 
 
-def degrade_file(
+def degrade(
     path: PathLike,
     output: PathLike,
     *,
-    known: What[Share | None] = None,
-    camera: What[int | None] = None,
-    patches: What[Share | None] = None,
-    dropout: What[Share | None] = None,
-    noise: What[float | None] = None,
-    outliers: What[Share | None] = None,
-    scan: What[bool] = False,
-    depth: What[str | None] = None,
+    known: Input[Share | None] = None,
+    camera: Input[int | None] = None,
+    patches: Input[Share | None] = None,
+    dropout: Input[Share | None] = None,
+    noise: Input[float | None] = None,
+    outliers: Input[Share | None] = None,
+    scan: Input[bool] = False,
+    depth: Input[str | None] = None,
     source: Source | None = None,
-    cameras: How[int] = _CAMERAS,
-    points: How[int] = _POINTS,
-    up: How[Axis | None] = None,
-    seed: How[int] = 0,
+    cameras: Method[int] = _CAMERAS,
+    points: Method[int] = _POINTS,
+    up: Method[Axis | None] = None,
+    seed: Method[int] = 0,
     overwrite: Output[bool] = False,
     progress: bool = False,
 ) -> OutputReport:
@@ -84,15 +86,14 @@ def degrade_file(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
             argument is refused.
     """
-    shares = {"known": known, "patches": patches, "dropout": dropout, "outliers": outliers}
-    asked = {name: _share(name, value) for name, value in shares.items() if value is not None}
-    if noise is not None:
-        check_not_negative("noise", noise)
-    for name, least, value in (("camera", 1, camera), ("cameras", 1, cameras), ("seed", 0, seed)):
-        if value is not None:
-            check_integer(name, value, least)
     is_scan = scan or depth is not None
     if is_scan:
+        shares = {"known": known, "patches": patches, "outliers": outliers}
+        asked = {name: _share(name, value) for name, value in shares.items() if value is not None}
+        if noise is not None:
+            check_not_negative("noise", noise)
+        check_integer("cameras", cameras, 1)
+        check_integer("seed", seed, 0)
         for name, given in (("camera", camera), ("dropout", dropout)):
             if given is not None:
                 raise InputError("is not for scans", argument=name)
@@ -101,7 +102,7 @@ def degrade_file(
             require_png()
             if points != _POINTS:
                 raise InputError("is not for depth images", argument="points", value=points)
-        with files.open(path, **(source or {})) as reader:
+        with formats.open(path, **(source or {})) as reader:
             refuse_inputs(Path(output).glob("*"), reader.files)
             upward, guess = _axis(reader, up)
             rig, scans = scanned(
@@ -133,54 +134,94 @@ def degrade_file(
     for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
         if value != usual:
             raise InputError("is for scans alone", argument=name, value=value)
-    if up is not None and camera is None:
+    formats.check_format(output, None)
+    with (
+        formats.open(path, **(source or {})) as reader,
+        degraded(
+            reader,
+            known=known,
+            camera=camera,
+            patches=patches,
+            dropout=dropout,
+            noise=noise,
+            outliers=outliers,
+            up=up,
+            seed=seed,
+            progress=progress,
+        ) as frames,
+    ):
+        return formats.write(output, frames, overwrite=overwrite)
+
+
+def degraded(
+    sequence: PathLike | Frames,
+    *,
+    known: Share | None = None,
+    camera: int | None = None,
+    patches: Share | None = None,
+    dropout: Share | None = None,
+    noise: float | None = None,
+    outliers: Share | None = None,
+    up: Axis | None = None,
+    seed: int = 0,
+    progress: bool = False,
+) -> ComputedFrames[Report]:
+    """Removes vertices of a sequence and adds noise, as real sensors do.
+
+    The arguments are those of the command `degrade`, without scans.
+
+    Returns:
+        The frames, which are made when they are gone through.
+
+    Raises:
+        OSError, ImportError, TypeError, ValueError: a file cannot be read, or an argument is
+            refused.
+    """
+    shares = {"known": known, "patches": patches, "dropout": dropout, "outliers": outliers}
+    losses: dict[str, Any] = {
+        name: _share(name, value) for name, value in shares.items() if value is not None
+    }
+    if noise is not None:
+        check_not_negative("noise", noise)
+        losses["noise"] = noise
+    for name, least, value in (("camera", 1, camera), ("seed", 0, seed)):
+        if value is not None:
+            check_integer(name, value, least)
+    if camera is not None:
+        losses["camera"] = camera
+    elif up is not None:
         raise InputError("is for `camera` and scans alone", argument="up", value=up)
-    others = {"camera": camera, "noise": noise}
-    losses = asked | {name: given for name, given in others.items() if given is not None}
     if not losses:
         raise InputError("nothing to do: ask for a loss, noise, outliers, a scan or depth images")
-    with files.open(path, **(source or {})) as reader:
-        return _degrade(reader, output, losses, seed, up, overwrite, progress)
-
-
-def _degrade(
-    reader: Reader,
-    output: PathLike,
-    losses: Mapping[str, Any],
-    seed: int,
-    up: Axis | None,
-    overwrite: bool,
-    progress: bool,
-) -> OutputReport:
-    """Writes a sequence with fewer vertices, and says what is left."""
-    target = files.target_of(files.named_like(reader.path, output))
-    target.check(overwrite=overwrite, reader=reader)
-    upward, guess = _axis(reader, up) if "camera" in losses else ((0.0, 0.0, 1.0), ())
-    header = replace(reader.header, has_known=True, has_provenance=False, has_standard_error=False)
-    n_known = 0  # after frame 0
-    with (
-        numbering(reader.path, header.number),
-        target.create(header, overwrite=overwrite) as writer,
-    ):
-        frames = degraded(reader, upward, losses, seed)
-        read = tracked(frames, reader.n_frames, "degrading", progress)
-        for number, (points, kept) in enumerate(read):
-            writer.append(points, kept)
-            n_known += int(kept.sum()) if number else 0
-    told = []
-    if reader.n_frames > 1:
-        left = n_known / ((reader.n_frames - 1) * reader.n_vertices)
-        told = [f"{left:.1%} of the vertices are known after frame {reader.header.number(0)}"]
-    if losses.get("noise"):
-        sigma = losses["noise"] * mean_edge_of(frame_at(reader, 0).points, reader.faces)
-        told.append(
-            f"the noise is {sigma:.3g}, in the unit of the positions, as completion takes it"
+    with contextlib.ExitStack() as stack:
+        source = stack.enter_context(formats.opened(sequence))
+        upward, guess = _axis(source, up) if "camera" in losses else ((0.0, 0.0, 1.0), ())
+        header = replace(
+            source.header, has_known=True, has_provenance=False, has_standard_error=False
         )
-    return OutputReport(
-        output=Path(output),
-        frames=header.n_frames,
-        remarks=(*told, *guess, *writer.remarks),
-    )
+
+        def make() -> Generator[Frame, None, Report]:
+            n_known = 0  # after frame 0
+            with numbering(source.path, header.number):
+                frames = degraded_frames(source, upward, losses, seed)
+                watched = tracked(frames, source.n_frames, "degrading", progress)
+                for number, (points, kept) in enumerate(watched):
+                    yield Frame(points, kept)
+                    n_known += int(kept.sum()) if number else 0
+            return Report(remarks=(*_left(source, n_known, losses), *guess))
+
+        return ComputedFrames(header, make, source, close=stack.pop_all().close)
+
+
+def _left(source: Frames, n_known: int, losses: Mapping[str, Any]) -> Iterator[str]:
+    """Says what is left of a sequence."""
+    if source.n_frames > 1:
+        left = n_known / ((source.n_frames - 1) * source.n_vertices)
+        first = source.header.number(0)
+        yield f"{left:.1%} of the vertices are known after frame {first}"
+    if losses.get("noise"):
+        sigma = losses["noise"] * mean_edge_of(frame_at(source, 0).points, source.faces)
+        yield f"the noise is {sigma:.3g}, in the unit of the positions, as completion takes it"
 
 
 def _share(name: str, value: Share) -> float:
@@ -211,7 +252,7 @@ def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
     return int(size[1]), int(size[2])
 
 
-def _axis(reader: Reader, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
+def _axis(reader: Frames, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     """Returns the axis that cameras stand around, and says if it is a guess."""
     if up not in (None, "x", "y", "z"):
         raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from .._checks import check_path
-from .._command import Output, What
 from .._errors import InputError
+from .._options import Input, Output
 from .._report import Report, counted, write_csv
 from ..calibration import Calibration
 from ..diagnosis.true_errors import FrameErrors, Only, measured, suspicions
-from ..files import OneSequence, PathLike, Reader, Source, opened_beside
-from ..files.new_output import check_output, new_output
-from ..files.reader import check_comparable, remarks_of
+from ..formats import OneSequence, PathLike, Source, opened_beside
+from ..formats.comparison import check_comparable, remarks_of
+from ..formats.output import check_output, new_output
+from ..frames import Frames
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,11 +71,11 @@ def evaluate(
     completed: OneSequence,
     reference: OneSequence,
     *,
-    frames: What[slice | range | None] = None,
-    only: What[Only] = "all",
-    partial: What[OneSequence | None] = None,
-    template: What[PathLike | None] = None,
-    prim: What[str | None] = None,
+    frames: Input[slice | range | None] = None,
+    only: Input[Only] = "all",
+    input: Input[OneSequence | None] = None,
+    faces: Input[PathLike | None] = None,
+    prim: Input[str | None] = None,
     csv: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
@@ -94,9 +95,9 @@ def evaluate(
             1001:1050, in the completed sequence; else, all after the first frame, or the only one.
         only: "missing" measures the distances of vertices that were not observed, as the sequence
             that was completed says, or else the generations of the completed one.
-        partial: the sequence that was completed; only its missing vertices matter. Without masks,
+        input: the sequence that was completed; only its missing vertices matter. Without masks,
             they are those that are not finite or at exactly (0, 0, 0).
-        template: a mesh file that provides the faces of those of the files that hold none.
+        faces: a mesh file that provides the faces of those of the files that hold none.
         prim: the path of the mesh in those of the files that hold several (USD, Alembic).
         csv: a file to write with a row for each frame.
         overwrite: whether to replace it if it exists.
@@ -113,21 +114,21 @@ def evaluate(
     if csv is not None:
         check_path("csv", csv)
         check_output(Path(csv), overwrite, ".csv")
-    source: Source = {"faces": template, "prim": prim}
+    source: Source = {"faces": faces, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
             stack.enter_context(opened_beside(given, name, source))
             for given, name in ((completed, "completed"), (reference, "reference"))
         )
-        observed: Reader | None = None
-        if partial is not None:
-            observed = stack.enter_context(opened_beside(partial, "partial", source))
+        observed: Frames | None = None
+        if input is not None:
+            observed = stack.enter_context(opened_beside(input, "input", source))
             check_comparable(observed, truth)
-        elif only == "missing" and not ours.has_provenance:
+        elif only == "missing" and not ours.header.has_provenance:
             raise InputError(
                 f"is needed, as {ours.path} says of no vertex whether it was observed; or complete "
                 "that with `provenance`",
-                argument="partial",
+                argument="input",
             )
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
         remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))

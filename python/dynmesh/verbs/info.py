@@ -5,11 +5,13 @@ from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
 
-from .. import files
-from .._command import Output, What
+from .. import formats
+from .._options import Output
 from .._report import Quality, Report
 from ..diagnosis import Diagnosis, diagnose
-from ..files import PathLike, Source
+from ..formats import PathLike, Source
+from ..formats.times import spacing
+from ..frames import Frames
 
 _WIDTH = 80  # of findings, which are long
 _FRAME = {"detail": (10.8, 1.35), "motion": (0.572, 1.08)}
@@ -23,7 +25,7 @@ class InfoReport(Report):
     """What :func:`info` has found.
 
     Attributes:
-        format: the name of the format.
+        format: the name of the format; "memory" of frames that are no file.
         meshes: the paths of the meshes of a file with several, and whether each moves.
         diagnosis: of the mesh; None if none was chosen.
     """
@@ -61,9 +63,8 @@ class InfoReport(Report):
 
 
 def info(
-    path: PathLike,
+    sequence: PathLike | Frames,
     *,
-    format: What[str | None] = None,
     source: Source | None = None,
     strict: Output[bool] = False,
     progress: bool = False,
@@ -76,8 +77,7 @@ def info(
     `prim` chooses one.
 
     Args:
-        path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
-        format: the format of the file, if its suffix does not say it.
+        sequence: a file, a folder, a pattern such as 'scans/*.ply', or frames.
         source: how to read the file.
         strict: whether an error or a warning makes the command fail.
         progress: whether to show on standard error how far it is.
@@ -87,13 +87,15 @@ def info(
             of the positions are findings, not errors.
     """
     source = source or {}
-    name = files.format_of(path, format).name
-    meshes = dict(files.meshes_of(path, format))
+    name, meshes = "memory", dict[str, bool]()
+    if not isinstance(sequence, Frames):
+        name = formats.format_of(sequence, source.get("format")).name
+        meshes = dict(formats.meshes_of(sequence, source.get("format")))
     several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
     if several and sum(several.values()) != 1 and not strict:
         told = ("`prim` describes one of them, by its path",)
         return InfoReport(format=name, meshes=several, remarks=told)
-    with files.open(path, format=format, **source) as reader:
+    with formats.opened(sequence, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
     remarks = diagnosis.header.remarks
@@ -111,7 +113,8 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
         yield "first frame", f"{header.start:.15g}"
     else:
         span = f"{header.times[0]:.15g} to {header.times[-1]:.15g}"
-        yield "times of frames", f"{span}, not evenly spaced"
+        step = spacing(header.times.tolist())
+        yield "times of frames", f"{span}, {f'{step:g} apart' if step else 'not evenly spaced'}"
     yield "vertices", f"{header.n_vertices}, {header.dtype}"
     if header.polygons is None:
         yield "faces", str(len(header.faces))

@@ -1,29 +1,33 @@
-"""Registration from the file of a scan to the file of a mesh."""
+"""Registration of a template with the file of a scan."""
 
+import contextlib
+from collections.abc import Generator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .. import _core, files
+from .. import _core, formats
+from .._arrays import Positions
 from .._checks import check_integer, check_path
-from .._command import How, Output, What
 from .._errors import InputError
+from .._options import Input, Method, Output
 from .._progress import steps
 from .._report import Report, as_json
+from ..arrays import ArrayFrames
 from ..completion.start import template_of
 from ..draw.page import page as scan_page
 from ..draw.page import require_page
-from ..files import PathLike, Reader
-from ..files.memory import SequenceReader
-from ..files.new_output import check_output, new_output
+from ..formats import PathLike
+from ..formats.output import check_output, new_output
+from ..frames import ComputedFrames, Frame, Frames
 from ..registration import Landmarks, Registration
-from ..scans.scan import PointScan, Scan, inside_out
-from ..sequence import Positions, Sequence
+from ..scan import PointScan, Scan, inside_out
+from ..scans import ScanReader
+from ..tracking.background import Background, Crop
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
-from ..tracking.room import Crop, Room
 from ..tracking.single_scan import open_single
 from ..tracking.units import ratio_of, size_of, units_of
 
@@ -35,16 +39,14 @@ _LONG = ("vertices", "standard_error")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RegisterReport(Report):
-    """What :func:`register_file` has done.
+    """What :func:`registered` has done.
 
     Attributes:
         quality: that of the registration.
-        output: the file that was written.
         registration: the result.
         page: the page that was written, or None.
     """
 
-    output: Path
     registration: Registration = field(repr=False)
     page: Path | None = None
 
@@ -67,31 +69,29 @@ class RegisterReport(Report):
         return super().to_dict() | told | {"observed": float(found.observed.mean())}
 
 
-def register_file(
+def registered(
     template: PathLike,
     scan: PathLike,
-    output: PathLike,
     *,
-    landmarks: What[PathLike | None] = None,
-    cameras: What[PathLike | None] = None,
-    scan_unit: What[float | str | None] = None,
-    template_unit: What[float | str | None] = None,
-    crop: What[Crop | str | None] = None,
-    remove_planes: What[bool] = False,
-    align: How[bool] = True,
-    scale: How[bool] = False,
-    threads: How[int] = 1,
+    landmarks: Input[PathLike | None] = None,
+    cameras: Input[PathLike | None] = None,
+    scan_unit: Input[float | str | None] = None,
+    template_unit: Input[float | str | None] = None,
+    crop: Input[Crop | str | None] = None,
+    remove_planes: Input[bool] = False,
+    align: Method[bool] = True,
+    scale: Method[bool] = False,
+    threads: Method[int] = 1,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
-) -> RegisterReport:
+) -> ComputedFrames[RegisterReport]:
     """Registers a mesh with a scan: the same mesh, in the pose and the shape of the scan.
 
     Args:
         template: the mesh, of which the first frame is registered.
         scan: a point cloud (PLY, XYZ), a mesh, or the depth images of one moment: a
             folder, or a pattern such as 'depth_00012_*.png'.
-        output: the registered mesh, in the unit of the scan.
         landmarks: a JSON file: [{"vertex": 12, "position": [x, y, z]}, ...], with positions in the
             unit of the scan.
         cameras: where the cameras stand; else, `cameras.json` beside the scan.
@@ -107,19 +107,22 @@ def register_file(
             vertices or points on.
         page: an HTML file to write with the scan and the result, coloured by the distance from the
             nearest point.
-        overwrite: whether to replace existing outputs.
+        overwrite: whether to replace an existing page.
         progress: whether to show on standard error how far it is.
 
+    Returns:
+        One frame, the registered mesh in the unit of the scan, which is made when it is read.
+
     Raises:
-        FileExistsError: an output exists.
+        FileExistsError: the page exists.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, or an
             argument is refused.
     """
-    paths = {"template": template, "scan": scan, "output": output}
+    paths = {"template": template, "scan": scan}
     for name, path in (paths | {"landmarks": landmarks, "cameras": cameras}).items():
         if path is not None or name in paths:
             check_path(name, path)
-    room = Room(crop, remove_planes)
+    room = Background(crop, remove_planes)
     if room.follows:
         told = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
         raise InputError(told, argument="crop", value=crop)
@@ -127,49 +130,62 @@ def register_file(
         told = "is not possible with scale, as the size of the template is not known"
         raise InputError(told, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
-    target = files.target_of(output)
     marked = [] if landmarks is None else [Path(landmarks)]
-    target.check(overwrite=overwrite)
     if page is not None:
         require_page(scans=True)
         check_output(Path(page), overwrite, ".html")
     reader = open_single(Path(scan), cameras)
     marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
-    with _opened(template) as mesh:
-        target.check(overwrite=overwrite, others=[*mesh.files, *reader.files, *marked])
+    with contextlib.ExitStack() as stack:
+        mesh = stack.enter_context(_opened(template))
         units = units_of(reader, mesh, scan_unit, template_unit, assumes=True)
         own = template_of(mesh)
         first = np.asarray(own / units.factor, own.dtype)  # in the unit of the scan
-        with files.naming(reader.path):
-            (measured,) = reader.frames()
-            if measured is None:
-                raise InputError("all of its images are missing or damaged")
-            left = room.enter(measured, mesh.faces, first)
+
+        def sizes(left: Scan) -> str:
+            ratio = ratio_of(left, first, mesh.faces)
+            return units.told(ratio, size_of(own[np.unique(mesh.faces)]))
+
+        def fit(left: Scan) -> Registration:
             options = {"align": align, "scale": scale, "threads": threads}
-
-            def sizes() -> str:
-                ratio = ratio_of(left, first, mesh.faces)
-                return units.told(ratio, size_of(own[np.unique(mesh.faces)]))
-
             try:
                 with steps("registering", progress):
-                    found = registered_with(mesh.faces, first, left, landmarks=marks, **options)
+                    return registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 told = str(error)
                 if "same unit" in told:
-                    told = sizes() or room.advice(left, mesh.faces, first) or told
+                    told = sizes(left) or room.advice(left, mesh.faces, first) or told
                 raise InputError(told, file=about) from error
-            remark = rooms = ""
-            if scale:
-                remark = f"the template became {found.scale * found.growth:.3g} times as large"
-            elif found.quality != "good":
-                remark = sizes()
-                # A plane in the scan of a larger subject may be a part of it.
-                if not remark or found.cause != "size":
-                    rooms = room.advice(left, mesh.faces, first)
-                if remark and found.cause != "part":
-                    remark += "; `scale` finds it in any size"
+
+        def make() -> Generator[Frame, None, RegisterReport]:
+            with formats.naming(reader.path):
+                (measured,) = reader.frames()
+                if measured is None:
+                    raise InputError("all of its images are missing or damaged")
+                left = room.enter(measured, mesh.faces, first)
+                found = fit(left)
+                remark = rooms = ""
+                if scale:
+                    remark = f"the template became {found.scale * found.growth:.3g} times as large"
+                elif found.quality != "good":
+                    remark = sizes(left)
+                    # A plane in the scan of a larger subject may be a part of it.
+                    if not remark or found.cause != "size":
+                        rooms = room.advice(left, mesh.faces, first)
+                    if remark and found.cause != "part":
+                        remark += "; `scale` finds it in any size"
+            yield Frame(found.vertices)
+            if page is not None:
+                _write_page(Path(page), found, mesh, reader, overwrite)
+            return RegisterReport(
+                quality=found.quality,
+                reason=_reason(found, first, left, marks, align, rooms),
+                remarks=(*filter(None, [remark, room.remark]), *reader.lost),
+                registration=found,
+                page=None if page is None else Path(page),
+            )
+
         header = replace(
             mesh.header,
             n_frames=1,
@@ -180,34 +196,31 @@ def register_file(
             has_provenance=False,
             has_standard_error=False,
         )
-        with target.create(header, overwrite=overwrite) as writer:
-            writer.append(found.vertices)
-        if page is not None:
-            result = Sequence(found.vertices[None], mesh.faces)
-            shown = scan_page(
-                SequenceReader(result, str(output)),
-                scans=reader,
-                colour="distance",
-                title=f"{mesh.path.name} registered with {reader.path.name}: {found.quality}",
-                up=mesh.header.up_axis,
-            )
-            with new_output(Path(page), overwrite, ".html") as hidden:
-                hidden.write_text(shown.html, encoding="utf-8")
-    return RegisterReport(
-        quality=found.quality,
-        reason=_reason(found, first, left, marks, align, rooms),
-        remarks=(*filter(None, [remark, room.remark]), *writer.remarks, *reader.lost),
-        output=Path(output),
-        registration=found,
-        page=None if page is None else Path(page),
+        return ComputedFrames(
+            header, make, mesh, files=[*reader.files, *marked], close=stack.pop_all().close
+        )
+
+
+def _write_page(
+    page: Path, found: Registration, mesh: Frames, reader: ScanReader, overwrite: bool
+) -> None:
+    """Writes a page with the scan and the result."""
+    shown = scan_page(
+        ArrayFrames(found.vertices[None], mesh.faces).named(str(page)),
+        scans=reader,
+        colour="distance",
+        title=f"{mesh.path.name} registered with {reader.path.name}: {found.quality}",
+        up=mesh.header.up_axis,
     )
+    with new_output(page, overwrite, ".html") as hidden:
+        hidden.write_text(shown.html, encoding="utf-8")
 
 
-def _opened(template: PathLike) -> Reader:
+def _opened(template: PathLike) -> Frames:
     """Opens the template, which may have been exchanged with the scan."""
     try:
-        return files.open(template)
-    except files.NoFacesError as error:
+        return formats.open(template)
+    except formats.NoFacesError as error:
         told = "holds points without faces; the template, a mesh, comes before the scan"
         raise InputError(told, file=Path(template)) from error
 

@@ -5,29 +5,31 @@ from pathlib import Path
 from typing import Any
 
 from .._checks import check_path
-from .._command import Output, What
 from .._errors import InputError
+from .._options import Input, Output
+from .._progress import steps
 from ..draw.rig_page import rig_page
-from ..files import PathLike
-from ..files.new_output import check_output, new_output
+from ..formats import PathLike
+from ..formats.output import check_output, new_output
 from ..scans import write_cameras
 from ..scans.reader import read_rig
+from ..tracking.background import Background, Crop
 from ..tracking.rig import RigReport, judge_rig
-from ..tracking.room import Crop, Room
 
 
 def rig(
     scans: PathLike,
     *,
     output: Output[PathLike | None] = None,
-    template: What[PathLike | None] = None,
-    cameras: What[PathLike | None] = None,
-    scan_unit: What[float | str | None] = None,
-    template_unit: What[float | str | None] = None,
-    crop: What[Crop | str | None] = None,
-    remove_planes: What[bool] = False,
+    template: Input[PathLike | None] = None,
+    cameras: Input[PathLike | None] = None,
+    scan_unit: Input[float | str | None] = None,
+    template_unit: Input[float | str | None] = None,
+    crop: Input[Crop | str | None] = None,
+    remove_planes: Input[bool] = False,
     page: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
+    progress: bool = False,
 ) -> RigReport:
     """Says what is wrong with the cameras of depth images, and corrects their file.
 
@@ -49,6 +51,7 @@ def rig(
             larger than the mesh.
         page: an HTML file to write that shows the cameras, what they see, and the template.
         overwrite: whether to replace existing outputs.
+        progress: whether to show on standard error how far it is.
 
     Raises:
         OSError, ImportError, ValueError: a file cannot be read or written, the scans are no depth
@@ -58,7 +61,7 @@ def rig(
     if template is None and (page is None or output is not None):
         raise InputError("is needed; without it, a page shows the cameras", argument="template")
     # Without a crop, planes are found by themselves, but what it leaves of them may be too small.
-    room = Room(crop, remove_planes or crop is not None)
+    room = Background(crop, remove_planes or crop is not None)
     needs = {"crop": room.follows, "remove_planes": remove_planes}
     if template is None and (argument := next((name for name in needs if needs[name]), None)):
         raise InputError("needs a `template`", argument=argument)
@@ -68,7 +71,8 @@ def rig(
         if given is not None:
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
-    found = judge_rig(path, stated, template, scan_unit, template_unit, room)
+    with steps("judging the cameras", progress) as show:
+        found = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
     made: dict[str, Any] = {"reason": "" if found.quality == "good" else found.told}
     if output is not None and found.rig is None:
         made["remarks"] = (f"{output} is not written, as no correction is known",)

@@ -1,49 +1,53 @@
-"""Tracking from files of scans to the file of a mesh, in constant memory."""
+"""Tracking of a template through files of scans, in constant memory."""
 
-from collections.abc import Iterator, Mapping
+import contextlib
+from collections.abc import Generator, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from .. import files
+from .. import formats
 from .._checks import check_flags, check_integer, check_path
-from .._command import How, Output, What
 from .._errors import locating
+from .._options import Input, Method, Output
 from .._progress import steps, tracked
-from .._report import OutputReport, counted, write_csv
-from ..completion.training import Training, TrainingFiles, paths_of
+from .._report import Report, counted, write_csv
+from ..completion.training import Training, TrainingFrames
 from ..degrade.shared import mean_edge_of
-from ..files import PathLike
-from ..files.format import Gaps
-from ..files.new_output import check_output, new_output
-from ..files.numbered import Number
-from ..files.times import timing_of
+from ..formats import PathLike
+from ..formats.format import Gaps
+from ..formats.numbered import Number
+from ..formats.output import check_output, new_output
+from ..formats.times import timing_of
+from ..frames import ComputedFrames, Frame
 from ..registration import Registration
-from ..scans import open_scans
+from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader
 from ..tracker import Alignment, Tracker
-from ..tracking.fits import Fits, FrameQuality
+from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
-from ..tracking.placing import placed_in, push_scan
-from ..tracking.room import Crop, Room
+from ..tracking.placing import Placed, placed_in, push_scan
+from ..tracking.quality import Fits, FrameQuality
 from ..tracking.units import units_of
 
 _NAMED = 3
 """Lost images that are named."""
 
-_LOOK = "dynmesh rig tells whether the cameras are read as they are meant"
+_LOOK = "dynmesh rig {} --template {} tells whether the cameras are read as they are meant"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TrackFileReport(OutputReport):
-    """What :func:`track_file` has done: it wrote `frames` frames to the file `output`.
+class TrackReport(Report):
+    """What :func:`track` has done.
 
     Attributes:
+        frames: number of frames.
         quality: that of the frames together of which more than hardly anything was measured: the
             best of any three that follow one another, and of nine tenths of all. A good one is
-            "doubtful" if a camera is suspected, hardly anything was measured of most frames, or the
-            registration is doubtful.
+            "doubtful" if a camera is suspected, hardly anything was measured of most frames, the
+            registration is doubtful, or the points of cameras lie beside the template in the first
+            scan and a small error of a camera, or of the size, explains it.
         seconds_per_frame: median time of the tracker, without reading and writing; None if no frame
             was tracked.
         observed: share of the vertices that had a correspondence in the scan, on average over the
@@ -69,6 +73,7 @@ class TrackFileReport(OutputReport):
             over the same frames; None without them.
     """
 
+    frames: int
     seconds_per_frame: float | None = None
     observed: float | None = None
     far: float | None = None
@@ -122,27 +127,25 @@ class TrackFileReport(OutputReport):
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
 
 
-def track_file(
+def track(
     scans: PathLike,
-    output: PathLike,
     *,
-    template: What[PathLike],
-    landmarks: What[PathLike | None] = None,
-    cameras: What[PathLike | None] = None,
-    scan_unit: What[float | str | None] = None,
-    template_unit: What[float | str | None] = None,
-    gaps: What[Gaps] = "refuse",
-    crop: What[Crop | str | None] = None,
-    remove_planes: What[bool] = False,
-    recover: How[bool] = True,
-    training: How[TrainingFiles | None] = None,
-    threads: How[int] = 1,
-    uncertainty: Output[bool] = False,
-    provenance: Output[bool] = False,
+    template: Input[PathLike],
+    landmarks: Input[PathLike | None] = None,
+    cameras: Input[PathLike | None] = None,
+    scan_unit: Input[float | str | None] = None,
+    template_unit: Input[float | str | None] = None,
+    gaps: Input[Gaps] = "refuse",
+    crop: Input[Crop | str | None] = None,
+    remove_planes: Input[bool] = False,
+    recover: Method[bool] = True,
+    training: Method[TrainingFrames | None] = None,
+    threads: Method[int] = 1,
+    uncertainty: Method[bool] = False,
     csv: Output[PathLike | None] = None,
     overwrite: Output[bool] = False,
     progress: bool = False,
-) -> TrackFileReport:
+) -> ComputedFrames[TrackReport]:
     """Tracks a mesh through scans whose points belong to no vertex.
 
     The template is placed in the first scan that has points: it stays where it is if it lies there,
@@ -154,7 +157,6 @@ def track_file(
     Args:
         scans: point clouds (PLY, XYZ) or depth images (16-bit PNG), one file per frame: a
             folder, or a pattern such as 'depth/*.png'.
-        output: the tracked sequence.
         template: the mesh, best in the pose of the first scan.
         landmarks: a JSON file with landmarks of a template in another pose than the first scan, as
             for a registration, in the unit of the scans.
@@ -175,45 +177,39 @@ def track_file(
             or several.
         threads: the number of threads that may work on a frame; more than one helps from about
             7 000 vertices or points on.
-        uncertainty: whether to write the standard error of the distance of each vertex from the
-            true surface; implies `provenance`.
-        provenance: whether to write how many edges each vertex is from one that was seen
-            (generation), and for how many frames it was not seen (age).
+        uncertainty: whether to estimate the standard error of the distance of each vertex from the
+            true surface, which a file then has to hold.
         csv: a file to write with a row for each frame with points: how good it is.
-        overwrite: whether to replace existing outputs.
+        overwrite: whether to replace an existing table.
         progress: whether to show on standard error how far it is.
 
+    Returns:
+        The tracked frames, which are made when they are gone through, each time anew, with the
+        generation and age of their vertices. Then they have a report.
+
     Raises:
-        FileExistsError: the output exists.
-        BlockingIOError: another process is writing it.
+        FileExistsError: the table exists.
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an argument
             is refused, or the template is not found in the first scan.
     """
-    for name, path in (("scans", scans), ("output", output), ("template", template)):
+    for name, path in (("scans", scans), ("template", template)):
         check_path(name, path)
     for name, given in (("landmarks", landmarks), ("cameras", cameras)):
         if given is not None:
             check_path(name, given)
-    check_flags(recover=recover, uncertainty=uncertainty, provenance=provenance)
+    check_flags(recover=recover, uncertainty=uncertainty)
     check_integer("threads", threads, 1)
-    room = Room(crop, remove_planes)
-    training_files = paths_of(training)
-    target = files.target_of(output)
-    target.check(overwrite=overwrite)
+    Background(crop, remove_planes)  # which refuses what is no box
     if csv is not None:
         check_path("csv", csv)
         check_output(Path(csv), overwrite, ".csv")
-    provenance = provenance or uncertainty
-    target.check_holds(["generation"] if provenance else [])
-    with files.open(template) as mesh:
+    with contextlib.ExitStack() as stack:
+        mesh = stack.enter_context(formats.open(template))
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
         units = units_of(reader, mesh, scan_unit, template_unit)
-        look = _LOOK if isinstance(reader, DepthReader) else ""
+        look = _LOOK.format(scans, template) if isinstance(reader, DepthReader) else ""
         marks = None if landmarks is None else read_landmarks(Path(landmarks))
-        learnt = Training(training_files, mesh, progress)
-        own = [] if landmarks is None else [Path(landmarks)]
-        inputs = [*mesh.files, *reader.files, *learnt.files, *own]
-        target.check(overwrite=overwrite, others=inputs)
+        learnt = Training(training, mesh, progress)
         header = replace(
             mesh.header,
             metres_per_unit=units.template,
@@ -221,57 +217,76 @@ def track_file(
             fps=None,
             **timing_of(reader.numbers),
             has_known=False,
-            has_provenance=provenance,
+            has_provenance=True,
             has_standard_error=uncertainty,
             standard_error_of="surface",
         )
-        with (
-            target.create(header, overwrite=overwrite) as writer,
-            files.naming(Path(scans)),
-        ):
-            with steps("finding the template", progress):
-                at = placed_in(reader, mesh, room, units, marks, look, threads)
-            room.follow(at.points)
-            with learnt.frames() as frames:
-                tracker = Tracker(
-                    mesh.faces,
-                    at.points,
-                    uncertainty=uncertainty,
-                    recover=recover,
-                    threads=threads,
-                    training=frames,
+
+        def make() -> Generator[Frame, None, TrackReport]:
+            room = Background(crop, remove_planes)
+            with formats.naming(Path(scans)):
+                with steps("finding the template", progress):
+                    at = placed_in(reader, mesh, room, units, marks, look, threads)
+                room.follow(at.points)
+                with learnt.frames() as poses:
+                    tracker = Tracker(
+                        mesh.faces,
+                        at.points,
+                        uncertainty=uncertainty,
+                        recover=recover,
+                        threads=threads,
+                        training=poses,
+                    )
+                fits = Fits(
+                    mean_edge=mean_edge_of(at.points, mesh.faces),
+                    advice=at.advice,
+                    start=at.doubt,
                 )
-            fits = Fits(
-                mean_edge=mean_edge_of(at.points, mesh.faces),
-                advice=at.advice,
-                registered=at.doubt,
-            )
-            read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
-            for frame, scan in enumerate(read):
-                with locating(frame=reader.number(frame)):
-                    seen = room.subject(scan, units.factor)
-                    points = push_scan(tracker, seen)
-                if seen is not None:
-                    room.follow(points)
-                fits.add(reader, frame, tracker, is_empty=seen is None)
-                names = header.attributes
-                writer.append(points, **{name: getattr(tracker, name) for name in names})
+                read = tracked(reader.frames(), reader.n_frames, "tracking", progress)
+                for frame, scan in enumerate(read):
+                    with locating(frame=reader.number(frame)):
+                        seen = room.subject(scan, units.factor)
+                        points = push_scan(tracker, seen)
+                    if seen is not None:
+                        room.follow(points)
+                    fits.add(reader, frame, tracker, is_empty=seen is None)
+                    names = header.attributes
+                    yield Frame(points, **{name: getattr(tracker, name) for name in names})
+            report = _report(fits, at, room, reader, is_trained=bool(learnt))
+            if csv is not None:
+                with new_output(Path(csv), overwrite, ".csv") as table:
+                    write_csv(table, FrameQuality, report.each)
+            return report
+
+        return ComputedFrames(
+            header,
+            make,
+            mesh,
+            files=[
+                *reader.files,
+                *learnt.files,
+                *([] if landmarks is None else [Path(landmarks)]),
+            ],
+            wanted=["standard_error"] if uncertainty else [],
+            close=stack.pop_all().close,
+        )
+
+
+def _report(
+    fits: Fits, at: Placed, room: Background, reader: ScanReader, *, is_trained: bool
+) -> TrackReport:
+    """Says what was done for all frames together."""
     reports = [one.report for one in fits.tracked]
-    each = tuple(FrameQuality.of(one) for one in fits.tracked)
-    if csv is not None:
-        with new_output(Path(csv), overwrite, ".csv") as made:
-            write_csv(made, FrameQuality, each)
-    return TrackFileReport(
+    return TrackReport(
         quality=fits.quality,
         reason=fits.reason,
-        remarks=(*filter(None, [at.remark, room.remark]), *writer.remarks, *fits.remarks),
-        output=Path(output),
-        frames=header.n_frames,
+        remarks=(*filter(None, [at.remark, room.remark]), *fits.remarks),
+        frames=reader.n_frames,
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         observed=float(np.mean([one.seen for one in reports])) if reports else None,
         far=fits.total.share if fits.total.points else None,
         worst=tuple((one.number, one.report.far) for one in fits.worst),
-        each=each,
+        each=tuple(FrameQuality.of(one) for one in fits.tracked),
         cameras={name: one.share for name, one in fits.cameras.items()},
         suspects=fits.suspects,
         empty=fits.empty,
@@ -281,6 +296,6 @@ def track_file(
         alignment=at.alignment,
         registration=at.registration,
         prior_weight=float(np.mean([one.prior_weight for one in reports]))
-        if reports and training_files
+        if reports and is_trained
         else None,
     )

@@ -4,10 +4,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import to_file
 
 import dynmesh
 from dynmesh._errors import SettingError
-from dynmesh.files import formats
+from dynmesh.formats import FORMATS
 from dynmesh.polygons import Polygons
 
 from .case import Case, World, without_rights
@@ -102,7 +103,6 @@ frames = [
 _read = of("read")
 _open = of("open")
 _write = of("write")
-_create = of("create")
 
 reading = [
     _read("a file that one may not read", lambda _: without_rights()(dynmesh.read)("locked.npz"), PermissionError, "locked.npz", "denied"),
@@ -118,70 +118,55 @@ reading = [
     *(_read(f"`known`: {text!r}", lambda _, n=n: dynmesh.read("body.npz", known=f"damaged_{n}.txt"), ValueError, f"damaged_{n}.txt: {told}") for n, (text, told) in enumerate(_LISTS.items())),
     _read("`missing='nan'`", lambda _: dynmesh.read("body.npz", missing="nan"), ValueError, "missing:", "'nan'"),  # type: ignore[arg-type]
     *(_open(f"{name}, which is not there", lambda _, name=name: dynmesh.open(name), FileNotFoundError, name)
-      for name in (f"none{'_%d' * ('gaps' in one.takes)}{one.suffixes[0]}" for one in formats.values())),
+      for name in (f"none{'_%d' * ('gaps' in one.takes)}{one.suffixes[0]}" for one in FORMATS.values())),
     _open("a mesh that is not there", lambda _: dynmesh.open("scene.abc", prim="/no"), ValueError, "scene.abc:", "'/no'", "/mesh"),
 ]  # fmt: skip
 
 
-def _begin(world: World, **changed: Any) -> Any:
+def _written(world: World, *frames: Any, **changed: Any) -> Any:
     given = {"faces": world.faces, "n_frames": 3, "n_vertices": 49, "dtype": np.float64}
-    return dynmesh.create("new.npz", dynmesh.Header(**(given | changed)))
-
-
-def _append(world: World, *frame: Any) -> None:
-    with _begin(world) as writer:
-        writer.append(*frame)
-
-
-def _append_too_many(world: World) -> None:
-    with _begin(world, n_frames=1) as writer:
-        for _ in range(2):
-            writer.append(world.points)
-
-
-def _append_with_mask(world: World, known: Any) -> None:
-    with _begin(world, has_known=True) as writer:
-        writer.append(world.points, known)
+    header = dynmesh.Header(**(given | changed))
+    return dynmesh.write("new.npz", to_file.frames_of(header, frames))
 
 
 writing = [
-    _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "sequence:", "int"),  # type: ignore[arg-type]
+    _write("no sequence", lambda _: dynmesh.write("new.npz", 5), TypeError, "frames:", "int"),  # type: ignore[arg-type]
     _write("into a file", lambda w: dynmesh.write("body.npz/new.npz", w.sequence), NotADirectoryError, "body.npz is not a folder", "body.npz/new.npz"),
     _write("over a folder", lambda w: dynmesh.write("folder.npz", w.sequence), ValueError, "folder.npz:", "folder"),
-    _create("`faces`: a number", lambda w: _begin(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
-    _create("`header`: a dict", lambda _: dynmesh.create("new.npz", {"n_frames": 3}), TypeError, "header:", "Header", "dict"),  # type: ignore[arg-type]
-    _create("`dtype`: int", lambda w: _begin(w, dtype=int), TypeError, "int64"),
-    _create("`texture`: of vertices", lambda w: _begin(w, texture=np.zeros((49, 2))), ValueError, "texture:", "(216, 2)", "(49, 2)"),
-    _create("a frame one row too small", lambda w: _append(w, w.points[:48]), ValueError, "new.npz: frame 0:", "(49, 3)", "(48, 3)"),
-    _create("a mask one too small", lambda w: _append_with_mask(w, w.known[:48]), ValueError, "new.npz:", "known:", "(49,)", "(48,)"),
-    _create("frames of float32, announced as float64", lambda w: _append(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
-    _create("a mask that was not announced", lambda w: _append(w, w.points, w.known), ValueError, "new.npz: frame 0:", "mask"),
-    _create("more frames than announced", _append_too_many, ValueError, "new.npz: frame 1:", "created for 1 frame"),
-    _create("fewer frames than announced", lambda w: _append(w, w.points), ValueError, "new.npz:", "1 of 3 frames"),
+    _write("`faces`: a number", lambda w: _written(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
+    _write("`dtype`: int", lambda w: _written(w, dtype=int), TypeError, "int64"),
+    _write("`texture`: of vertices", lambda w: _written(w, texture=np.zeros((49, 2))), ValueError, "texture:", "(216, 2)", "(49, 2)"),
+    _write("a frame one row too small", lambda w: _written(w, w.points[:48]), ValueError, "new.npz: frame 0:", "(49, 3)", "(48, 3)"),
+    _write("a mask one too small", lambda w: _written(w, dynmesh.Frame(w.points, w.known[:48]), has_known=True), ValueError, "new.npz:", "known:", "(49,)", "(48,)"),
+    _write("frames of float32, announced as float64", lambda w: _written(w, w.points.astype(np.float32)), ValueError, "new.npz: frame 0:", "float64", "float32"),
+    _write("a mask that was not announced", lambda w: _written(w, dynmesh.Frame(w.points, w.known)), ValueError, "new.npz: frame 0:", "mask"),
+    _write("more frames than announced", lambda w: _written(w, w.points, w.points, n_frames=1), ValueError, "new.npz: frame 1:", "1 frames only"),
+    _write("fewer frames than announced", lambda w: _written(w, w.points), ValueError, "new.npz:", "1 of 3 frames"),
+    _write("provenance that is not there", lambda w: dynmesh.write("new.npz", w.sequence, provenance=True), ValueError, "provenance:", "none"),
 ]  # fmt: skip
 
-_complete = of("complete_file")
+_complete = of("complete")
 _convert = of("convert")
 
 
 def _to_new(world: World, path: Any = "body.npz", **options: Any) -> Any:  # noqa: ARG001
-    return dynmesh.complete_file(path, "new.npz", **options)
+    return to_file.complete(path, "new.npz", **options)
 
 
 def _converted(world: World, **options: Any) -> Any:
-    return dynmesh.convert(world.sequence, **options)
+    return dynmesh.read(dynmesh.convert(world.sequence, **options))
 
 
 completing = [
-    _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "path:", "must be a path, not ndarray"),
+    _complete("arrays instead of a path", lambda w: _to_new(w, path=w.sequence.vertices), TypeError, "path:", "must be a path, frames"),
     _complete("`template`: an array", lambda w: _to_new(w, template=w.sequence.vertices[0]), TypeError, "template:", "must be a path, not ndarray"),
-    _complete("an output that exists", lambda _: dynmesh.complete_file("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite"),
-    _complete("the input as output", lambda _: dynmesh.complete_file("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
-    _complete("a layer over itself", lambda _: dynmesh.complete_file("scene.usda", "scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
-    _complete("the masks of the input as output", lambda _: dynmesh.complete_file("body.npz", "known.npy", source={"known": "known.npy"}, overwrite=True), ValueError, "known.npy:", "is the input"),
-    _complete("the faces of the input as output", lambda _: dynmesh.complete_file("bare.npy", "single.npz", source={"faces": "single.npz"}, overwrite=True), ValueError, "single.npz:", "is the input"),
-    _complete("the frames of a folder as output", lambda _: dynmesh.complete_file("walk", "walk/frame_%04d.ply", overwrite=True), ValueError, "frame_0000.ply:", "is the input"),
-    _complete("frames among those of the input", lambda _: dynmesh.complete_file("walk", "walk/out_%04d.ply", overwrite=True), ValueError, "out_%04d.ply:", "is in the folder of the input"),
+    _complete("an output that exists", lambda _: to_file.complete("body.npz", "other.npz"), FileExistsError, "other.npz:", "overwrite"),
+    _complete("the input as output", lambda _: to_file.complete("body.npz", "body.npz", overwrite=True), ValueError, "body.npz:", "input"),
+    _complete("a layer over itself", lambda _: to_file.complete("scene.usda", "scene.usda", overwrite=True), ValueError, "scene.usda:", "input"),
+    _complete("the masks of the input as output", lambda _: to_file.complete("body.npz", "known.npy", source={"known": "known.npy"}, overwrite=True), ValueError, "known.npy:", "is the input"),
+    _complete("the faces of the input as output", lambda _: to_file.complete("bare.npy", "single.npz", source={"faces": "single.npz"}, overwrite=True), ValueError, "single.npz:", "is the input"),
+    _complete("the frames of a folder as output", lambda _: to_file.complete("walk", "walk/frame_%04d.ply", overwrite=True), ValueError, "frame_0000.ply:", "is the input"),
+    _complete("frames among those of the input", lambda _: to_file.complete("walk", "walk/out_%04d.ply", overwrite=True), ValueError, "out_%04d.ply:", "is in the folder of the input"),
     _complete("a sequence in which nothing was observed", lambda w: _to_new(w, "nothing.npz"), ValueError, "nothing.npz: frames: no vertex is known in any of them"),
     _complete("`start='first'`", lambda w: _to_new(w, start="first"), ValueError, "start:", "'first'"),
     _complete("`start='whole'`", lambda w: _to_new(w, "no_whole.npz", start="whole"), ValueError, "start:", "'whole'"),
@@ -190,7 +175,7 @@ completing = [
     _complete("`template` with holes", lambda w: _to_new(w, template="holes.npz"), ValueError, "holes.npz: 1 of 49 vertices is missing"),
     _complete("`template` with other faces", lambda w: _to_new(w, template="turned_face.npz"), ValueError, "turned_face.npz: has other faces than body.npz"),
     _complete("`template` in another unit", lambda w: _to_new(w, "in_metres.npz", template="in_millimetres.npz"), ValueError, "in_millimetres.npz: its unit in metres is 0.001, but 1"),
-    *(_complete(f"`{name}` with method motion, before any file", lambda w, option=option: _to_new(w, "none.npz", method="motion", **option), SettingError, f"{name}: is for method detail")
+    *(_complete(f"`{name}` with method motion, before any file", lambda _, option=option: dynmesh.complete("none.npz", method="motion", **option), SettingError, f"{name}: is for method detail")
       for option in ({"bidirectional": True}, {"drop_above": 1.0}, {"training": "t.npz"}) for name in option),
     _complete("`gaps` of a single file", lambda w: _to_new(w, source={"gaps": "lost"}), ValueError, "body.npz: gaps"),
     _complete("`gaps='some'`", lambda w: _to_new(w, source={"gaps": "some"}), ValueError, "gaps:", "'some'"),
@@ -203,10 +188,10 @@ completing = [
     _convert("`to_unit` of an unknown unit", lambda w: _converted(w, to_unit="m"), ValueError, "to_unit:", "states no unit of length"),
     _convert("`scale`: 0", lambda w: _converted(w, scale=0), ValueError, "scale:", "not 0"),
     _convert("`fps`: NaN", lambda w: _converted(w, fps=float("nan")), ValueError, "fps:", "not nan"),
-    _convert("an array", lambda w: dynmesh.convert(w.vertices), TypeError, "sequence:", "not ndarray"),
-    _convert("a file in another unit", lambda _: dynmesh.convert_file("in_metres.npz", "new.npz", unit="mm"), ValueError, "in_metres.npz: unit: the file states units of 1 m, not 0.001 m"),
+    _convert("an array", lambda w: dynmesh.read(dynmesh.convert(w.vertices)), TypeError, "sequence:", "not ndarray"),
+    _convert("a file in another unit", lambda _: to_file.convert("in_metres.npz", "new.npz", unit="mm"), ValueError, "in_metres.npz: unit: the file states units of 1 m, not 0.001 m"),
     _complete("`drop_above`: NaN", lambda w: _to_new(w, drop_above=float("nan")), ValueError, "drop_above:", "not nan"),
-    _convert("`output_format='fbx'`", lambda _: dynmesh.convert_file("body.npz", "new.npz", output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
+    _convert("`output_format='fbx'`", lambda _: to_file.convert("body.npz", "new.npz", output_format="fbx"), ValueError, "new.npz:", "'fbx'"),
 ]  # fmt: skip
 
 cases = [*sequences, *frames, *reading, *writing, *completing]

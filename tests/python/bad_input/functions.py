@@ -24,31 +24,23 @@ def of(call: str) -> Callable[..., Case]:
     return case
 
 
-def _stream(world: World, frames: Any, known: Any = None, **settings: Any) -> list[Any]:
-    return list(dynmesh.complete(world.faces, frames, known, **settings))
-
-
-_complete = of("complete")
 _whole = np.ones(49, bool)
-_text: Any = "body.npz"
+_complete = of("complete")
+
+
+def _stream(world: World, last: Any) -> Any:
+    vertices = np.stack([world.vertices, world.points, last])
+    masks = np.ones((3, 49), bool)
+    return dynmesh.read(dynmesh.complete(dynmesh.Sequence(vertices, world.faces, masks)))
+
 
 streams = [
-    _complete("no frame", lambda w: _stream(w, []), ValueError, "frames:", "empty"),
-    _complete("`faces`: a path", lambda _: dynmesh.complete(_text), TypeError, "frames:", "not str", "complete_file"),
-    _complete("`frames`: a path", lambda w: _stream(w, _text), TypeError, "frames:", "not str", "complete_file"),
-    _complete("`frames`: None", lambda w: _stream(w, None), TypeError, "frames:", "ndarray"),
-    _complete("`known`: a number", lambda w: _stream(w, [], 5), TypeError, "known:", "int"),
-    _complete("`frames`: one frame, not several", lambda w: _stream(w, w.vertices), ValueError, "first_frame:", "(3,)"),
-    _complete("NaN in frame 0", lambda w: _stream(w, [w.with_value(np.nan)]), ValueError, "first_frame: vertex 4", "nan"),
-    _complete("a vertex of frame 0 not known", lambda w: _stream(w, [w.vertices], [np.arange(49) != 7]), ValueError, "known: vertex 7", "frame 0"),
-    _complete("`known` of frame 0 one too few", lambda w: _stream(w, [w.vertices], [_whole[:48]]), ValueError, "known:", "(49,)", "(48,)"),
-    _complete("fewer masks than frames", lambda w: _stream(w, [w.vertices, w.points], [_whole]), ValueError, "known:", "frame 1"),
-    _complete("more masks than frames", lambda w: _stream(w, [w.vertices], [_whole] * 2), ValueError, "frames:", "frame 1"),
-    _complete("infinity in frame 2, marked known", lambda w: _stream(w, [w.vertices, w.points, w.with_value(np.inf)], [_whole] * 3), ValueError, "frame 2: points: row 4", "inf"),
-    _complete("a sequence and frames", lambda w: dynmesh.complete(w.sequence, w.points), ValueError, "frames:"),
-    _complete("`start` for frames", lambda w: dynmesh.complete(w.faces, w.points, start=2), ValueError, "frames: start"),  # type: ignore[call-overload]
-    _complete("a sequence and `speed=1`", lambda w: dynmesh.complete(w.sequence, speed=1), TypeError, "'speed'"),  # type: ignore[call-overload]
-    _complete("`speed=1`", lambda w: _stream(w, [w.vertices], speed=1), TypeError, "'speed'"),
+    _complete("an array", lambda w: dynmesh.complete(w.points), TypeError, "sequence:", "path", "ndarray"),
+    _complete("infinity in frame 2, marked known", lambda w: _stream(w, w.with_value(np.inf)), ValueError, "frame 2: points: row 4", "inf"),
+    _complete("`start`: a frame that is not there", lambda w: dynmesh.complete(w.sequence, start=99), ValueError, "start:", "no frame 99"),
+    _complete("`speed=1`", lambda w: dynmesh.complete(w.sequence, speed=1), TypeError, "'speed'"),  # type: ignore[call-arg]
+    _complete("`noise=-1`", lambda w: dynmesh.complete(w.sequence, noise=-1.0), ValueError, "noise:", "-1"),
+    _complete("a report before its time", lambda w: dynmesh.complete(w.sequence).report, ValueError, "report:", "gone through"),
 ]  # fmt: skip
 
 _cells = of("cells")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import to_file
 from PIL import Image
 from scan_files import saved
 
@@ -153,7 +154,7 @@ def _image(**options: Any) -> Callable[[World], Any]:
 
 def _track(scans: str, template: str = "template.npz", **options: Any) -> Callable[[World], Any]:
     options = {"output": "new.npz", **options}
-    return lambda _: dynmesh.track_file(scans, template=template, **options)
+    return lambda _: to_file.track(scans, template=template, **options)
 
 
 _points = of("degrade.scan_points")

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import to_file
 
 import dynmesh
 
@@ -31,7 +32,7 @@ def _make(training: Any, **settings: Any) -> Callable[[World], Any]:
 
 
 def _file(training: Any, path: str = "body.npz", output: str = "new.npz", **options: Any) -> Any:
-    return dynmesh.complete_file(path, output, training=training, **options)
+    return to_file.complete(path, output, training=training, **options)
 
 
 def _restored(world: World, other: Any, **settings: Any) -> None:
@@ -67,7 +68,7 @@ cases = [
     _restore("`state`: of a completer that learns", lambda w: w.make().restore(w.make(learn=True).state()), ValueError, "learn is True, not False"),
     _track("`state`: of another training sequence", lambda w: _tracker(w, w.sequence.vertices).restore(_tracker(w, w.sequence.vertices[::-1]).state()), ValueError, "another training sequence"),
     _track("`state`: of one without `uncertainty`", lambda w: _tracker(w, None).restore(_tracker(w, None, uncertainty=False).state()), ValueError, "uncertainty is False, not True"),
-    _completed("`training`: frames, not a file", lambda w: _file(w.sequence.vertices), TypeError, "training:", "path", "ndarray"),
+    _completed("`training`: positions of another mesh", lambda w: _file(w.sequence.vertices[:, :48]), ValueError, "training"),
     _completed("`training`: a number", lambda _: _file(3), TypeError, "training:", "3"),
     _completed("`training`: an empty list", lambda _: _file([]), ValueError, "training:", "no file"),
     _completed("a training file with fewer vertices", lambda _: _file("fewer.npz"), ValueError, "fewer.npz:", "7", "body.npz has 49"),
@@ -78,8 +79,8 @@ cases = [
     _completed("a training file that states another up axis", lambda _: _file("y_up.npz", "z_up.npz"), ValueError, "y_up.npz:", "up axis", "z"),
     _completed("a training file in another unit by its size", lambda _: _file("big.npz"), ValueError, "big.npz: training: its size", "unit"),
     _completed("a training file as output", lambda _: _file("training.npz", output="training.npz", overwrite=True), ValueError, "training.npz:", "input"),
-    _completed("a template as output", lambda _: dynmesh.complete_file("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
+    _completed("a template as output", lambda _: to_file.complete("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("a training file without the mesh of that path", lambda _: _file("two.usda", "scene.usda"), ValueError, "two.usda:", "'/mesh'", "/one, /two"),
-    _convert("a file with another up axis", lambda _: dynmesh.convert_file("z_up.npz", "new.npz", up="y"), ValueError, "z_up.npz: up:", "z, not y"),
+    _convert("a file with another up axis", lambda _: to_file.convert("z_up.npz", "new.npz", up="y"), ValueError, "z_up.npz: up:", "z, not y"),
     refused("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "body.npz has 49"),
 ]  # fmt: skip

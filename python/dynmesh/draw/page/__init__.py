@@ -13,14 +13,14 @@ from ..._errors import InputError, locating
 from ..._extras import require_all
 from ..._progress import tracked
 from ..._report import Report
-from ...files import Reader
-from ...files.times import mean_rate
+from ...formats.times import mean_rate
+from ...frames import Frames
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
 from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
 from ..quantities import Colour
 from .player import player
-from .thin import thin
+from .simplify import thin
 from .verdicts import shown_verdicts
 
 
@@ -90,10 +90,10 @@ def require_page(*, scans: bool) -> None:
 
 
 def page(
-    reader: Reader,
+    reader: Frames,
     *,
-    reference: Reader | None = None,
-    input: Reader | None = None,
+    reference: Frames | None = None,
+    input: Frames | None = None,
     scans: ScanReader | None = None,
     scan_unit: str | float | None = None,
     quality: Path | None = None,
@@ -174,7 +174,7 @@ def _caption(name: str, what: str) -> str:
     return what if what == f"the {name}" else f"{name}, {what}"
 
 
-def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Reader) -> float:
+def scan_factor(scans: ScanReader, scan_unit: str | float | None, reader: Frames) -> float:
     """Returns the length of the unit of the scans in that of the sequence."""
     ours, theirs = reader.header.metres_per_unit, unit_of_scans(scans, scan_unit)
     if scan_unit is not None and ours is None:

@@ -2,15 +2,15 @@
 
 import numpy as np
 
+from ..._arrays import Positions
 from ..._errors import InputError, locating
-from ...files import Reader
+from ...frames import Frames
 from ...scans import ScanReader
-from ...sequence import Positions
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
 from ..heatmap import likely_up
 from . import Page, Shown
 from .document import FIELD_OF_VIEW, Unit, document, new_plot, number_of, packed
-from .thin import thin
+from .simplify import thin
 
 _MOST_POINTS = 40_000
 """Of the scan; more would make the page large and slow."""
@@ -23,7 +23,7 @@ _DISTANCE = 0.7 / np.tan(np.radians(FIELD_OF_VIEW / 2))
 
 
 def pick_page(
-    template: Reader,
+    template: Frames,
     scans: ScanReader,
     file_name: str,
     azimuth: float,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from ..._errors import InputError
-from ...files import Reader
+from ...frames import Frames
 
 _Quality = Literal["unknown", "good", "doubtful", "ruined"]
 _QUALITIES: tuple[_Quality, ...] = get_args(_Quality)  # the worst one last
@@ -57,7 +57,7 @@ def _verdict(path: Path, line: int, row: Mapping[str, str | None]) -> tuple[floa
     return number, Verdict(quality, f"frame {number:g} is {quality}{reason and ': '}{reason}")
 
 
-def shown_verdicts(path: Path, reader: Reader, indices: range) -> list[Verdict]:
+def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
     """Returns the worst verdict of the frames for which each shown one stands.
 
     Args:

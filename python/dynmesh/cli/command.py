@@ -1,0 +1,361 @@
+"""A verb as a command: the signatures and docstrings of functions say all that it takes.
+
+Parameters without a default are arguments, all others options. What only Python can give, such as
+an array, a command line cannot; `progress` is set by whoever runs the command.
+"""
+
+import contextlib
+import inspect
+import os
+import re
+import types
+import typing
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Union
+
+from .. import formats
+from .._errors import InputError
+from .._report import DoubtfulWarning, listed
+from ..frames import Frames
+
+_NAMES = {
+    "open.known": ("--mask",),
+    "write.format": ("--output-format",),
+    "out": ("--output", "-o"),
+    "colour": ("--colour", "--color"),
+    "rig.output": ("--output", "-o"),
+    "picture.frames": ("--frame",),
+    "picture.count": ("--sheet",),
+}
+"""Options that are not called like their parameters, of all functions or of one."""
+
+_HEADINGS = ("input", "method", "output")
+
+
+class Option(NamedTuple):
+    """A parameter of a function as an option or an argument of a command.
+
+    Attributes:
+        function: that declares it.
+        parameter: as the function declares it.
+        names: of the option; none for an argument.
+        heading: under which the help lists it.
+        help: what the docstring of the function says of it.
+    """
+
+    function: Callable[..., Any]
+    parameter: inspect.Parameter
+    names: tuple[str, ...]
+    heading: str
+    help: str
+
+    @property
+    def key(self) -> str:
+        """Its name among the parameters of the command."""
+        if self.names:
+            return self.names[0].removeprefix("--").replace("-", "_")
+        return "output" if self.function is formats.write else self.parameter.name
+
+    @property
+    def default(self) -> Any:
+        """The value if it is not given: a command replaces no file unless it is asked to."""
+        return False if self.parameter.name == "overwrite" else self.parameter.default
+
+
+def options_of(function: Callable[..., Any]) -> Iterator[Option]:
+    """Yields the parameters of a function as options and arguments."""
+    helps = _arguments_in(function.__doc__ or "")
+    usual = {formats.open: "input", formats.write: "output"}.get(function, "input")
+    for parameter in inspect.signature(function).parameters.values():
+        name, heading, names = parameter.name, usual, tuple[str, ...]()
+        if parameter.kind == parameter.KEYWORD_ONLY or parameter.default is not parameter.empty:
+            names = _NAMES.get(name, (f"--{name.replace('_', '-')}",))
+            names = _NAMES.get(f"{function.__name__}.{name}", names)
+        if typing.get_origin(parameter.annotation) is Annotated:
+            heading = typing.get_args(parameter.annotation)[1]
+        yield Option(function, parameter, names, heading, helps.get(name, ""))
+
+
+def _arguments_in(docstring: str) -> dict[str, str]:
+    """What a docstring says of each argument, in one line."""
+    section = inspect.cleandoc(docstring).partition("\nArgs:\n")[2].partition("\n\n")[0]
+    found = re.findall(r"^    (\w+): ((?:.*\n?)(?:^ {8}.*\n?)*)", section, re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in found}
+
+
+class Command:
+    """A verb, joined with opening and writing.
+
+    A verb of a `sequence` that returns frames has the options of :func:`dynmesh.open`, as has one
+    with a `source`; frames that a verb returns are written, with the options of
+    :func:`dynmesh.write`. Called with the values of the options, it returns a report.
+    """
+
+    def __init__(self, verb: Callable[..., Any], instead: Callable[..., Any] | None = None) -> None:
+        """Joins the signatures.
+
+        Args:
+            verb: the function.
+            instead: takes all options, and returns None if the path is not for it.
+        """
+        self._verb, self._instead = verb, instead
+        self.__name__ = verb.__name__
+        returned = inspect.signature(verb).return_annotation
+        kind = typing.get_origin(returned) or returned
+        self._writes = isinstance(kind, type) and issubclass(kind, Frames)
+        own = [*options_of(verb)]
+        self._reads = self._writes and own[0].parameter.name == "sequence"
+        takes_source = any(one.parameter.name == "source" for one in own)
+        every = own[1:] if self._reads else [o for o in own if o.parameter.name != "source"]
+        if self._reads or takes_source:
+            every += [o for o in options_of(formats.open) if o.names or self._reads]
+        if self._writes:
+            every += [o for o in options_of(formats.write) if o.parameter.name != "frames"]
+        every.sort(
+            key=lambda one: (bool(one.names), not one.names and one.function is formats.write)
+        )
+        self.options: dict[str, list[Option]] = {}
+        for one in every:
+            self.options.setdefault(one.key, []).append(one)
+        self.takes_source = takes_source
+        parameters = [self._parameter(key, one[0]) for key, one in self.options.items()]
+        vars(self)["__signature__"] = inspect.Signature([*parameters, *_common()])
+        self.__annotations__ = {one.name: one.annotation for one in [*parameters, *_common()]}
+
+    def _parameter(self, key: str, option: Option) -> inspect.Parameter:
+        kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY
+        told = option._replace(help=self.spelt(option.help))
+        default = option.default
+        return inspect.Parameter(key, kind, default=default, annotation=_annotation(told))
+
+    def option_of(self, argument: str) -> str | None:
+        """The option or the argument of the command that stands for an argument of a function."""
+        every = [one for options in self.options.values() for one in options]
+        for one in sorted(every, key=lambda one: one.function is not self._verb):
+            if argument in (one.parameter.name, one.key):
+                return one.names[0] if one.names else one.key.upper()
+        return None
+
+    def spelt(self, text: str) -> str:
+        """Names arguments of functions, which texts mark as in `threads`, as options."""
+
+        def option(found: re.Match[str]) -> str:
+            name = found[1]
+            return self.option_of(name) or _NAMES.get(name, (f"--{name.replace('_', '-')}",))[0]
+
+        return re.sub(r"`(\w+)`", option, text)
+
+    def __call__(self, *arguments: Any, **keywords: Any) -> Any:
+        """Runs the verb, between opening and writing."""
+        given = inspect.signature(self).bind(*arguments, **keywords).arguments
+
+        def of(*functions: Callable[..., Any]) -> dict[str, Any]:
+            return {
+                one.parameter.name: given[key]
+                for key, options in self.options.items()
+                for one in options
+                if key in given and one.function in functions
+            }
+
+        own, opening, writing = of(self._verb), of(formats.open), of(formats.write)
+        if not self._writes:
+            return self._verb(**own, **({"source": opening} if self.takes_source else {}))
+        if self._instead is not None:
+            named = {key: value for key, value in given.items() if key not in ("quiet", "json")}
+            if (report := self._instead(**named)) is not None:
+                return report
+        writing.setdefault("overwrite", False)
+        formats.check_format(writing["path"], writing.get("format"))
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(warnings.catch_warnings())
+            warnings.simplefilter("ignore", DoubtfulWarning)  # the report says it
+            if self._reads:
+                template = own.get("template")
+                path = opening.pop("path")
+                source = stack.enter_context(formats.opened(path, "path", template, **opening))
+                made = self._verb(source, **own)
+            else:
+                made = self._verb(**own)
+            return formats.write(writing.pop("path"), stack.enter_context(made), **writing)
+
+
+def _common() -> list[inspect.Parameter]:
+    """The options of all commands, which :func:`dynmesh.cli.main` takes out of a command line."""
+    from cyclopts import Group, Parameter
+
+    group = Group("Output", sort_key=_HEADINGS.index("output"))
+    helps = {
+        "quiet": (("--quiet", "-q"), "print only what is wrong"),
+        "json": (("--json",), "print the report as JSON"),
+    }
+    return [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=False,
+            annotation=Annotated[
+                bool,
+                Parameter(name=names, help=text, group=group, negative="", show_default=False),
+            ],
+        )
+        for name, (names, text) in helps.items()
+    ]
+
+
+def bound(command: Command, tokens: Sequence[str]) -> inspect.BoundArguments:
+    """Binds the words of a command line to the parameters of a command.
+
+    Raises:
+        ValueError: they cannot be; the error names the parameter and the value, if there is one.
+    """
+    from cyclopts import App, CycloptsError
+
+    app = App(default_command=command, help_flags=(), version_flags=())
+    try:
+        return app.parse_args(tokens, exit_on_error=False, print_error=False)[1]
+    except CycloptsError as error:
+        raise refusal(error) from None
+
+
+def arguments_of(
+    given: inspect.BoundArguments, folder: Path
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """The arguments and keywords that were bound, with paths relative to a folder."""
+
+    def under(value: Any) -> Any:
+        if isinstance(value, Path):
+            return folder / value
+        if isinstance(value, dict):
+            return {name: under(one) for name, one in value.items()}
+        return [under(one) for one in value] if isinstance(value, list) else value
+
+    return tuple(map(under, given.args)), under(given.kwargs)
+
+
+def refusal(error: Any) -> InputError:
+    """Returns what cyclopts refuses as an error of dynmesh."""
+    from cyclopts import App, CoercionError, MissingArgumentError, UnusedCliTokensError
+
+    found = error.argument
+    argument = None if found is None else [found.field_info.name, *found.keys][-1]
+    if isinstance(error, CoercionError) and error.token is not None:
+        value = error.token.value
+        cause = error.__cause__
+        told = str(cause) if cause else f"must be {_told(error.target_type)}, not {value!r}"
+        return InputError(told, argument=argument, value=value)
+    if isinstance(error, MissingArgumentError) and error.keyword is None:
+        every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
+        what = str(next(one.parameter.help for one in every if one.field_info.name == argument))
+        return InputError(f"is missing: {what.partition(';')[0]}", argument=argument)
+    told = str(error)
+    if isinstance(error, UnusedCliTokensError):
+        first, *others = error.unused_tokens or [""]
+        more = f" and {len(others)} more" if others else ""
+        told = f"too many arguments: {first}{more}; put patterns in quotes and repeat options"
+    return InputError(told)
+
+
+def _annotation(option: Option) -> Any:
+    """The type of a parameter and what cyclopts must know beside it."""
+    from cyclopts import Group, Parameter
+
+    hint, default = option.parameter.annotation, option.default
+    if option.parameter.name == "progress":
+        return Annotated[hint, Parameter(parse=False)]
+    if typing.get_origin(hint) is Annotated:
+        hint = typing.get_args(hint)[0]
+    more: dict[str, Any] = {"help": option.help}
+    if option.names:
+        heading = option.heading
+        more["name"] = option.names
+        more["group"] = Group(heading.capitalize(), sort_key=_HEADINGS.index(heading))
+    if option.parameter.name == "out":  # which Python can do without
+        more["required"] = True
+    if slice in _members(hint):
+        more["converter"] = lambda _, tokens: slice_of(tokens[0].value)
+        more["accepts_keys"], more["n_tokens"], hint = False, 1, str | None
+    if int in _members(hint):
+        more["converter"] = _whole
+    if {Path, list[Path]} & {*_members(_of_shell(hint))}:
+        more["converter"] = _path
+    if str in _members(hint):
+        more["allow_leading_hyphen"] = True  # of numbers
+    if default is False or bool not in _members(hint):
+        more["negative"] = ""
+    if default is False:
+        more["show_default"] = False
+    return Annotated[_of_shell(hint), Parameter(**more)]
+
+
+def _whole(hint: Any, tokens: Any) -> Any:
+    """Reads a whole number, of which cyclopts rounds others, or a word."""
+    from cyclopts import convert
+
+    text = tokens[0].value
+    if not (text.removeprefix("-").isdecimal() or text.isalpha()):
+        raise ValueError(f"must be a whole number, not {text!r}")
+    return convert(hint, tokens)
+
+
+def _path(hint: Any, tokens: Any) -> Any:
+    """Reads a path, or several, of which pathlib takes an empty one for the current folder."""
+    from cyclopts import convert
+
+    if not all(token.value for token in tokens):
+        raise ValueError("is empty")
+    return convert(hint, tokens)
+
+
+def _of_shell(hint: Any) -> Any:
+    """What a command line can give of the values of a type."""
+    members = _members(hint)
+    empty = (None,) if type(None) in typing.get_args(hint) else ()
+    for one in members:
+        if typing.get_origin(one) is Iterable:
+            item: Any = _of_shell(typing.get_args(one)[0])
+            return Union[list[item], *empty]
+    if any(typing.get_origin(one) is os.PathLike or one is Path for one in members):
+        return Union[Path, *empty]
+    simple = [one for one in members if one in _SIMPLE or typing.get_origin(one) is Literal]
+    return Union[*(simple or members), *empty]
+
+
+_SIMPLE = (int, float, bool, str)
+
+
+def _members(hint: Any) -> list[Any]:
+    """The types of a union but for None, or the type alone."""
+    is_union = typing.get_origin(hint) in (Union, types.UnionType)
+    return [one for one in typing.get_args(hint) if one is not type(None)] if is_union else [hint]
+
+
+def _told(hint: Any) -> str:
+    """What values of a type are, in words."""
+    words: list[str] = []
+    for one in _members(hint):
+        is_choice = typing.get_origin(one) is Literal
+        words += typing.get_args(one) if is_choice else [_WORDS.get(one, "text")]
+    return listed(dict.fromkeys(words), "or")
+
+
+_WORDS = {int: "a whole number", float: "a number", bool: "yes or no", Path: "a path"}
+
+
+def slice_of(text: str) -> slice:
+    """Parses A:B, A: or :B, or one of them with :STEP, as slices of Python.
+
+    Raises:
+        ValueError: it is none of these.
+    """
+    parts = text.split(":")
+    try:
+        if not 2 <= len(parts) <= 3:
+            raise ValueError
+        begin, end, *step = (
+            None if not part else float(part) if "." in part else int(part) for part in parts
+        )
+    except ValueError:
+        raise ValueError(f"must be two numbers of frames, as in 1001:1050, not '{text}'") from None
+    return slice(begin, end, *step)

@@ -1,0 +1,292 @@
+"""The frames of a sequence, completed backwards and forwards from a whole one.
+
+On each pass, a completer uses only frames that it has already met.
+"""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_positive
+from .._errors import SettingError, locating, naming
+from .._progress import tracked
+from .._report import Quality
+from ..completer import Completer, FrameReport
+from ..diagnosis.finding import frames_listed
+from ..frames import Frame, Frames
+from ..header import Header
+from ..settings import Settings
+from .start import Start, StartFrame
+
+_BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
+
+_SHARED = 0.4
+"""The share of the variances of the two estimates that their mean keeps. It would be a half, if
+their errors were independent and equal: they are neither, and how far they disagree is added."""
+
+
+class SequenceSettings(Settings, total=False):
+    """The settings of the completion of a sequence; :func:`dynmesh.complete` explains them."""
+
+    start: Start
+    bidirectional: bool
+    drop_above: float | None
+
+
+OF_SEQUENCES = SequenceSettings.__annotations__.keys() - Settings.__annotations__.keys()
+
+
+def with_implied(given: SequenceSettings, *, trained: bool) -> Settings:
+    """Returns the settings of the completer, with those that the others imply.
+
+    Raises:
+        TypeError, ValueError: a setting of sequences is refused, or another method has none.
+    """
+    bidirectional, drop_above = given.get("bidirectional", False), given.get("drop_above")
+    if drop_above is not None:
+        check_positive("drop_above", drop_above)
+    if given.get("method", "detail") != "detail":
+        passes = {"bidirectional": bidirectional, "drop_above": drop_above, "training": trained}
+        for name, value in passes.items():
+            if value not in (None, False):
+                raise SettingError("is for method detail alone", argument=name, value=value)
+    implied = cast(Settings, {n: one for n, one in given.items() if n not in OF_SEQUENCES})
+    if bidirectional or drop_above is not None:
+        implied["uncertainty"] = True
+    if bidirectional:
+        implied["learn"] = given.get("learn", False) or not trained
+    return implied
+
+
+@dataclass
+class Tally:
+    """What a completion has done so far.
+
+    Attributes:
+        reports: of the frames that were completed.
+        wrong: those that are not good by the numbers of the frames, the worst one of each, without
+            those in which nothing was observed: a few of them are no reason to doubt the others.
+        empty: the numbers of those in which nothing was observed.
+        dropped: number of vertices that were left missing.
+    """
+
+    reports: list[FrameReport] = field(default_factory=list)
+    wrong: dict[int, FrameReport] = field(default_factory=dict)
+    empty: set[int] = field(default_factory=set)
+    dropped: int = 0
+
+    def add(self, number: int, report: FrameReport) -> None:
+        """Notes what was done for a frame; from both sides, that is reported twice."""
+        self.reports.append(report)
+        if report.known == 0:
+            self.empty.add(number)
+        elif report.quality == "ruined" or (report.quality != "good" and number not in self.wrong):
+            self.wrong[number] = report
+
+
+def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, str]:
+    """How good the completed frames are, and why they are not good; else, it is empty."""
+    told = []
+    for quality, how in (("ruined", "probably ruined"), ("doubtful", "doubtful")):
+        wrong = {number: one for number, one in tally.wrong.items() if one.quality == quality}
+        if wrong:
+            frames = frames_listed(sorted(wrong), header)
+            told.append(
+                f"{how}: in {frames}, {wrong[min(wrong)].reason}; dynmesh info looks for causes"
+            )
+    if start.made is not None and start.made.doubtful:
+        told.append(
+            "the frame that was put together is probably wrong, as its edges are far from the "
+            "lengths that other frames show; look at it, and start from a template if it is"
+        )
+    if 2 * len(tally.empty) > header.n_frames:
+        told.append("nothing was observed in most frames")
+    is_ruined = any(one.quality == "ruined" for one in tally.wrong.values())
+    return ("ruined" if is_ruined else "doubtful" if told else "good"), "; ".join(told)
+
+
+def completed_frames(
+    source: Frames,
+    header: Header,
+    start: StartFrame,
+    completer: Completer,
+    settings: SequenceSettings,
+    *,
+    progress: bool = False,
+) -> Generator[Frame, None, Tally]:
+    """Yields the completed frames of a sequence in their order; returns what was done.
+
+    Frames that have to wait for others are in a temporary file.
+
+    Args:
+        source: the frames.
+        header: of the completed frames.
+        start: the whole frame.
+        completer: begins at the whole frame.
+        settings: whether to complete each frame from both sides, and the standard error above
+            which vertices are left missing.
+        progress: whether to show a bar; from both sides, a frame counts as often as it is
+            completed.
+
+    Raises:
+        OSError, ValueError: a frame cannot be read or completed.
+    """
+    bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
+    tally = Tally()
+    whole = start.frame(completer.dtype, completer.settings["uncertainty"])
+    out, *further = passes = _passes(start.number, source.n_frames, bidirectional)
+    waiting = _records(whole, source.n_frames if bidirectional else start.number + 1)
+    if start.number >= 0:
+        _store(waiting, start.number, whole)
+
+    def go(way: range, origin: Frame) -> Iterator[tuple[int, Frame]]:
+        """Yields the numbers and the completed frames of one pass.
+
+        The standard errors and ages of `origin`, the whole frame that it leaves, are those of its
+        estimates; they go on until a vertex is observed.
+        """
+        if way and completer.n_frames:
+            completer.reset(origin.points)
+        for number in way:
+            frame = next(frames)
+            with locating(frame=source.header.number(number)):
+                points = completer.push(frame.points, frame.claimed)
+            if number == start.number:
+                continue
+            tally.add(number, completer.report)
+            since = completer.age >= completer.n_frames  # not observed since
+            assert origin.age is not None
+            age = completer.age + np.where(since, origin.age, 0)
+            errors = None
+            if (of_origin := origin.standard_error) is not None:
+                errors = np.hypot(completer.standard_error, np.where(since, of_origin, 0))
+            estimate = Frame(
+                points, generation=completer.generation, age=age, standard_error=errors
+            )
+            yield number, estimate
+
+    def finished(number: int, frame: Frame) -> Frame:
+        """A frame with all that its errors say, and without what is left missing."""
+        frame = start.add_errors(frame, number)
+        if drop_above is not None:
+            assert frame.standard_error is not None  # as :func:`with_implied` has set
+            known = np.asarray(frame.standard_error <= drop_above)
+            tally.dropped += int(np.count_nonzero(~known))
+            points = np.where(known[:, None], frame.points, frame.points.dtype.type(np.nan))
+            frame = replace(frame, points=points, known=known)
+        return frame if header.has_standard_error else replace(frame, standard_error=None)
+
+    with contextlib.closing(_frames(source, passes)) as read:
+        frames = tracked(read, sum(map(len, passes)), "completing", progress)
+        for number, frame in go(out, whole):
+            _store(waiting, number, frame)
+        if bidirectional:
+            there, back = further
+            for number, frame in go(there, _stored(waiting, out[-1]) if out else whole):
+                _store(waiting, number, frame)
+            for number, frame in go(back, _stored(waiting, there[-1]) if there else whole):
+                _store(waiting, number, combined(_stored(waiting, number), frame))
+        for number in range(len(waiting)):
+            yield finished(number, _stored(waiting, number))
+        if not bidirectional:
+            for number, frame in go(further[0], whole):
+                yield finished(number, frame)
+    return tally
+
+
+def _passes(number: int, n_frames: int, bidirectional: bool) -> list[range]:
+    """The passes from the whole frame: backwards and forwards, or out, there and back.
+
+    With `bidirectional`, they lead from it to the nearer end of the sequence, from there to the
+    other end, and back. A template has the number -1.
+    """
+    before, after = range(number - 1, -1, -1), range(number + 1, n_frames)
+    if not bidirectional:
+        return [before, after]
+    is_near_first = 2 * number < n_frames
+    across = range(n_frames) if is_near_first else range(n_frames - 1, -1, -1)
+    out = before if is_near_first else after
+    return [out, across if number < 0 else across[1:], across[-2::-1]]
+
+
+def _frames(source: Frames, passes: list[range]) -> Generator[Frame, None, None]:
+    """Yields the frames in the order of their completion, in constant memory."""
+    block = max(1, _BLOCK // (source.n_vertices * 3 * source.dtype.itemsize))
+    for way in passes:
+        if way and way.step < 0:
+            for end in range(way[0] + 1, way[-1], -block):
+                yield from reversed(list(source.frames(max(way[-1], end - block), end)))
+        elif way:
+            with contextlib.closing(source.frames(way[0], way[-1] + 1)) as frames:
+                yield from frames
+
+
+def combined(one: Frame, other: Frame) -> Frame:
+    """Returns the mean of two estimates, weighed for each vertex by how far it may be off.
+
+    The weights are s^(-3/2) for the standard error s of a vertex, rather than s^(-2), since s is
+    known roughly. A vertex that both observed exactly stays where it was observed. One that the one
+    accepted and the other rejected as an outlier is where the latter estimates it.
+
+    Args:
+        one: an estimate of a frame, with generation, age and standard errors.
+        other: another one of the same frame.
+    """
+    ages, errors, generations = (
+        np.stack([getattr(frame, name) for frame in (one, other)])
+        for name in ("age", "standard_error", "generation")
+    )
+    weights = _weights(ages, errors.astype(np.float64))
+    points = np.stack([one.points, other.points]).astype(np.float64)
+    mean = np.einsum("wk,wkc->kc", weights, points)
+    spread = np.einsum("wk,wkc->k", weights, (points - mean) ** 2) / 3
+    variance = np.einsum("wk,wk->k", weights, np.where(weights > 0, errors, 0.0) ** 2)
+    observed = ages == 0
+    rejected = observed.any(axis=0) & ~observed.all(axis=0)
+    exact = ((errors == 0) & observed).all(axis=0)
+    heavier = weights.argmax(axis=0)[None]
+    return Frame(
+        np.where(exact[:, None], one.points, mean).astype(one.points.dtype),
+        generation=np.take_along_axis(generations, heavier, 0)[0],
+        age=np.where(rejected, ages.max(axis=0), ages.min(axis=0)),
+        standard_error=np.sqrt(_SHARED * variance + spread).astype(np.float32),
+    )
+
+
+def _weights(ages: NDArray[np.integer], errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(2, k), of which the two add up to 1."""
+    rejected = (ages[::-1] > 0) & (ages == 0)  # by the other, though observed
+    certain, unknown = (errors == 0) & ~rejected, np.isinf(errors)
+    with np.errstate(divide="ignore"):
+        weights = errors**-1.5
+    weights = np.where(certain.any(axis=0), certain, np.where(rejected | unknown, 0.0, weights))
+    weights[:, weights.sum(axis=0) == 0] = 1
+    return np.asarray(weights / weights.sum(axis=0))
+
+
+def _records(like: Frame, n: int) -> NDArray[Any]:
+    """Space for n frames with the same attributes, in an unnamed temporary file."""
+    values = {"points": like.points, **like.attributes()}
+    record = np.dtype([(name, one.dtype, one.shape) for name, one in values.items()])
+    if n == 0:
+        return np.empty(n, record)
+    with naming(Path(tempfile.gettempdir())), tempfile.TemporaryFile() as file:
+        if hasattr(os, "posix_fallocate"):  # else a full disk would end the process
+            os.posix_fallocate(file.fileno(), 0, n * record.itemsize)
+        return np.memmap(file, record, "w+", shape=(n,))
+
+
+def _store(records: NDArray[Any], number: int, frame: Frame) -> None:
+    for name in records.dtype.names or ():
+        records[name][number] = getattr(frame, name)
+
+
+def _stored(records: NDArray[Any], number: int) -> Frame:
+    return Frame(**{name: np.array(records[name][number]) for name in records.dtype.names or ()})

@@ -1,0 +1,208 @@
+"""Reading and writing frames. Only this package depends on file formats.
+
+Each format is a module with a :class:`dynmesh.formats.format.Format`: two functions and what it
+keeps. They process one frame at a time, so memory does not grow with the length of a sequence.
+"""
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal, TypeAlias, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_path
+from .._errors import InputError, naming
+from .._report import some_of
+from ..arrays import ArrayFrames
+from ..frames import Frames, Stored, check_any
+from ..polygons import Faces, split_faces
+from .format import Gaps, NoFacesError, Template, template_of
+from .masks import MaskedFrames
+from .table import (
+    FORMATS,
+    PathLike,
+    all_formats,
+    check_format,
+    existing_file,
+    format_of,
+    named_like,
+)
+from .writing import Written, write
+
+__all__ = [
+    "FORMATS",
+    "NoFacesError",
+    "OneSequence",
+    "PathLike",
+    "Source",
+    "Written",
+    "all_formats",
+    "check_format",
+    "format_of",
+    "meshes_of",
+    "named_like",
+    "naming",
+    "open",
+    "open_like",
+    "opened",
+    "opened_beside",
+    "write",
+]
+
+
+class Source(TypedDict, total=False):
+    """The keywords of :func:`open`."""
+
+    format: str | None
+    faces: Faces | PathLike | None
+    prim: str | None
+    known: NDArray[np.bool_] | PathLike | None
+    missing: Literal["zero"] | None
+    gaps: Gaps
+
+
+def open(
+    path: PathLike,
+    *,
+    format: str | None = None,
+    faces: Faces | PathLike | None = None,
+    prim: str | None = None,
+    known: NDArray[np.bool_] | PathLike | None = None,
+    missing: Literal["zero"] | None = None,
+    gaps: Gaps = "refuse",
+) -> Stored:
+    """Opens the frames of a file, which are read one by one, in constant memory.
+
+    Args:
+        path: a file, or a sequence in one file per frame: a pattern such as 'scans/*.ply',
+            ``frame_%04d.ply`` or ``frame.####.ply``, or a folder.
+        format: the format of the file, if its suffix does not say it.
+        faces: a mesh with the faces, if the file holds only positions.
+        prim: the path of the mesh, if the file holds several (USD, Alembic).
+        known: which vertices are known, bool (n, k) in a .npy file, or known in a .npz file; or a
+            text file of vertices that are not, in lines "frame vertex vertex ...", where the frame
+            ``*`` stands for all.
+        missing: "zero" if vertices at exactly (0, 0, 0) are missing.
+        gaps: what frames are whose file is missing: "refuse" makes them an error, "lost" frames in
+            which nothing was observed.
+
+    Raises:
+        OSError: the file cannot be opened.
+        ImportError: the library for this format is not installed; the message names its extra.
+        ValueError: the file is not a valid sequence; the message names the file and the problem.
+    """
+    check_path("path", path)
+    path = Path(path)
+    if missing not in (None, "zero"):
+        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
+    if gaps not in ("refuse", "lost"):
+        raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
+    with naming(path):
+        template, chosen = _template(faces), format_of(path, format)
+        path = existing_file(path, chosen)
+        frames = chosen.open(path, faces=template, prim=prim, gaps=gaps)
+    if isinstance(frames, ArrayFrames):  # as a simple format of another package reads it
+        frames = frames.named(str(path), [path])
+    if known is None and missing is None:
+        return frames
+    try:
+        return MaskedFrames(frames, known, zero_is_missing=missing == "zero")
+    except BaseException:
+        frames.close()
+        raise
+
+
+def meshes_of(path: PathLike, format: str | None = None) -> Mapping[str, bool]:
+    """The paths of all meshes in a file that can hold several, and whether each moves.
+
+    It is empty for files that hold a single mesh. The errors are those of :func:`open`.
+    """
+    with naming(Path(path)):
+        chosen = format_of(path, format)
+        return {} if chosen.meshes is None else chosen.meshes(Path(path))
+
+
+OneSequence: TypeAlias = PathLike | Frames
+"""A file in any format, frames from :func:`open`, or a sequence in memory."""
+
+
+@contextmanager
+def opened(
+    sequence: OneSequence,
+    name: str = "sequence",
+    template: Faces | PathLike | None = None,
+    **source: Unpack[Source],
+) -> Iterator[Frames]:
+    """Yields a reader of a sequence, wherever it is; a reader is not closed.
+
+    Args:
+        sequence: the sequence.
+        name: what messages call a sequence in memory.
+        template: the faces of a file that holds none, or a mesh file with them.
+        **source: how to read a file, the keywords of :func:`open`.
+    """
+    if isinstance(sequence, Frames):
+        frames = sequence.named(name) if isinstance(sequence, ArrayFrames) else sequence
+        check_any(frames)
+        yield frames
+        return
+    check_path(name, sequence, "a path, frames, or a Sequence(vertices, faces)")
+    theirs = _template(template)
+    try:
+        reader = open(sequence, **source)
+    except NoFacesError:
+        if theirs is None:
+            raise
+        source["faces"] = template
+        reader = open(sequence, **source)
+    with reader:
+        yield reader
+
+
+@contextmanager
+def opened_beside(sequence: OneSequence, name: str, source: Source) -> Iterator[Frames]:
+    """As :func:`opened`, for one of several files that share faces and the path of their mesh.
+
+    The faces are for a file that holds none, and the path for one with several meshes.
+    """
+    own: Source = {**source}
+    faces, prim = own.pop("faces", None), own.pop("prim", None)
+    if isinstance(sequence, str | os.PathLike) and format_of(sequence).meshes is not None:
+        own["prim"] = prim
+    with opened(sequence, name, faces, **own) as reader:
+        yield reader
+
+
+def open_like(path: PathLike, like: Frames) -> Stored:
+    """Opens a file that is to have the mesh of other frames, whose faces it may lack.
+
+    Of a scene, it is the mesh at the same path, or else the only one that moves.
+    """
+    if not (meshes := meshes_of(path)):
+        try:
+            return open(path)
+        except NoFacesError:
+            return open(path, faces=like.faces)
+    wanted = like.header.name
+    if wanted in meshes:
+        return open(path, prim=wanted)
+    moving = [mesh for mesh, moves in meshes.items() if moves]
+    if len(moving) > 1:
+        raise InputError(
+            f"has no mesh '{wanted}', as {like.path} has; those that move are {some_of(moving)}",
+            file=Path(path),
+        )
+    return open(path)
+
+
+def _template(faces: Any) -> Template | None:
+    if faces is None:
+        return None
+    if isinstance(faces, np.ndarray | list | tuple):
+        return Template(*split_faces(faces), None)
+    check_path("faces", faces, "an array, a list or a path")
+    with open(faces) as reader:
+        return template_of(reader)

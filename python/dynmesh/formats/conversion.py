@@ -1,0 +1,137 @@
+"""Choosing, turning and scaling frames of a sequence."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Positions
+from .._checks import check_positive
+from .._errors import InputError, locating
+from ..frames import Frame
+from ..header import Header
+from .times import check_slice, frame_numbers, indices_of
+from .units import agreed, metres_of
+
+Axis: TypeAlias = Literal["x", "y", "z"]
+Unit: TypeAlias = float | str
+"""The name of a unit of length, or its metres."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What is asked of a conversion; :func:`dynmesh.convert_file` explains the attributes.
+
+    Raises:
+        TypeError, ValueError: no sequence can be changed so; the rest is checked with a sequence.
+    """
+
+    frames: slice | range | None = None
+    up: Axis | None = None
+    unit: Unit | None = None
+    to_up: Axis | None = None
+    to_unit: Unit | None = None
+    scale: float | None = None
+    fps: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuses what no sequence can have."""
+        if self.frames is not None:
+            check_slice("frames", self.frames)
+        for name in ("up", "to_up"):
+            axis = getattr(self, name)
+            if axis not in (None, "x", "y", "z"):
+                told = f"must be 'x', 'y' or 'z', not {axis!r}"
+                raise InputError(told, argument=name, value=axis)
+        for name in ("unit", "to_unit"):
+            if getattr(self, name) is not None:
+                metres_of(getattr(self, name), name)
+        for name in ("scale", "fps"):
+            if getattr(self, name) is not None:
+                check_positive(name, getattr(self, name))
+
+    def of(self, header: Header) -> tuple["Conversion", range]:
+        """What becomes of a sequence with this header, and the indices of the frames it takes.
+
+        Raises:
+            ValueError: there are no such frames, the file states another axis or unit, or one is
+                needed that nothing states.
+        """
+        indices = range(header.n_frames)
+        if self.frames is not None:
+            numbers = frame_numbers(header)
+            indices = indices_of(numbers, self.frames)
+            numbers = numbers[indices]
+            times = None if header.times is None and indices.step == 1 else numbers
+            header = replace(header, n_frames=len(indices), start=float(numbers[0]), times=times)
+        up, metres = header.up_axis, agreed(header.metres_per_unit, self.unit, "unit")
+        if self.up is not None and up not in (None, self.up):
+            told = f"the file states {up}, not {self.up}"
+            raise InputError(told, argument="up", value=self.up)
+        up = self.up or up
+        turn, factor = np.eye(3), float(self.scale or 1.0)
+        if self.to_up is not None:
+            if up is None:
+                raise _unknown("up axis", "up", "to_up")
+            turn = _turn("xyz".index(up), "xyz".index(self.to_up))
+            up = self.to_up
+        if self.to_unit is not None:
+            if metres is None:
+                raise _unknown("unit of length", "unit", "to_unit")
+            factor *= metres / metres_of(self.to_unit)
+            metres = metres_of(self.to_unit)
+        fps = self.fps or header.fps
+        made = replace(header, up_axis=up, metres_per_unit=metres, fps=fps)
+        return Conversion(made, turn, factor), indices
+
+
+@dataclass(frozen=True, eq=False)
+class Conversion:
+    """What becomes of the frames of a sequence.
+
+    Attributes:
+        header: that of the result.
+        turn: (3, 3), the rotation of the points.
+        factor: by which they are scaled.
+    """
+
+    header: Header
+    turn: NDArray[np.float64]
+    factor: float
+
+    def frames(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """Yields the frames of the result, for all frames of the sequence."""
+        for number, frame in enumerate(frames):
+            with locating(frame=number):
+                points = self.moved(frame.points)
+            errors = frame.standard_error
+            scaled = None if errors is None else errors * np.float32(self.factor)
+            yield replace(frame, points=points, standard_error=scaled)
+
+    def moved(self, points: Positions) -> Positions:
+        """Turns and scales points."""
+        if self.factor == 1 and np.array_equal(self.turn, np.eye(3)):
+            return points
+        with np.errstate(invalid="ignore", over="ignore"):  # missing ones may be infinite
+            moved = points.astype(np.float64) @ self.turn.T * self.factor
+            made = moved.astype(points.dtype)
+        if (np.isinf(made) & np.isfinite(points)).any():
+            raise InputError(
+                f"takes points out of the range of {points.dtype}, by a factor of {self.factor:g}",
+                argument="scale",
+            )
+        return made
+
+
+def _turn(one: int, other: int) -> NDArray[np.float64]:
+    """The quarter turn that takes one axis to another one."""
+    turn = np.eye(3)
+    if one != other:
+        turn[:, one], turn[:, other] = np.eye(3)[other], -np.eye(3)[one]
+    return turn
+
+
+def _unknown(what: str, remedy: str, argument: str) -> InputError:
+    return InputError(f"the file states no {what}; give it by `{remedy}`", argument=argument)

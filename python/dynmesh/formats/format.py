@@ -1,0 +1,174 @@
+"""File formats: their readers and writers, faces for files without, and one mesh of several."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._errors import InputError, naming
+from .._report import listed, some_of
+from ..frames import Frame, Stored
+from ..header import Header
+from ..polygons import Polygons
+from .comments import Metadata
+
+Write: TypeAlias = Callable[[Path, Header, Iterable[Frame]], Iterable[str] | None]
+Gaps: TypeAlias = Literal["refuse", "lost"]
+"""What becomes of frames whose file is missing: an error, or frames without observations."""
+
+
+OTHER_MESHES = (
+    "missing vertices keep their places, as NaN or zeros; dynmesh track follows one mesh through "
+    "frames that are not of the same vertices"
+)
+HOLDS_FACES = "holds its faces; faces can be given only for files that hold none"
+
+_NOT_TAKEN = {
+    "faces": HOLDS_FACES,
+    "prim": "holds a single mesh; prim is only for USD and Alembic",
+    "gaps": "gaps is only for one file per frame; mark vertices that were not observed as missing",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Template:
+    """A mesh that provides the faces of a file without faces."""
+
+    faces: NDArray[np.integer[Any]]
+    polygons: Polygons | None
+    n_vertices: int | None
+    """None if only faces were given."""
+    metadata: Metadata = field(default_factory=Metadata)
+    files: tuple[Path, ...] = ()
+    """Those that it was read from."""
+
+
+def template_of(reader: Stored) -> Template:
+    """The mesh that is read to provide its faces."""
+    header = reader.header
+    metadata = Metadata(header.up_axis, header.metres_per_unit)
+    return Template(header.faces, header.polygons, header.n_vertices, metadata, tuple(reader.files))
+
+
+class NoFacesError(InputError):
+    """The file holds no faces, and none were given."""
+
+
+def find_template(
+    given: Template | None, n_vertices: int, beside: Mapping[Path, Callable[[Path], Template]]
+) -> Template:
+    """Returns the mesh that provides the faces of a file with so many vertices.
+
+    If none is given, it is read from the first of the files `beside` that exists.
+
+    Raises:
+        OSError: a file beside it cannot be read.
+        ValueError: there is no mesh, or it has another number of vertices.
+    """
+    there = [path for path in beside if path.exists()]
+    if given is None and not there:
+        names = " or ".join(path.name for path in beside)
+        raise NoFacesError(
+            f"holds only positions{f', and there is no {names} beside it' if names else ''}; "
+            "give a mesh with its faces; dynmesh track takes scans"
+        )
+    template = given
+    if template is None:
+        with naming(there[0]):
+            template = beside[there[0]](there[0])
+    if template.n_vertices not in (None, n_vertices):
+        raise ValueError(
+            f"has {n_vertices} vertices, but the mesh with its faces has {template.n_vertices}"
+        )
+    return template
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format.
+
+    Attributes:
+        name: by which users choose the format, such as "npz".
+        suffixes: of file names, in lower case, such as ".npz".
+        read: opens the frames of a file, of a path and what it takes.
+        write: writes frames to a path, in a folder that is moved to where it belongs when all
+            frames are written (see :func:`destination_of`), and returns remarks for the user; None
+            if the format can only be read.
+        keeps: what the format stores beside faces and positions of float32: "known", masks, without
+            which unknown positions are stored as NaN; "provenance", generation, age and standard
+            errors; "texture", texture coordinates; and "float64".
+        takes: which keywords `read` takes: "faces", a `Template`; "prim", the path of one mesh
+            among several; "gaps", what becomes of missing frames, of one file per frame.
+        library: the module that the format needs, and the extra that installs it; None if it needs
+            none.
+        meshes: the paths of all meshes of a file, and whether each moves; None if a file holds a
+            single mesh.
+        overlay: writes a layer that changes one mesh of a scene and nothing else; None if the
+            format has no layers.
+        existing: those that exist of the files that writing to a path may replace or remove; None
+            if it is one file.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Callable[..., Stored]
+    write: Write | None = None
+    keeps: frozenset[str] = frozenset()
+    takes: frozenset[str] = frozenset()
+    library: tuple[str, str] | None = None
+    meshes: Callable[[Path], Mapping[str, bool]] | None = None
+    overlay: Write | None = None
+    existing: Callable[[Path, Header], list[Path]] | None = None
+
+    @property
+    def is_per_frame(self) -> bool:
+        """Whether a file holds one frame."""
+        return "gaps" in self.takes
+
+    def open(self, path: Path, **given: Any) -> Stored:
+        """Opens a sequence with these keywords, and refuses what `read` does not take."""
+        for name, value in given.items():
+            if name not in self.takes and value not in (None, "refuse"):
+                raise ValueError(_NOT_TAKEN[name])
+        return self.read(path, **{name: given[name] for name in self.takes})
+
+
+def not_written(header: Header, held: Iterable[str]) -> list[str]:
+    """Says what the file of a mesh holds that is not written, but for what is held."""
+    source = header.mesh_file
+    lost = set() if source is None else {*source.holds} - {*held}
+    if source is None or not lost:
+        return []
+    return [f"{listed(sorted(lost))} of {source.path.name} are not written"]
+
+
+def choose_mesh(meshes: Mapping[str, bool], prim: str | None) -> str:
+    """Chooses a mesh by its path, else the only one that moves, else the only one."""
+    if not meshes:
+        raise ValueError("contains no polygon mesh")
+    if prim is not None:
+        if prim not in meshes:
+            raise InputError(
+                f"has no mesh {prim!r}; the meshes are {some_of(list(meshes))}",
+                argument="prim",
+                value=prim,
+            )
+        return prim
+    candidates = [path for path, moves in meshes.items() if moves] or list(meshes)
+    if len(candidates) > 1:
+        raise InputError(
+            f"contains several meshes; choose one by its path: {some_of(candidates)}",
+            argument="prim",
+        )
+    return candidates[0]
+
+
+def check_same_faces(first: Polygons, later: Polygons, when: str) -> None:
+    """Raises an error, with `when`, unless later faces equal those of the first frame."""
+    if not all(np.array_equal(one, other) for one, other in zip(first, later, strict=True)):
+        raise ValueError(
+            f"{when}: the faces differ from those of the first frame, but must not change"
+        )

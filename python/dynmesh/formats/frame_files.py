@@ -1,0 +1,152 @@
+"""What all formats with one file per frame share."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .._errors import naming
+from ..attributes import ATTRIBUTES, flags_of
+from ..frames import FileFrames, Frame, Indices
+from ..header import Header, MeshFile, numbers_of
+from ..polygons import Polygons, as_polygons, split_polygons
+from .comments import Metadata
+from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
+from .numbered import find_files, names_to_write, numbered_like
+from .output import destination_of
+from .times import numbers_of_files, timing_of
+
+
+class FilePerFrame(FileFrames):
+    """A sequence in one file per frame.
+
+    The first file determines what all files must have: the number of vertices, and the same faces
+    or none, since scanners write only points. The up axis and the unit are taken from it alone. A
+    subclass reads one file.
+    """
+
+    suffix: ClassVar[str]
+
+    def __init__(self, path: Path, *, faces: Template | None = None, gaps: Gaps = "refuse") -> None:
+        """Finds the files and reads the first, for which `faces` are if it holds none."""
+        self._files, numbers = find_files(path, self.suffix, gaps)
+        n_frames, present = len(self._files), [file for file in self._files if file is not None]
+        self._first = present[0]
+        with naming(self._first):
+            frame, polygons, metadata = self._load(self._first)
+            k = len(frame.points)
+            if k == 0:
+                raise ValueError("has no vertices")
+            if len(polygons.sizes) == 0:
+                template = find_template(faces, k, {})
+                polygons = as_polygons(template.faces, template.polygons)
+            elif faces is not None:
+                raise ValueError(HOLDS_FACES)
+            self._polygons = polygons
+            triangles, polygons_or_none = split_polygons(polygons)
+            header = Header(
+                faces=triangles,
+                n_frames=n_frames,
+                n_vertices=k,
+                dtype=frame.points.dtype,
+                polygons=polygons_or_none,
+                mesh_file=MeshFile.of(self._first, self._held_beside(self._first)),
+                **timing_of(numbers),
+                **metadata._asdict(),
+                **flags_of(frame.attributes()),
+            )
+        lost = frozenset(number for number, file in enumerate(self._files) if file is None)
+        super().__init__(path, header, present, lost)
+
+    @abstractmethod
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
+        """Reads one file; without polygons if the file holds only points."""
+
+    @abstractmethod
+    def _held_beside(self, file: Path) -> set[str]:
+        """Returns what a file holds beside positions, polygons and attributes, in words."""
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        for number in numbers:
+            file = self._files[number]
+            if file is None:
+                yield self._lost_frame()
+                continue
+            with naming(file):
+                frame, polygons, metadata = self._load(file)
+                self._compare(frame, polygons, metadata)
+            yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
+
+    def _lost_frame(self) -> Frame:
+        """A frame in which nothing was observed."""
+        k = self.n_vertices
+        attributes: dict[str, Any] = {
+            name: np.full(k, row.absent, row.dtype) for name, row in self.header.attributes.items()
+        }
+        return Frame(np.full((k, 3), np.nan, self.dtype), **attributes)
+
+    def _compare(self, frame: Frame, polygons: Polygons, metadata: Metadata) -> None:
+        """Raises an error unless a frame matches the first one."""
+        first = self._first.name
+        n_vertices, n_faces = len(frame.points), len(polygons.sizes)
+        if n_vertices != self.n_vertices:
+            raise ValueError(
+                f"has {n_vertices} vertices, but {first} has {self.n_vertices}; {OTHER_MESHES}"
+            )
+        if n_faces not in (0, len(self._polygons.sizes)):
+            raise ValueError(f"has {n_faces} faces, but {first} has {len(self._polygons.sizes)}")
+        if n_faces and not all(map(np.array_equal, polygons, self._polygons)):
+            raise ValueError(f"its {n_faces} faces are not those of {first}")
+        if not np.can_cast(frame.points.dtype, self.dtype):
+            raise ValueError(f"its positions are {frame.points.dtype}, but {self.dtype} in {first}")
+        found = frame.attributes()
+        for name, row in ATTRIBUTES.items():
+            wanted = name in self.header.attributes
+            if (name in found) != wanted:
+                raise ValueError(f"has {'no ' if wanted else ''}{row.what}, unlike {first}")
+        ours, theirs = metadata.standard_error_of, self.header.standard_error_of
+        if self.header.has_standard_error and ours != theirs:
+            raise ValueError(f"has standard errors of the {ours}, but {first} of the {theirs}")
+
+
+def write_frames(
+    path: Path,
+    header: Header,
+    frames: Iterable[Frame],
+    save: Callable[[Path, Frame], None],
+) -> list[str]:
+    """Writes one file per frame, which are numbered as :func:`numbers_of_files` says.
+
+    Args:
+        path: the pattern of the names, or the file of a single frame.
+        header: of the frames.
+        frames: in their order.
+        save: writes one file.
+    """
+    names = names_to_write(path, path.suffix)
+    numbers = numbers_of_files(header, names)
+    if header.n_frames > 1 and not names.numbered:
+        pattern = numbered_like(path.name) or f"{path.stem}_%04d{path.suffix}"
+        raise ValueError(f"one file holds one frame, not {header.n_frames}: write {pattern}")
+    folder = destination_of(path).parent
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} exists and is not a folder")
+    if len(header.faces) == 0:
+        raise ValueError("the sequence has no faces, which the first file needs")
+    for number, frame in zip(numbers, frames, strict=True):
+        save(path.with_name(names.name(number)), frame)
+    if not names.numbered or numbers == numbers_of(header, header.n_frames).tolist():
+        return []
+    return [
+        "the files are numbered from 0, not with the numbers of its frames, which are read back as "
+        "other ones or as gaps"
+    ]
+
+
+def mesh_file_of(header: Header, suffix: str) -> Path | None:
+    """The file of a format that holds more than positions and faces, if there is one."""
+    source = header.mesh_file
+    return source.path if source and source.path.suffix.lower() == suffix else None

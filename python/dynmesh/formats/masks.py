@@ -1,0 +1,124 @@
+"""Known masks that are not stored in the file with the positions."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Mask
+from .._checks import as_array, check_path
+from .._errors import InputError, locating, naming, of_library
+from ..attributes import ATTRIBUTES, as_mask
+from ..frames import FileFrames, Frame, Indices, Stored
+from ..header import Header
+from .npz import array_in
+from .rows import read_header
+from .text import lines_in, number_of, words_in
+from .times import index_of
+
+
+class MaskedFrames(FileFrames):
+    """A sequence whose known masks are given, or derived from positions of zero, or both."""
+
+    def __init__(
+        self, reader: Stored, known: Mask | str | PathLike[str] | None, *, zero_is_missing: bool
+    ) -> None:
+        """Takes ownership of `reader`, which :meth:`close` closes."""
+        self._reader = reader
+        self.is_given = known is not None
+        self._zero_is_missing = zero_is_missing
+        shape = (reader.n_frames, reader.n_vertices)
+        self._mask_files = [Path(known)] if isinstance(known, str | PathLike) else []
+        self._known: Mask | None = None
+        self._damaged: Damaged = {}
+        if self._mask_files and self._mask_files[0].suffix.lower() not in (".npy", ".npz"):
+            self._damaged = _listed(self._mask_files[0], reader.header)
+        elif known is not None:
+            self._known = _load(known, shape)
+        read = [*reader.files, *self._mask_files]
+        super().__init__(reader.path, replace(reader.header, has_known=True), read, reader.lost)
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        frames = self._reader.frames_at(numbers)
+        for number, frame in zip(numbers, frames, strict=True):
+            finite: Mask = np.asarray(np.isfinite(frame.points).all(axis=1))
+            known = finite if frame.known is None else frame.known
+            if self._known is not None:
+                file = self._mask_files[0] if self._mask_files else None
+                with locating(frame=self.header.number(number), file=file):
+                    known = as_mask(np.array(self._known[number]))
+                    if 0 < finite.sum() < finite.size and (known == ~finite).all():
+                        told = "just the vertices that are not finite are known: is it inverted?"
+                        raise InputError(told, argument="known")
+            for listed in (None, number):
+                if listed in self._damaged:
+                    known = known.copy()
+                    known[self._damaged[listed]] = False
+            if self._zero_is_missing:
+                known = np.asarray(known & (frame.points != 0).any(axis=1), np.bool_)
+            if number in self.lost:
+                known = np.zeros_like(known)
+            yield replace(frame, known=known)
+
+    def close(self) -> None:
+        """Closes the file."""
+        self._reader.close()
+
+
+Damaged: TypeAlias = dict[int | None, NDArray[np.int64]]
+"""Vertices that are not known, by the frame, counted from 0; None stands for all frames."""
+
+
+def _listed(path: Path, header: Header) -> Damaged:
+    """Reads a text file with lines "frame vertex vertex ...", in which * stands for all frames.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: a line is not as it should be; the message names it.
+    """
+    found: dict[int | None, list[int]] = {}
+    with naming(path):
+        for number, line in enumerate(lines_in(path), 1):
+            words = words_in(line)
+            if not words:
+                continue
+            try:
+                frame = None if words[0] == "*" else number_of(words[0], number)
+                vertices = [number_of(word, number) for word in words[1:]]
+                if any(vertex % 1 for vertex in vertices):
+                    raise ValueError(line)
+            except ValueError:
+                told = f"line {number}: must be a frame, or *, and numbers of vertices"
+                raise InputError(f"{told}, not {line[:60]!r}") from None
+            at = None if frame is None else index_of(header, frame, f"line {number}")
+            outside = [vertex for vertex in vertices if not 0 <= vertex < header.n_vertices]
+            if outside:
+                raise InputError(
+                    f"line {number}: there is no vertex {outside[0]:.15g}, only 0 to "
+                    f"{header.n_vertices - 1}"
+                )
+            found.setdefault(at, []).extend(map(int, vertices))
+    return {at: np.array(own, np.int64) for at, own in found.items()}
+
+
+def _load(known: Any, shape: tuple[int, int]) -> Mask:
+    known = as_array("known", known)
+    if isinstance(known, np.ndarray):
+        ATTRIBUTES["known"].check(known.dtype, known.shape, shape)
+        return known
+    check_path("known", known, "a numpy array or a path")
+    path = Path(known)
+    with naming(path):
+        if path.suffix.lower() == ".npz":
+            mask: Mask = array_in(path, "known")
+        else:
+            with of_library("is not a .npy file with a mask"):
+                with path.open("rb") as file:
+                    read_header(file)  # numpy would allocate memory without checking
+                mask = np.asanyarray(np.load(path, mmap_mode="r", allow_pickle=False))
+        ATTRIBUTES["known"].check(mask.dtype, mask.shape, shape)
+    return mask

@@ -1,0 +1,97 @@
+"""The arrays of a sequence by name, as in dynmesh's own archives and in HDF5 files.
+
+`vertices` and the attributes of vertices have one row per frame; all others exist once.
+"""
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._errors import InputError
+from ..attributes import ATTRIBUTES, check_needed, flags_of
+from ..frames import Frame
+from ..header import Header, check_faces, check_vertices
+from ..polygons import Polygons
+
+per_frame = ("vertices", *ATTRIBUTES)
+single = ("fps", "up_axis", "name", "start", "metres_per_unit", "standard_error_of")
+once = ("faces", "polygon_sizes", "polygon_corners", "times", *single)
+
+
+def header_of(
+    names: Collection[str],
+    kind_of: Callable[[str], tuple[tuple[int, ...], np.dtype[Any]]],
+    array_of: Callable[[str], NDArray[Any]],
+) -> Header:
+    """Reads the header of a file with arrays of these names.
+
+    `kind_of` returns the shape and the dtype of an array, and `array_of` one without a row per
+    frame.
+
+    Raises:
+        TypeError, ValueError: the arrays are not a valid sequence.
+    """
+    for needed in ("vertices", "faces"):
+        if needed not in names:
+            raise ValueError(
+                f"has no array '{needed}': a sequence holds vertices, faces and, "
+                f"optionally, known and fps; this file holds {', '.join(sorted(names)) or 'none'}"
+            )
+    if ("polygon_sizes" in names) != ("polygon_corners" in names):
+        raise ValueError("polygon_sizes, polygon_corners: must be given both or neither")
+    check_needed(names)
+    shape, dtype = kind_of("vertices")
+    check_vertices(dtype, shape)
+    faces = array_of("faces")
+    if "polygon_sizes" in names:  # which tell what was cut into these triangles
+        check_faces(faces.dtype, faces.shape)
+    for name, row in ATTRIBUTES.items():
+        if name in names:
+            own_shape, own_dtype = kind_of(name)
+            row.check(own_dtype, own_shape, shape[:2])
+
+    told: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
+    for name, array in told.items():
+        is_number, one = array.dtype.kind in "fiu", name != "times"
+        if name in ("up_axis", "name", "standard_error_of"):
+            told[name] = str(array)
+        elif is_number and (not one or array.size == 1):
+            told[name] = array.item() if one else array.astype(np.float64)
+        else:
+            what = "one number" if one else "numbers"
+            kind = f"{array.dtype} of shape {array.shape}"
+            raise InputError(f"must be {what}, not {kind}", argument=name)
+    if "polygon_sizes" in names:
+        told["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
+    n_frames, n_vertices, _ = shape
+    dtype = dtype.newbyteorder("=")
+    return Header(faces, n_frames, n_vertices, dtype, **told, **flags_of(names))
+
+
+def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
+    """Returns the shape and the dtype of each array with one row per frame."""
+    shape = (header.n_frames, header.n_vertices)
+    attributes = {name: (shape, row.dtype) for name, row in header.attributes.items()}
+    return {"vertices": ((*shape, 3), header.dtype), **attributes}
+
+
+def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
+    """Returns the row that the frame adds to each of these arrays."""
+    attributes = frame.attributes().items()
+    return {
+        "vertices": frame.points,
+        **{name: values.astype(ATTRIBUTES[name].dtype) for name, values in attributes},
+    }
+
+
+def arrays_once(header: Header) -> dict[str, Any]:
+    """Returns the arrays that exist once."""
+    arrays: dict[str, Any] = {"faces": header.faces, **header.described()}
+    arrays["start"] = header.start or None
+    if not header.has_standard_error:
+        del arrays["standard_error_of"]
+    if polygons := arrays.pop("polygons"):
+        arrays["polygon_sizes"], arrays["polygon_corners"] = polygons
+    return {name: array for name, array in arrays.items() if array is not None}

@@ -1,0 +1,140 @@
+"""`.npz`: an archive of numpy arrays, dynmesh's own format.
+
+It holds `vertices`, `faces` and, optionally, the other attributes of a :class:`dynmesh.Sequence`,
+with the same names; polygons are `polygon_sizes` and `polygon_corners`.
+"""
+
+import contextlib
+import errno
+import shutil
+import zipfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from .._errors import DynmeshError, InputError
+from .._report import listed
+from ..frames import Frame, Indices
+from ..header import Header
+from .format import Format
+from .named import arrays_once, header_of, kinds_per_frame, per_frame
+from .rows import Rows, RowsFrames, write_rows
+
+most_deflated = 1032
+"""Largest ratio of the size of an uncompressed member to the size of the archive."""
+
+
+class NpzFrames(RowsFrames):
+    """A sequence in an archive of arrays."""
+
+    def __init__(self, path: Path) -> None:
+        """Opens the archive and reads everything except the frames."""
+        with contextlib.ExitStack() as stack, explaining():
+            self._archive = stack.enter_context(zipfile.ZipFile(path))
+            check_members(self._archive, path)
+            super().__init__(path, self._header())
+            stack.pop_all()  # the archive stays open
+
+    def _header(self) -> Header:
+        names = {name.removesuffix(".npy") for name in self._archive.namelist()}
+        self._arrays = [name for name in per_frame if name in names]
+        return header_of(names, self._kind, self._array)
+
+    def _kind(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
+        with self._open_rows(name) as rows:
+            return rows.shape, rows.dtype
+
+    def _array(self, name: str) -> NDArray[Any]:
+        with self._open_rows(name) as rows:
+            return rows.whole()
+
+    @contextlib.contextmanager
+    def _open_rows(self, name: str) -> Iterator[Rows]:
+        """Opens the array with that name, whose size must be as its header declares."""
+        member = self._archive.getinfo(f"{name}.npy")
+        with self._archive.open(member) as file:
+            try:
+                rows = Rows(file, member.file_size)
+            except ValueError as error:
+                raise InputError(f"{error}", argument=name) from error
+            yield rows
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        with explaining():
+            yield from super()._frames(numbers)
+
+    def close(self) -> None:
+        """Closes the archive."""
+        self._archive.close()
+
+
+def write_npz(path: Path, header: Header, frames: Iterable[Frame]) -> None:
+    """Writes an archive of arrays.
+
+    The members of an archive are written one after another. Therefore each array with a row per
+    frame is kept in its own file until the end.
+    """
+    files = {name: path.with_name(f"{name}.npy") for name in kinds_per_frame(header)}
+    write_rows(files, header, frames)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays_once(header).items():
+            with archive.open(f"{name}.npy", "w") as member:
+                npy.write_array(member, np.asanyarray(array), allow_pickle=False)
+        for name, file in files.items():
+            # Unlike archive.write, this stores no time, so equal sequences give equal bytes.
+            member = archive.open(f"{name}.npy", "w", force_zip64=True)
+            with file.open("rb") as rows, member:
+                shutil.copyfileobj(rows, member, 1 << 20)
+            file.unlink()
+
+
+def check_members(archive: zipfile.ZipFile, file: Path) -> None:
+    """Refuses members that are misnamed by damage, or would be larger than the archive."""
+    size = file.stat().st_size
+    for member in archive.infolist():
+        archive.open(member).close()  # compares its two names
+        known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+        if known and member.file_size > most_deflated * size:
+            raise ValueError(
+                f"is damaged: {member.filename} would have {member.file_size} bytes, "
+                f"but the archive has {size}"
+            )
+
+
+def array_in(path: Path, name: str) -> NDArray[Any]:
+    """Reads one array of an archive.
+
+    Raises:
+        ValueError: there is none of this name, or the archive is damaged.
+    """
+    with explaining(), zipfile.ZipFile(path) as archive:
+        check_members(archive, path)
+        names = [member.removesuffix(".npy") for member in archive.namelist()]
+        if name not in names:
+            raise InputError(f"has no array {name!r}, but {listed(names)}")
+        member = archive.getinfo(f"{name}.npy")
+        with archive.open(member) as file:
+            return Rows(file, member.file_size).whole()
+
+
+@contextlib.contextmanager
+def explaining() -> Iterator[None]:
+    """Reports what a damaged archive makes Python raise as a ValueError."""
+    try:
+        yield
+    except OSError as error:
+        # EINVAL is raised for an offset before the start, none for what is not bzip2.
+        if error.errno not in (None, errno.EINVAL):
+            raise
+        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
+    except (ValueError, DynmeshError):
+        raise
+    except Exception as error:  # of any kind if the file is damaged
+        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
+
+
+npz = Format("npz", (".npz",), NpzFrames, write_npz, frozenset({"known", "provenance", "float64"}))

@@ -1,0 +1,133 @@
+"""OBJ: one text file per frame, as modelling programs exchange them.
+
+Positions and faces are read. Texture coordinates, colours, groups and materials, which dynmesh does
+not interpret, are kept where the input is OBJ too; normals are not, as they follow from the
+positions. Comments at the beginning state the up axis and the length of a unit.
+"""
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from .._core import parse_obj
+from ..frames import Frame
+from ..header import TEXTURE, Header
+from ..polygons import Polygons, as_polygons
+from .comments import Metadata, comments_of, metadata_in
+from .format import Format, not_written
+from .frame_files import FilePerFrame, mesh_file_of, write_frames
+from .output import destination_of, seen_from
+
+_KINDS = {
+    b"vt": "texture coordinates",
+    b"vn": "normals",
+    b"usemtl": "materials",
+    b"g": "groups",
+    b"o": "groups",
+}
+
+
+class ObjFrames(FilePerFrame):
+    """A sequence in OBJ files."""
+
+    suffix = ".obj"
+
+    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
+        points, sizes, corners, comments = parse_obj(file.read_bytes())
+        return Frame(points), Polygons(sizes, corners), metadata_in(comments)
+
+    def _held_beside(self, file: Path) -> set[str]:
+        lines = [words for line in _lines(file) if (words := line.split())]
+        found = {_KINDS[words[0]] for words in lines if words[0] in _KINDS}
+        if any(words[0] == b"v" and len(words) == 7 for words in lines):
+            found.add("colours")
+        return found
+
+
+def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+    """Writes a sequence of OBJ files. Unknown vertices are written as NaN."""
+    source = mesh_file_of(header, ".obj")
+    if source is not None:
+        before, after = _around(source, destination_of(path).parent)
+        held = {*header.mesh_file.holds} - {"normals"} if header.mesh_file else set()
+    else:
+        before, after = ["", *["\n"] * (header.n_vertices - 1)], _faces_of(header)
+        held = set() if header.texture is None else {TEXTURE}
+    comments = "".join(f"# {line}\n" for line in comments_of(header))
+    before[0] = comments + before[0]
+
+    def save(file: Path, frame: Frame) -> None:
+        with file.open("w", encoding="latin-1", newline="") as lines:
+            lines.writelines(
+                f"{text}v {x!r} {y!r} {z!r}"  # whose digits read back the same double
+                for text, (x, y, z) in zip(before, frame.points.tolist(), strict=True)
+            )
+            lines.write(after)
+
+    return [*write_frames(path, header, frames, save), *not_written(header, held)]
+
+
+def _faces_of(header: Header) -> str:
+    """The lines of faces, and of texture coordinates if there are any."""
+    sizes, corners = as_polygons(header.faces, header.polygons)
+    names, lines = (corners + 1).astype(str).astype(object), ["\n"]
+    if header.texture is not None:
+        places, own = np.unique(header.texture, axis=0, return_inverse=True)
+        lines += [f"vt {u!r} {v!r}\n" for u, v in places.tolist()]
+        names += "/" + (own.reshape(-1) + 1).astype(str).astype(object)
+    faces = np.split(names, np.cumsum(sizes)[:-1])
+    return "".join([*lines, *(f"f {' '.join(face)}\n" for face in faces)])
+
+
+def _around(file: Path, folder: Path) -> tuple[list[str], str]:
+    """Returns what stands before each vertex of a file, and what follows the last.
+
+    Normals are left out, and files of materials are named as seen from another folder.
+    """
+    before: list[str] = []
+    text: list[bytes] = []
+    for line in _lines(file):
+        keyword, *words = line.split() or [b""]
+        if keyword == b"v":
+            before.append(b"".join(text).decode("latin-1"))
+            text = [b" ".join([b"", *words[3:]]), b"\n"]  # such as its colour
+        elif keyword == b"f":
+            corners = (b"/".join(filter(None, word.split(b"/")[:2])) for word in words)
+            text += [b" ".join([keyword, *corners]), b"\n"]
+        elif keyword == b"mtllib" and words:
+            rest = line.split(None, 1)[1].strip()
+            # Several names, or one with spaces.
+            names = [rest] if (file.parent / os.fsdecode(rest)).is_file() else words
+            paths = [seen_from(folder, file.parent / os.fsdecode(name)) for name in names]
+            text.append(b"mtllib %s\n" % b" ".join(map(os.fsencode, paths)))
+        elif keyword != b"vn" and not _states_metadata(line):
+            text += [line, b"\n"]
+    return before, b"".join(text).decode("latin-1")
+
+
+def _lines(file: Path) -> list[bytes]:
+    """The lines of a file; those that continue the line before are joined to it."""
+    content = file.read_bytes().removeprefix(b"\xef\xbb\xbf")
+    content = re.sub(rb"\r\n?", b"\n", content)
+    # A comment that ends in a backslash is not continued.
+    continued = rb"\\(?:[ \t\v\f]+#.*|[ \t\v\f]*)\n|((?:^|(?<=[ \t\v\f]))#.*)"
+    return re.sub(continued, lambda found: found[1] or b" ", content, flags=re.M).splitlines()
+
+
+def _states_metadata(line: bytes) -> bool:
+    """Whether it is a comment that the writer makes itself."""
+    comment = line.lstrip(b"# ").decode("latin-1")
+    return line.startswith(b"#") and metadata_in([comment]) != Metadata()
+
+
+obj = Format(
+    "obj",
+    (".obj",),
+    ObjFrames,
+    write_obj,
+    frozenset({"texture", "float64"}),
+    frozenset({"faces", "gaps"}),
+)

@@ -1,0 +1,193 @@
+"""How an output appears under its name only when it is complete.
+
+It is made in a hidden folder beside it, which one process holds locked. Whatever ends a run, the
+older output is whole until the new one takes its place, and nothing else is left but the hidden
+folder. The next run to the same output removes it.
+"""
+
+import errno
+import os
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .._errors import InputError
+from .._report import listed
+from ..header import Header
+
+
+def unfinished_folder(output: Path) -> Path:
+    """Returns the folder in which an output is made."""
+    return output.with_name(f".{output.name}.unfinished")
+
+
+def destination_of(path: Path) -> Path:
+    """Where a file belongs that is made in the folder that :func:`making` yields."""
+    hidden = path.parent.parent
+    output = hidden.with_name(hidden.name.removeprefix(".").removesuffix(".unfinished"))
+    return output / path.name if path.parent.name == "all" else output.with_name(path.name)
+
+
+@contextmanager
+def making(output: Path, *, is_folder: bool = False) -> Iterator[Path]:
+    """Yields an empty hidden folder, in which this process alone makes an output.
+
+    Folders above it are created, too, and removed at the end if they stay empty. An output that
+    `is_folder` takes the place of that folder as a whole.
+
+    Raises:
+        BlockingIOError: another process is making the output.
+        OSError: the folder cannot be created or locked.
+    """
+    from filelock import FileLock, Timeout  # takes a while
+
+    hidden = unfinished_folder(output)
+    missing = [above for above in hidden.parents if not above.exists()]
+    lock = FileLock(hidden / "lock", blocking=False, thread_local=False)
+    while not lock.is_locked:
+        hidden.parent.mkdir(parents=True, exist_ok=True)
+        if os.path.lexists(hidden) and (hidden.is_symlink() or not hidden.is_dir()):
+            raise NotADirectoryError(f"{hidden}: is not a folder; remove it")
+        hidden.mkdir(exist_ok=True)
+        with suppress(FileNotFoundError):  # the process that had it has just removed it
+            try:
+                lock.acquire()
+            except Timeout:
+                raise BlockingIOError(f"{output}: is being written by another process") from None
+    try:
+        _clear(hidden, output)
+        folder = hidden / ("all" if is_folder else "new")
+        folder.mkdir()
+        yield folder
+    finally:
+        with suppress(OSError):
+            _clear(hidden, output)
+        with suppress(OSError):  # Windows keeps a file that is open
+            (hidden / "lock").unlink()
+        lock.release()
+        for above in (hidden, *missing):
+            with suppress(OSError):  # it is not empty
+                above.rmdir()
+
+
+def _clear(hidden: Path, output: Path) -> None:
+    """Removes what is unfinished, and puts an older output back that nothing has replaced yet."""
+    if (hidden / "old").exists() and not output.exists():
+        (hidden / "old").rename(output)
+    for name in ("new", "all", "old"):
+        shutil.rmtree(hidden / name, ignore_errors=True)
+
+
+def exchange(made: Path, output: Path) -> None:
+    """Puts the folder that :func:`making` has yielded in the place of an output that is a folder.
+
+    A process that is killed in between leaves the older one in the hidden folder, from where the
+    next run puts it back.
+    """
+    if output.exists():
+        shutil.copymode(output, made)
+        output.rename(made.with_name("old"))
+    made.rename(output)
+
+
+def seen_from(folder: Path, file: Path) -> str:
+    """Names a file relative to a folder in which a file that refers to it is made."""
+    try:  # without following links, as USD does
+        return f"./{Path(os.path.relpath(file, folder)).as_posix()}"
+    except ValueError:  # on another drive of Windows
+        return file.absolute().as_posix()
+
+
+def check_folder(path: Path) -> None:
+    """Refuses a path that is to be written below something that is not a folder."""
+    above = next((folder for folder in path.parents if os.path.lexists(folder)), None)
+    if above is not None and not above.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, f"{above} is not a folder", str(path))
+
+
+def exists_already(path: Path) -> FileExistsError:
+    """The error for a file that stays unless `overwrite` is set."""
+    return FileExistsError(f"{path}: exists already; `overwrite` replaces it")
+
+
+def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Refuses to replace one of the files that are read, whichever path names it."""
+    read = set(map(identity, inputs))
+    for file in existing:
+        if identity(file) in read:
+            raise ValueError(f"{file}: is the input; writing over it would lose it")
+
+
+def identity(file: Path) -> tuple[int, int]:
+    """Identifies a file, whichever path names it."""
+    found = file.stat()
+    return found.st_dev, found.st_ino
+
+
+def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()) -> None:
+    """Refuses a path that a file that is not a sequence, such as a page, cannot be written to.
+
+    Raises:
+        OSError: it would be in a file, or the file exists and `overwrite` is not set.
+        ValueError: the path has none of these suffixes, or it is one of the `inputs`.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise InputError(f"{path}: must end in {listed(suffixes, 'or')}")
+    check_folder(path)
+    if path.exists():
+        refuse_inputs([path], inputs)
+        if not overwrite:
+            raise exists_already(path)
+
+
+@contextmanager
+def new_output(
+    path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()
+) -> Iterator[Path]:
+    """Checks the path of such a file, and yields a hidden one, which becomes it at the end.
+
+    Raises:
+        OSError, ValueError: the errors of :func:`check_output` and :func:`making`.
+    """
+    check_output(path, overwrite, *suffixes, inputs=inputs)
+    with blaming(path, path), making(path) as folder:
+        yield folder / path.name
+        check_output(path, overwrite, *suffixes)  # another process may have written it
+        (folder / path.name).replace(path)
+
+
+@contextmanager
+def blaming(path: Path, output: Path) -> Iterator[None]:
+    """Names a path in errors of the system, unless they name another file than a hidden one."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:
+            if isinstance(error, BlockingIOError | FileExistsError):
+                raise  # from here, and names the file
+            raise OSError(f"{path}: {str(error).splitlines()[0]}") from error
+        named, hidden = error.filename, unfinished_folder(output)
+        if named is not None and not Path(str(named)).is_relative_to(hidden):
+            raise
+        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
+
+
+def bytes_of(header: Header) -> int:
+    """Returns the least number of bytes that the frames of a sequence take in a file."""
+    of_position = 12  # at least, in every format
+    of_vertex = of_position + sum(row.dtype.itemsize for row in header.attributes.values())
+    return header.n_frames * header.n_vertices * of_vertex
+
+
+def check_space(folder: Path, needed: int) -> None:
+    """Refuses an output that the disk of the folder in which it is made has no space for.
+
+    Raises:
+        OSError: it needs more bytes than are left.
+    """
+    left = shutil.disk_usage(folder).free
+    if needed > left:
+        raise OSError(
+            f"needs at least {needed / 1e9:.2g} GB, but its disk has {left / 1e9:.2g} GB left"
+        )

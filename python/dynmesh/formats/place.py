@@ -1,0 +1,132 @@
+"""Where an output belongs: the files that it replaces, and how it takes their place."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from .._report import some_of
+from ..frames import Frames
+from ..header import Header
+from .format import Format
+from .numbered import names_to_write
+from .output import (
+    check_folder,
+    exchange,
+    exists_already,
+    identity,
+    refuse_inputs,
+)
+
+
+class Place:
+    """Where frames are written.
+
+    Attributes:
+        made: what is made: the path, or the folder of one file per frame that is exchanged as a
+            whole.
+        is_folder: whether it is a folder.
+        name: of the file in the folder where it is made, or the pattern of the names.
+    """
+
+    def __init__(self, path: Path, header: Header, format: Format, overwrite: bool) -> None:
+        """Finds the files; with `overwrite`, they are replaced."""
+        self._path, self._header, self._format = path, header, format
+        self._overwrite = overwrite
+        self._names = names_to_write(path, format.suffixes[0]) if format.is_per_frame else None
+        self.made = self._made()
+        folder = None if self._names is None else Path(os.path.realpath(self._names.folder))
+        self.is_folder = self.made == folder
+        self.name = path.name if self._names is None else self._names.pattern
+
+    def _made(self) -> Path:
+        """The real folder of the frames, if renaming it is possible and moves nobody else's work.
+
+        Nothing that is in the folder matters here, so that all runs look for the same lock.
+        """
+        if self._names is None or not self._names.numbered:
+            return self._path
+        folder = Path(os.path.realpath(self._names.folder))
+        if folder.exists() and (
+            folder.is_mount()
+            or not os.access(folder.parent, os.W_OK)
+            or Path.cwd().is_relative_to(folder)
+        ):
+            return folder / self._names.pattern
+        return folder
+
+    def existing(self) -> list[Path]:
+        """The files that exist of those that may be replaced or removed."""
+        if self._names is not None:
+            return [*self._names.existing().values()]
+        if self._format.existing is not None:
+            return self._format.existing(self._path, self._header)
+        return [self._path] if self._path.exists() else []
+
+    def refuse_existing(self) -> None:
+        """Raises a FileExistsError if one of these files is not to be replaced."""
+        if not self._overwrite and (existing := self.existing()):
+            raise exists_already(existing[0])
+
+    def check(self, frames: Frames, others: Iterable[Path] = ()) -> None:
+        """Refuses to replace files from which frames are read, or, unless asked to, any.
+
+        Raises:
+            FileExistsError, ValueError: writing would replace them.
+            OSError: it would be in a file.
+        """
+        check_folder(self._path)
+        self._check_not_among(frames)
+        if existing := self.existing():
+            refuse_inputs(existing, [*frames.files, *others])
+        self.refuse_existing()
+
+    def _check_not_among(self, frames: Frames) -> None:
+        """Refuses to write frames into the folder whose files are read as frames."""
+        if (
+            frames.path.is_dir()
+            and self._path.parent.is_dir()
+            and identity(self._path.parent) == identity(frames.path)
+            and self._path.suffix.lower() == frames.files[0].suffix.lower()
+            and not set(self.existing()) & set(frames.files)
+        ):
+            raise ValueError(
+                f"{self._path}: is in the folder of the input, whose files would then be frames of "
+                "the same sequence; write to another folder"
+            )
+
+    def fill(self, folder: Path) -> list[str]:
+        """Moves the files of a folder where they belong; says which older files it removed.
+
+        Of a single file, this is atomic. If there are several, the files that they replace are
+        removed first, starting with the last. So the files that exist before the last one is moved
+        are a beginning of the new or of the older sequence, and never a mixture. A folder of one
+        file per frame is exchanged as a whole, unless it holds other files.
+        """
+        beside = self._path.parent if self._names is None else self._names.folder
+        new = sorted(folder.iterdir(), key=self._order)
+        places = {file: beside / file.name for file in new}
+        outdated = [file for file in self.existing() if file not in places.values()]
+        if self.is_folder and self._holds_frames_alone():
+            exchange(folder, self.made)
+        else:
+            replaced = [*reversed(places.values())] if outdated or len(places) > 1 else []
+            for file in (*replaced, *outdated):
+                file.unlink(missing_ok=True)
+            for file, place in places.items():
+                place.parent.mkdir(exist_ok=True)
+                file.replace(place)
+        if not outdated:
+            return []
+        names = some_of([file.name for file in outdated], 3)
+        return [f"older files that no new ones replace are removed ({len(outdated)}): {names}"]
+
+    def _order(self, file: Path) -> tuple[float, bool, str]:
+        """Sorts the frames by number, and last the file with the name that was given."""
+        number = None if self._names is None else self._names.number(file.name)
+        return (0 if number is None else number, file.name == self.name, file.name)
+
+    def _holds_frames_alone(self) -> bool:
+        """Whether nothing else is in the folder that is made anew."""
+        assert self._names is not None
+        others = self.made.iterdir() if self.made.is_dir() else ()
+        return all(self._names.number(file.name) is not None for file in others)

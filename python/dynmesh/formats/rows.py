@@ -1,0 +1,134 @@
+"""Arrays in NumPy's own format, read and written row by row."""
+
+import contextlib
+import math
+import os
+import warnings
+from abc import abstractmethod
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from pathlib import Path
+from tokenize import TokenError
+from typing import IO, Any
+
+import numpy as np
+from numpy.lib import format as npy
+from numpy.typing import NDArray
+
+from ..frames import FileFrames, Frame, Indices
+from ..header import Header
+from .named import kinds_per_frame, rows_of
+
+longest_header = 10_000
+"""In bytes; NumPy refuses to read a longer header."""
+
+
+def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Reads the header, up to the first number: the shape, whether it is by columns, the dtype.
+
+    Raises:
+        ValueError: the file holds no array, or an array of Python objects.
+    """
+    version = npy.read_magic(file)
+    length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
+    if length > longest_header:  # NumPy allocates memory before it checks
+        raise ValueError(f"is damaged: its header would have {length} bytes")
+    file.seek(npy.MAGIC_LEN)
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    try:
+        with warnings.catch_warnings(action="ignore", category=UserWarning):  # written by Python 2
+            shape, by_columns, dtype = read(file)
+    except (TokenError, SyntaxError, TypeError) as error:
+        raise ValueError(f"is damaged: its header cannot be read: {error}") from error
+    if dtype.hasobject:
+        raise ValueError("holds Python objects, not numbers")
+    return shape, by_columns, dtype
+
+
+class Rows:
+    """An array in a file or in a member of an archive, whose rows are read one at a time."""
+
+    def __init__(self, file: IO[bytes], size: int) -> None:
+        """Takes a file of `size` bytes, and reads its header.
+
+        Raises:
+            ValueError: see :func:`read_header`, or the size of the file does not match.
+        """
+        self._file = file
+        self.shape, self._by_columns, self.dtype = read_header(file)
+        if min(self.shape, default=0) < 0:
+            raise ValueError(f"declares an array of shape {self.shape}")
+        self._begin = file.tell()
+        self._row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
+        expected = self._begin + math.prod(self.shape) * self.dtype.itemsize
+        if size != expected:
+            raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
+        # No row is contiguous in an array by columns, in Fortran order.
+        self._whole = self.whole() if self._by_columns else None
+
+    def whole(self) -> NDArray[Any]:
+        """Returns the whole array, as it is stored."""
+        self._file.seek(self._begin)
+        numbers = np.frombuffer(bytearray(self._file.read()), self.dtype)
+        return numbers.reshape(self.shape, order="F" if self._by_columns else "C")
+
+    def read(self, number: int) -> NDArray[Any]:
+        """Returns the row with this number, contiguous and in native byte order."""
+        if self._whole is not None:
+            return native(np.ascontiguousarray(self._whole[number]))
+        place = self._begin + number * self._row_size
+        if self._file.tell() != place:
+            self._file.seek(place)
+        data = self._file.read(self._row_size)
+        if len(data) < self._row_size:
+            raise ValueError(f"ends in the middle of frame {number} of {self.shape[0]}")
+        return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))
+
+
+@contextlib.contextmanager
+def open_rows(path: Path) -> Iterator[Rows]:
+    """Opens the array of a `.npy` file."""
+    with path.open("rb") as file:
+        yield Rows(file, os.fstat(file.fileno()).st_size)
+
+
+def load_array(path: Path) -> NDArray[Any]:
+    """Reads the whole array of a `.npy` file."""
+    with open_rows(path) as rows:
+        return rows.whole()
+
+
+class RowsFrames(FileFrames):
+    """A sequence of which each array with a row per frame is read from a place of its own."""
+
+    _arrays: Collection[str]
+    """Which of these arrays there are."""
+
+    @abstractmethod
+    def _open_rows(self, name: str) -> contextlib.AbstractContextManager[Rows]:
+        """Opens the array with that name."""
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        with contextlib.ExitStack() as stack:
+            rows = {name: stack.enter_context(self._open_rows(name)) for name in self._arrays}
+            for number in numbers:
+                arrays = {name: row.read(number) for name, row in rows.items()}
+                yield Frame(arrays.pop("vertices"), **arrays)
+
+
+def native(row: NDArray[Any]) -> NDArray[Any]:
+    """Returns the numbers in native byte order."""
+    return row.astype(row.dtype.newbyteorder("="), copy=False)
+
+
+def write_rows(files: Mapping[str, Path], header: Header, frames: Iterable[Frame]) -> None:
+    """Writes each array that has a row per frame to its own file."""
+    with contextlib.ExitStack() as stack:
+        opened: dict[str, IO[bytes]] = {}
+        for name, (shape, dtype) in kinds_per_frame(header).items():
+            opened[name] = stack.enter_context(files[name].open("wb"))
+            kind = npy.dtype_to_descr(dtype)
+            described = {"descr": kind, "fortran_order": False, "shape": shape}
+            npy.write_array_header_1_0(opened[name], described)
+        for frame in frames:
+            for name, row in rows_of(frame).items():
+                opened[name].write(np.ascontiguousarray(row).data)

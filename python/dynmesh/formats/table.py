@@ -1,0 +1,147 @@
+"""The table of formats, and which of them a file has."""
+
+import errno
+import glob
+import os
+import warnings
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import TypeAlias
+
+from .._errors import naming
+from .._extras import require
+from .._report import listed
+from ..frames import Frames
+from .alembic import alembic
+from .format import Format
+from .hdf5 import hdf5
+from .npy import npy
+from .npz import npz
+from .numbered import FrameNames, files_in, matching, pattern_like
+from .obj import obj
+from .pc2 import pc2
+from .ply import ply
+from .trimesh_files import model
+from .usd import usd, usdz
+
+PathLike: TypeAlias = str | os.PathLike[str]
+
+
+_OWN = (npz, hdf5, npy, pc2, ply, obj, usd, usdz, alembic, model)
+
+FORMATS: dict[str, Format] = {format.name: format for format in _OWN}
+"""The formats of dynmesh by name."""
+
+
+@cache
+def all_formats() -> dict[str, Format]:
+    """The formats of dynmesh and those of other packages by name.
+
+    These name them as entry points `dynmesh.formats`. One that cannot be loaded is a warning.
+    """
+    found = dict(FORMATS)
+    for point in entry_points(group="dynmesh.formats"):
+        try:
+            format = point.load()
+        except Exception as error:  # of any kind, and no reason that others cannot be used
+            told = f"format {point.name} of {point.value} cannot be loaded: {error}"
+            warnings.warn(told, stacklevel=2)
+            continue
+        found.setdefault(format.name, format)
+    return found
+
+
+def format_of(path: PathLike, name: str | None = None) -> Format:
+    """Returns the format of that name or else of the sequence at `path`."""
+    path = Path(path)
+    if name is None and not path.suffix and not path.exists() and not glob.has_magic(str(path)):
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
+    with naming(path):
+        advice = "give a file such as body.ply, or name the format; dynmesh track takes scans"
+        return _choose(path, name, advice)
+
+
+def existing_file(path: Path, format: Format) -> Path:
+    """Returns the path, or the only file that it stands for, of a format with one file a sequence.
+
+    Raises:
+        ValueError: it stands for several.
+    """
+    if format.is_per_frame or path.exists():
+        return path
+    found = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
+    if len(found) > 1:
+        raise ValueError(
+            f"stands for {len(found)} files, from {found[0].name} on, which are no sequence, as "
+            f"each {format.name} file is one of its own; name one"
+        )
+    return found[0] if found else path
+
+
+def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
+    """Returns the format of that name or of the path, which is to be read or `written`.
+
+    Errors list the possible formats, and `otherwise` is their advice.
+    """
+    possible = {of: one for of, one in all_formats().items() if one.write or not written}
+    refused = "cannot write format" if written else "unknown format"
+    if name is not None:
+        if name not in possible:
+            raise ValueError(f"{refused} '{name}'; the formats are {listed(possible)}")
+        return possible[name]
+    if path.is_dir():
+        numbered = {one.suffixes[0]: one for one in all_formats().values() if one.is_per_frame}
+        found = [suffix for suffix in numbered if files_in(path, suffix)]
+        if len(found) == 1:
+            return numbered[found[0]]
+        what = " and ".join(found) or f"no {' or '.join(numbered)}"
+        raise ValueError(f"is a folder with {what} files; {otherwise}")
+    if not path.suffix:
+        raise ValueError(f"has no suffix, which would determine the format; {otherwise}")
+    suffix = path.suffix.lower()
+    for format in possible.values():
+        if suffix in format.suffixes:
+            return format
+    suffixes = listed(suffix for format in possible.values() for suffix in format.suffixes)
+    raise ValueError(f"{refused} '{path.suffix}'; the suffixes are {suffixes}")
+
+
+def check_format(path: PathLike, name: str | None) -> None:
+    """Refuses a file, before any work is done, whose format cannot be written."""
+    if name is not None or Path(path).suffix:
+        format_of_output(Path(path), name)
+
+
+def format_of_output(path: Path, name: str | None) -> Format:
+    """Returns the format of that name or else of a path, in which frames are written.
+
+    Raises:
+        ImportError: the library for this format is not installed; the message names its extra.
+        ValueError: there is no such format, or it is only read.
+    """
+    with naming(path):
+        otherwise = f"write {path / 'frame_%04d.ply'}, or name the format"
+        chosen = _choose(path, name, otherwise, written=True)
+        if chosen.library is not None:
+            module, extra = chosen.library
+            require(module, extra=extra)
+        return chosen
+
+
+def is_scene(frames: Frames) -> bool:
+    """Whether frames are those of a USD file, over which another one may lie."""
+    return bool(frames.files) and frames.path.suffix.lower() in (*usd.suffixes, *usdz.suffixes)
+
+
+def named_like(path: PathLike, output: PathLike) -> Path:
+    """Where frames are written for which a folder is given: there, under the names of the input."""
+    folder = Path(output)
+    if folder.suffix and not folder.is_dir():
+        return folder
+    numbered = [one.suffixes[0] for one in all_formats().values() if one.is_per_frame]
+    with naming(Path(path)):
+        pattern = pattern_like(Path(path), numbered)
+    if pattern is None or Path(pattern).suffix.lower() not in numbered:
+        return folder
+    return folder / pattern

@@ -1,0 +1,131 @@
+"""Conversion between the times of frames and their rate and numbers.
+
+If the frames per second are unknown, formats with times in seconds get the numbers of the frames.
+"""
+
+import math
+import statistics
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import check_integer, check_number
+from .._errors import InputError, KindError
+from ..header import Header, numbers_of
+from .numbered import FrameNames, Number, first_missing
+
+broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
+"""Common frame rates that need more digits than some files store."""
+
+
+class Timing(NamedTuple):
+    """The timing of the frames, named like the fields of a header."""
+
+    fps: float | None
+    start: float
+    times: NDArray[np.float64] | None = None
+
+
+def spacing(times: Sequence[float]) -> float | None:
+    """Returns the step between times; None if there is only one or they are uneven."""
+    if len(times) < 2:
+        return None
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    return float(step) if np.allclose(np.diff(times), step, rtol=1e-6, atol=0) else None
+
+
+def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> float:
+    """Returns the number of the frame at this time, without the rounding error of the division."""
+    number = time * (fps or 1)
+    rounded = (float(f"{number:.{digits}g}") for digits in range(1, 18))
+    near = (
+        one for one in rounded if math.isclose(one, number, rel_tol=tolerance, abs_tol=tolerance)
+    )
+    return next(near, number)
+
+
+def uneven(seconds: Sequence[float], fps: float | None = None) -> Timing:
+    """Returns the timing of unevenly spaced frames, at this rate or else at the median rate."""
+    if fps is None:
+        step = statistics.median_low(np.diff(seconds).tolist())
+        # A step of one is that of frame numbers; the digits remove the rounding of the division.
+        fps = None if math.isclose(step, 1) else float(f"{1 / step:.12g}")
+    times = np.array([frame_number(second, fps) for second in seconds])
+    return Timing(fps, float(times[0]), times)
+
+
+def frame_numbers(header: Header) -> NDArray[np.float64]:
+    """Returns (n,) the number of each frame."""
+    return numbers_of(header, header.n_frames)
+
+
+def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
+    """Returns the numbers of files with one frame each: those of the frames.
+
+    They count from 0 if some would look missing, or the names cannot hold their decimals.
+    """
+    numbers: list[Number] = [header.number(frame) for frame in range(header.n_frames)]
+    kept = all(names.number(names.name(number)) == number for number in numbers)
+    return numbers if kept and first_missing(numbers) is None else [*range(len(numbers))]
+
+
+def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
+    """Returns the start and the times of a header of frames with these numbers."""
+    is_counted = all(one == numbers[0] + at for at, one in enumerate(numbers))
+    return {"start": numbers[0], "times": None if is_counted else np.array(numbers, np.float64)}
+
+
+def index_of(header: Header, number: float, argument: str) -> int:
+    """Returns the index of the frame with this number in its file.
+
+    Raises:
+        ValueError: there is none.
+    """
+    found = np.flatnonzero(frame_numbers(header) == number)
+    if len(found) == 0:
+        first, last = header.number(0), header.number(header.n_frames - 1)
+        span = f"{first} to {last}" if first != last else str(first)
+        raise InputError(f"there is no frame {number:g}, only {span}", argument=argument)
+    return int(found[0])
+
+
+def indices_of(
+    numbers: NDArray[np.float64], frames: slice | range, argument: str = "frames"
+) -> range:
+    """Returns the indices, among these numbers, from one number to, but without, another one.
+
+    Raises:
+        TypeError, ValueError: there are none, or the numbers are not among those of the frames.
+    """
+    check_slice(argument, frames)
+    end = float(numbers[-1] + np.diff(numbers[-2:]).max(initial=1))
+    begin = numbers[0] if frames.start is None else frames.start
+    stop = end if frames.stop is None else frames.stop
+    first, last = np.searchsorted(numbers, (begin, stop)).tolist()
+    if not (numbers[0] <= begin < stop <= end and first < last):
+        raise InputError(
+            f"must be some of {numbers[0]:.15g}:{end:.15g}, by their numbers, not {begin}:{stop}",
+            argument=argument,
+        )
+    return range(first, last, frames.step or 1)
+
+
+def check_slice(argument: str, frames: slice | range) -> None:
+    """Refuses what is no slice or range of numbers of frames."""
+    if not isinstance(frames, slice | range):
+        raise KindError(f"must be a slice, not {type(frames).__name__}", argument=argument)
+    for bound in (frames.start, frames.stop):
+        if bound is not None:
+            check_number(argument, bound)
+    if frames.step is not None:
+        check_integer(argument, frames.step, 1)
+
+
+def mean_rate(header: Header) -> float | None:
+    """Returns the mean number of frames per second, which differs from `fps` if times have gaps."""
+    times = header.times
+    if header.fps is None or times is None or len(times) < 2:
+        return header.fps
+    return float(header.fps * (len(times) - 1) / (times[-1] - times[0]))

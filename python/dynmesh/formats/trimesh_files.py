@@ -1,0 +1,98 @@
+"""STL, OFF and glTF: one mesh, such as a template. trimesh reads STL and glTF (extra `scans`).
+
+Vertices at the same position become one, since STL repeats them in every triangle, and glTF where
+texture coordinates or normals differ. Their order depends on that, so several such files are no
+sequence. All meshes of a scene become one, in the space of the scene. glTF is in metres, y up;
+its animations are not read.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import parse_off
+from .._errors import InputError, of_library
+from .._extras import require
+from ..frames import FileFrames, Frame, Indices
+from ..header import Header, MeshFile
+from ..polygons import Polygons, split_polygons
+from .format import Format
+from .gltf import check_counts, what_gltf_holds
+
+_GLTF = (".glb", ".gltf")
+
+
+class ModelFrames(FileFrames):
+    """A mesh as a sequence of one frame."""
+
+    def __init__(self, path: Path) -> None:
+        """Reads the mesh."""
+        kind, held = path.suffix.lower()[1:], set[str]()
+        path.open("rb").close()  # gives the error message of the system
+        if kind == "off":
+            points, *faces = parse_off(path.read_bytes())
+            polygons = Polygons(*faces)
+        else:
+            with of_library(f"cannot be read as {kind.upper()}"):
+                held = what_gltf_holds(path) if path.suffix.lower() in _GLTF else held
+                points, polygons = _by_trimesh(path)
+        if not len(points):  # of a file that is cut, too
+            raise InputError(f"cannot be read as {kind.upper()}: it has no vertices")
+        if not np.isfinite(points).all():
+            raise InputError("has a vertex that is not finite")
+        corners = polygons.corners
+        if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
+            told = f"a face refers to vertex {corners.max()}, but there are {len(points)}"
+            raise InputError(f"{told}, counted from 0")
+        _, first, same = np.unique(points, axis=0, return_index=True, return_inverse=True)
+        place = np.argsort(np.argsort(first))
+        self._points = points[np.sort(first)]
+        triangles, _ = split_polygons(Polygons(polygons.sizes, place[same.ravel()][corners]))
+        up, unit = ("y", 1.0) if path.suffix.lower() in _GLTF else (None, None)
+        header = Header(
+            triangles.astype(np.int32),
+            1,
+            len(self._points),
+            points.dtype,
+            mesh_file=MeshFile.of(path, held),
+            up_axis=up,
+            metres_per_unit=unit,
+        )
+        super().__init__(path, header)
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        for _ in numbers:
+            yield Frame(self._points)
+
+
+def _by_trimesh(path: Path) -> tuple[NDArray[np.float64], Polygons]:
+    """Returns the vertices and the triangles, as many as the file states."""
+    scene: Any = require("trimesh", extra="scans").load_scene(path, process=False)
+    if path.suffix.lower() in _GLTF:
+        check_counts(path, [*scene.geometry.values()])
+    mesh = scene.to_mesh()
+    points = np.asarray(mesh.vertices, np.float64).reshape(-1, 3)
+    corners = np.asarray(getattr(mesh, "faces", np.zeros((0, 3))), np.int64).reshape(-1)
+    if path.suffix.lower() == ".stl":
+        _check_stl(path.read_bytes(), len(corners) // 3)
+    return points, Polygons(np.full(len(corners) // 3, 3), corners)
+
+
+def _check_stl(content: bytes, n_faces: int) -> None:
+    """Refuses an STL file of which the library has read more or fewer triangles than it states."""
+    stated = int.from_bytes(content[80:84], "little")
+    if len(content) != 84 + 50 * stated:
+        lines = [line.split() for line in content.lower().splitlines()]
+        stated = sum(line[:1] == [b"facet"] for line in lines)
+        vertices = [line for line in lines if line[:1] == [b"vertex"]]
+        if len(vertices) != 3 * stated or any(len(line) != 4 for line in vertices):
+            told = f"has {stated} facets, but {len(vertices)} lines 'vertex x y z'"
+            raise InputError(f"{told}; is it cut or damaged?")
+    if stated != n_faces:
+        raise InputError(f"states {stated} triangles, but {n_faces} were read")
+
+
+model = Format("model", (".stl", ".off", *_GLTF), ModelFrames, library=("trimesh", "scans"))

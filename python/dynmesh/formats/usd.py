@@ -1,0 +1,287 @@
+"""USD: the points of one mesh in a stage, with a time sample for each frame.
+
+Of the scene, only the mesh itself is read: its points, in its own space, and its faces.
+Transforms, skeletons, materials and everything else are ignored. A written stage has the mesh, its
+points, faces and texture coordinates alone, at the same path and times. An overlay changes the
+points and the extent in the original stage, blocks what else followed from the former ones, and
+leaves the rest as it is.
+
+The known mask is the primvar `known` (bool); `generation` and `age` (int) are primvars as well,
+each with one value per vertex.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._report import some_of
+from ..frames import Frame
+from ..header import TEXTURE, Header
+from ..polygons import as_polygons
+from .format import Format, not_written
+from .output import destination_of, seen_from
+from .times import frame_numbers
+from .usd_stage import (
+    UsdFrames,
+    UsdScene,
+    errors_of_key,
+    library_array,
+    of_usd,
+    primvars,
+    pxr,
+)
+
+unsaved_bytes = 1 << 24
+"""Bytes of positions that are held in memory until the next save, plus at most one frame."""
+
+
+class _Stage:
+    """A stage with a mesh that is being written; positions are rounded to float32.
+
+    There is a frame at every time code from `start`, or at each of `times`, with `fps` time codes
+    per second. They are saved to a binary layer a few at a time, so memory does not grow with their
+    number; a `.usda` is converted from it in the end.
+    Saving overwrites the table of contents of the layer, so a layer whose saving was interrupted is
+    lost, and writing cannot be continued.
+
+    A mesh without a name is a polygon mesh. One with a name comes from a scene, where it may be
+    subdivided, so only the subdivision scheme that a stage states for it is written.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        """Begins a stage at a path."""
+        self.path, self.header = path, header
+        self.remarks: list[str] = []
+        self._path = path.with_name("frames.usdc")
+        self._unsaved = 0
+        self._layer: Any = None
+        self._stage: Any = None
+
+    def write(self, frames: Iterable[Frame]) -> list[str]:
+        """Writes the frames; returns remarks."""
+        try:
+            self._begin()
+            for number, frame in enumerate(frames):
+                self._append(number, frame)
+            self._finish()
+        finally:
+            self._close()
+        self._path.replace(self.path)
+        return self.remarks
+
+    def _begin(self) -> None:
+        sdf, usd, geometry, header = pxr("Sdf"), pxr("Usd"), pxr("UsdGeom"), self.header
+        with of_usd("cannot be written", OSError):
+            self._layer = sdf.Layer.CreateNew(str(self._path.absolute()))
+            self._stage = usd.Stage.Open(self._layer)
+            self._describe_stage()
+            self._times = self._time_codes(self._stage.GetTimeCodesPerSecond()).tolist()
+            mesh = self._make_mesh()
+            self._points, self._extent = mesh.CreatePointsAttr(), mesh.CreateExtentAttr()
+            api = geometry.PrimvarsAPI(mesh)
+            self._primvars = {
+                name: api.CreatePrimvar(name, getattr(sdf.ValueTypeNames, primvars[name]), "vertex")
+                for name in header.attributes
+            }
+            if header.has_standard_error:  # always, since those of layers below would be visible
+                attribute = self._primvars["standard_error"].GetAttr()
+                attribute.SetCustomDataByKey(errors_of_key, header.standard_error_of)
+
+    def _describe_stage(self) -> None:
+        """Writes what is said of the stage, not of a mesh."""
+        header, geometry = self.header, pxr("UsdGeom")
+        if header.fps is not None:
+            self._stage.SetTimeCodesPerSecond(header.fps)
+            self._stage.SetFramesPerSecond(header.fps)
+        if header.up_axis == "x":
+            raise ValueError("USD has y or z up, not x; a conversion can turn the points")
+        if header.up_axis is not None:
+            geometry.SetStageUpAxis(self._stage, header.up_axis.upper())
+        if header.metres_per_unit is not None:
+            geometry.SetStageMetersPerUnit(self._stage, header.metres_per_unit)
+
+    def _time_codes(self, rate: float) -> NDArray[np.float64]:
+        """Returns (n,) the time of each frame, in a stage with that many codes per second."""
+        numbers = frame_numbers(self.header)
+        fps = self.header.fps
+        return numbers if fps in (None, rate) else numbers * (rate / fps)
+
+    def _make_mesh(self) -> Any:
+        """Creates the mesh without its points, and the range of the stage."""
+        header, geometry, stage = self.header, pxr("UsdGeom"), self._stage
+        # The prims above become a `def` without a type: over another stage, its types remain
+        # visible; an `over` would leave the mesh undefined without that stage.
+        mesh = geometry.Mesh.Define(stage, _prim_path(header.name))
+        stage.SetDefaultPrim(stage.GetPrimAtPath(mesh.GetPath().GetPrefixes()[0]))
+        stage.SetStartTimeCode(self._times[0])
+        stage.SetEndTimeCode(self._times[-1])
+        scheme = "none" if header.name is None else header.subdivision
+        if scheme is not None:
+            mesh.CreateSubdivisionSchemeAttr(scheme)
+        faces = as_polygons(header.faces, header.polygons)
+        mesh.CreateFaceVertexCountsAttr(library_array("IntArray", faces.sizes))
+        mesh.CreateFaceVertexIndicesAttr(library_array("IntArray", faces.corners))
+        if header.texture is not None:
+            kind = pxr("Sdf").ValueTypeNames.TexCoord2fArray
+            primvar = geometry.PrimvarsAPI(mesh).CreatePrimvar("st", kind, "faceVarying")
+            primvar.Set(library_array("Vec2fArray", header.texture))
+        return mesh
+
+    def _append(self, number: int, frame: Frame) -> None:
+        points, time = frame.points, self._times[number]
+        with of_usd("cannot be written", OSError):
+            self._points.Set(library_array("Vec3fArray", points), time)
+            self._extent.Set(library_array("Vec3fArray", _extent_of(frame)), time)
+            for name, primvar in self._primvars.items():
+                values = library_array(primvars[name], getattr(frame, name))
+                primvar.Set(values, time)
+            self._unsaved += points.nbytes
+            if self._unsaved > unsaved_bytes:
+                self._save()
+
+    def _save(self) -> None:
+        if not self._layer.Save():
+            raise OSError("cannot be saved")
+        self._unsaved = 0
+
+    def _finish(self) -> None:
+        with of_usd("cannot be written", OSError):
+            self._release_stage()
+            self._complete_layer()
+            self._save()
+            if self.path.suffix.lower() == ".usda":
+                text = self._path.with_suffix(".usda")
+                if not self._layer.Export(str(text.absolute())):
+                    raise OSError("cannot be saved as text")
+                self._path.unlink()
+                self._path = text
+
+    def _complete_layer(self) -> None:
+        """Changes the layer after everything else was written to it."""
+
+    def _release_stage(self) -> None:
+        self._stage = self._points = self._extent = None
+        self._primvars = {}
+
+    def _close(self) -> None:
+        self._release_stage()
+        self._layer = None
+
+
+def _extent_of(frame: Frame) -> NDArray[np.float32]:
+    """Returns the two corners of the bounding box; without points, those of USD's empty range."""
+    points, most = frame.points[frame.present], np.finfo(np.float32).max
+    corners = points.min(axis=0, initial=most), points.max(axis=0, initial=-most)
+    return np.stack(corners).astype(np.float32)
+
+
+def _prim_path(name: str | None) -> str:
+    """Returns the path for the name, with underscores for characters that USD does not allow."""
+    sdf, tf = pxr("Sdf"), pxr("Tf")
+    parts = [part for part in (name or "mesh").split("/") if part] or ["mesh"]
+    valid = sdf.Path.IsValidIdentifier
+    return "".join(f"/{part if valid(part) else tf.MakeValidIdentifier(part)}" for part in parts)
+
+
+_of_layers = ("subLayers", "subLayerOffsets", "primChildren", "comment", "documentation")
+"""What a layer says of itself, not of the stage of which it is the root."""
+
+_derived = ("normals", "primvars:normals", "velocities", "accelerations")
+"""The attributes of a mesh that follow from its points, and are not written."""
+
+
+class _Overlay(_Stage):
+    """A layer that is being written, with the scene of its header as its sublayer.
+
+    It only has opinions on one mesh: its points, its extent, and what no longer fits, which it
+    blocks.
+    Everything else is that of the stage, whose time codes, units and default prim are repeated, as
+    USD takes them from the root layer alone. The sublayer is named relative to the layer, so that
+    both files can be moved together.
+    """
+
+    def _describe_stage(self) -> None:
+        assert self.header.scene is not None
+        self._scene: Any = UsdScene(self.header.scene)
+        self._original = self._scene.mesh(self.header.name)
+        original = self._scene.stage.GetRootLayer().pseudoRoot
+        for name in original.ListInfoKeys():
+            if name not in _of_layers:
+                self._layer.pseudoRoot.SetInfo(name, original.GetInfo(name))
+
+    def _time_codes(self, rate: float) -> NDArray[np.float64]:
+        """Returns the times of the samples themselves, which the conversion may round."""
+        codes = super()._time_codes(rate)
+        samples = np.array(self._original.GetPointsAttr().GetTimeSamples())
+        if len(samples) == 0:
+            return codes
+        after = np.searchsorted(samples, codes).clip(1, max(1, len(samples) - 1)) % len(samples)
+        before = samples[after - 1]
+        nearest = np.where(codes - before < samples[after] - codes, before, samples[after])
+        return np.where(np.isclose(codes, nearest, rtol=1e-9, atol=1e-9), nearest, codes)
+
+    def _make_mesh(self) -> Any:
+        stage, path = self._stage, self._original.GetPath()
+        instances = []
+        for prim in map(self._scene.stage.GetPrimAtPath, path.GetPrefixes()):
+            if prim.IsInstanceable():  # otherwise nothing below it can be changed
+                stage.OverridePrim(prim.GetPath()).SetInstanceable(False)
+                instances.append(str(prim.GetPath()))
+            self._block(prim, "extentsHint")
+        if instances:
+            self.remarks.append(f"no longer instances: {some_of(instances)}")
+        original = self._original.GetPrim()
+        if derived := self._block(original, *_derived):
+            self.remarks.append(
+                f"{some_of(derived)} of {self._scene.path.name} are blocked, since they no "
+                "longer fit the points, and are not computed anew"
+            )
+        stale = [name for name in primvars if name not in self.header.attributes]
+        self._block(original, *(f"primvars:{name}" for name in stale))
+        return pxr("UsdGeom").Mesh(stage.OverridePrim(path))
+
+    def _block(self, prim: Any, *names: str) -> list[str]:
+        """Hides the values of attributes of the stage; returns the names of those that have one."""
+        found = [one for one in map(prim.GetAttribute, names) if one and one.HasAuthoredValue()]
+        for one in found:
+            over = self._stage.OverridePrim(prim.GetPath())
+            over.CreateAttribute(one.GetName(), one.GetTypeName(), custom=False).Block()
+        return [one.GetName() for one in found]
+
+    def _complete_layer(self) -> None:
+        self._layer.subLayerPaths.append(
+            seen_from(destination_of(self.path).parent, self._scene.path)
+        )
+
+    def _close(self) -> None:
+        super()._close()
+        self._scene = self._original = None
+
+
+def write_usd(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+    """Writes a stage with a mesh alone."""
+    texture = () if header.texture is None else (TEXTURE,)
+    return [*_Stage(path, header).write(frames), *not_written(header, texture)]
+
+
+def write_overlay(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
+    """Writes a layer over the scene of the header."""
+    return _Overlay(path, header).write(frames)
+
+
+usd = Format(
+    "usd",
+    (".usd", ".usdc", ".usda"),
+    UsdFrames,
+    write_usd,
+    frozenset({"known", "provenance", "texture"}),
+    frozenset({"prim"}),
+    library=("pxr.Usd", "usd"),
+    meshes=lambda path: UsdScene(path).moves,
+    overlay=write_overlay,
+)
+usdz = replace(usd, name="usdz", suffixes=(".usdz",), write=None, overlay=None)

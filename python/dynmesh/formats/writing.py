@@ -1,0 +1,221 @@
+"""Writing of frames: a file that appears only when it is complete.
+
+Until then, everything is in a hidden folder beside it, in which no other process writes. After an
+exception, or if frames are missing, the file does not appear.
+"""
+
+from collections.abc import Generator, Iterable
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Positions
+from .._checks import check_array, check_flags, check_path
+from .._errors import InputError, KindError, locating, naming
+from .._report import OutputReport, Report, counted, listed
+from ..attributes import ATTRIBUTES, as_mask
+from ..frames import Frame, Frames, check_any
+from ..header import TEXTURE, Header
+from .format import Format, not_written
+from .output import blaming, bytes_of, check_space, making
+from .place import Place
+from .table import PathLike, all_formats, format_of_output, named_like
+
+
+@dataclass(frozen=True, kw_only=True)
+class Written(OutputReport):
+    """What was written to the file `output`.
+
+    Attributes:
+        vertices: number of vertices of each frame; of point clouds, their mean number.
+        report: of the verb that made the frames; None of frames that were read.
+    """
+
+    vertices: int
+    report: Report | None = None
+
+    def lines(self) -> list[str]:
+        """Says what was done to make the frames, or how many there are."""
+        done = [] if self.report is None else replace(self.report, reason="", remarks=()).lines()
+        counts = f"{counted(self.frames, 'frame')} of {self.vertices} vertices"
+        return [*(done or [counts]), *super().lines()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the attributes, and those of the report of the verb, as values that JSON has."""
+        own = super().to_dict()
+        del own["report"]
+        return own if self.report is None else self.report.to_dict() | own
+
+
+def write(
+    path: PathLike,
+    frames: Frames,
+    *,
+    format: str | None = None,
+    provenance: bool | None = None,
+    overwrite: bool = True,
+) -> Written:
+    """Writes frames to a file, which appears under its name when it is complete.
+
+    Frames that a verb makes are made on the way, in constant memory. Of frames that were completed
+    from a USD file, another USD file becomes a layer over it, which keeps everything else.
+
+    Args:
+        path: the file, in one of the formats; a pattern such as 'out/frame_%04d.ply' for a format
+            with one file for each frame; or a folder, for the names of the files that were read.
+        frames: those of :func:`dynmesh.open`, of a verb, or a :class:`dynmesh.Sequence`.
+        format: the format of the file, if its suffix does not say it.
+        provenance: whether to write how many edges each vertex is from an observed one
+            (generation), and for how many frames it was not observed (age); else, if the frames
+            have them and the format can hold them. A file that has them can be completed again:
+            what was estimated is then estimated again.
+        overwrite: whether to replace an existing file.
+
+    Raises:
+        FileExistsError: the file exists and is not to be replaced.
+        BlockingIOError: another process is writing it.
+        OSError: it cannot be written, or its disk has too little space left.
+        ImportError: the library for this format is not installed; the message names its extra.
+        TypeError, ValueError: the format cannot hold such frames, or one of them cannot be made.
+    """
+    check_path("path", path)
+    if not isinstance(frames, Frames):
+        raise KindError(f"must be frames, not {type(frames).__name__}", argument="frames")
+    check_any(frames)
+    if provenance is not None:
+        check_flags(provenance=provenance)
+    output = Path(path) if format else named_like(frames.path, path)
+    chosen = format_of_output(output, format)
+    save = chosen.write if frames.header.scene is None else chosen.overlay or chosen.write
+    assert save is not None
+    header, dropped = _held(chosen, output, frames.header, provenance, frames.wanted)
+    with naming(output):
+        place = Place(output, header, chosen, overwrite)
+    place.check(frames)
+    with (
+        naming(output),
+        blaming(output, place.made),
+        making(place.made, is_folder=place.is_folder) as folder,
+    ):
+        check_space(folder, bytes_of(header))
+        place.refuse_existing()  # those that a killed process had put aside are back
+        with closing(_prepared(frames, header, chosen, output)) as prepared:
+            remarks = save(folder / place.name, header, prepared)
+            if remarks is None:
+                remarks = not_written(header, _texture(chosen, header))
+            for _ in prepared:
+                raise InputError(f"format {chosen.name} has not written all of the frames")
+        place.refuse_existing()
+        removed = place.fill(folder)
+    report = getattr(frames, "report", None)
+    return Written(
+        output=Path(path),
+        frames=header.n_frames,
+        vertices=header.n_vertices,
+        report=report,
+        quality="good" if report is None else report.quality,
+        reason="" if report is None else report.reason,
+        remarks=(
+            *(() if report is None else report.remarks),
+            *header.remarks,
+            *dropped,
+            *remarks,
+            *removed,
+        ),
+    )
+
+
+def _texture(chosen: Format, header: Header) -> list[str]:
+    """What of the mesh file is held by texture coordinates alone."""
+    return [TEXTURE] if "texture" in chosen.keeps and header.texture is not None else []
+
+
+def _held(
+    chosen: Format, path: Path, header: Header, provenance: bool | None, wanted: Iterable[str]
+) -> tuple[Header, list[str]]:
+    """The header without what is not written of it, and a sentence about what cannot be.
+
+    Attributes that are `wanted` must be held.
+    """
+    if provenance and not header.has_provenance:
+        raise InputError("is of frames that have none", argument="provenance", value=True)
+    bare = replace(header, has_provenance=False, has_standard_error=False)
+    if provenance is False and not header.has_standard_error:
+        return bare, []
+    if "provenance" in chosen.keeps or not header.has_provenance:
+        return header, []
+    for name in [*(["generation"] if provenance else []), *wanted]:
+        able = (one for one in all_formats().values() if one.write and "provenance" in one.keeps)
+        raise InputError(
+            f"this format cannot hold {ATTRIBUTES[name].what}; "
+            f"{listed(one.suffixes[0] for one in able)} can",
+            file=path,
+        )
+    return bare, [
+        "generation and age are not written, as this format cannot hold them; what was estimated "
+        "counts as observed there"
+    ]
+
+
+def _prepared(
+    frames: Frames, header: Header, chosen: Format, path: Path
+) -> Generator[Frame, None, None]:
+    """Yields the frames as the format holds them.
+
+    Raises:
+        ValueError: a frame does not match the header, one is missing, or there is one too many.
+    """
+    count = 0
+    for count, frame in enumerate(frames, 1):
+        past = count > header.n_frames
+        number = count - 1 if past else header.number(count - 1)
+        with naming(path), locating(frame=number):
+            if past:
+                raise ValueError(f"there are to be {header.n_frames} frames only")
+            _check(frame, frames.header)
+            dropped: dict[str, Any] = {n: None for n in ATTRIBUTES if n not in header.attributes}
+            frame = replace(frame, **dropped)
+            points, known = frame.points, frame.known
+            if known is not None:
+                known = as_mask(known)
+                if "known" not in chosen.keeps:
+                    points = np.where(known[:, None], points, points.dtype.type(np.nan))
+                    known = None
+            if "float64" not in chosen.keeps:
+                points = _rounded(points)
+        yield replace(frame, points=points, known=known)
+    if count < header.n_frames:
+        raise InputError(f"only {count} of {header.n_frames} frames were made", file=path)
+
+
+def _check(frame: Frame, header: Header) -> None:
+    """Raises an error unless a frame is as the header says."""
+    k, points = header.n_vertices, frame.points
+    for name, array in {"points": points, **frame.attributes()}.items():
+        check_array(name, array)
+    if points.shape != (k, 3) or points.dtype != header.dtype:
+        told = f"must be {header.dtype} of shape {(k, 3)}"
+        raise ValueError(f"{told}, not {points.dtype} of shape {points.shape}")
+    values = frame.attributes()
+    for name, row in ATTRIBUTES.items():
+        if (name in values) != (name in header.attributes):
+            raise ValueError(f"give {row.what} with every frame or with none")
+        if name in values:
+            row.check(values[name].dtype, values[name].shape, (k,))
+
+
+def _rounded(points: Positions) -> NDArray[np.float32]:
+    with np.errstate(over="ignore"):
+        single = np.ascontiguousarray(points, np.float32)
+    beyond = (np.isinf(single) & np.isfinite(points)).any(axis=1)
+    if beyond.any():
+        vertex = int(beyond.argmax())
+        raise ValueError(
+            f"vertex {vertex} at {points[vertex].tolist()} "
+            "is out of the range of float32, in which this format stores positions"
+        )
+    return single

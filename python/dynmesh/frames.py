@@ -1,0 +1,343 @@
+"""Frames of a mesh: one of them, those that can be gone through, and stored ones."""
+
+import contextlib
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Container, Generator, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, Generic, Self, TypeAlias, TypeVar, cast, overload
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ._arrays import Integers, Mask, Positions
+from ._checks import frame_index, indices_among
+from ._errors import InputError, locating, naming
+from ._report import DoubtfulWarning, Report
+from .attributes import VertexAttributes, as_mask
+from .header import Header, rate, summary
+
+R = TypeVar("R", bound=Report)
+
+Indices: TypeAlias = Sequence[int]
+"""Of frames, counted from 0, ascending."""
+
+LARGEST = {4: 1e18, 8: 1e200}
+"""The largest coordinates that a completer accepts, by the bytes of a coordinate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(VertexAttributes):
+    """One frame of a sequence. It can be unpacked: ``points, known = frame``.
+
+    Attributes:
+        points: (k, 3)
+        known: (k,), or None if the sequence has no masks.
+        generation: (k,), or None if the sequence has no provenance.
+        age: (k,), or None if `generation` is.
+        standard_error: (k,), or None if it was not estimated.
+    """
+
+    points: Positions
+    known: Mask | None = None
+
+    @property
+    def present(self) -> Mask:
+        """(k,) bool, which vertices have a position that can be used, observed or estimated."""
+        with np.errstate(invalid="ignore"):
+            usable = np.abs(self.points) <= LARGEST[self.points.dtype.itemsize]
+        there: Mask = np.asarray(usable.all(axis=1))
+        return there if self.known is None else there & self.known
+
+    @property
+    def claimed(self) -> Mask:
+        """(k,) bool, which vertices were observed, by what the frame says of them.
+
+        These are the known ones or, without a mask, those whose position is finite; and of them,
+        where there are generations, those of generation 0. All others were estimated, and are so
+        again when the frame is completed again.
+        """
+        said = np.isfinite(self.points).all(axis=1) if self.known is None else self.known
+        return np.asarray(said if self.generation is None else said & (self.generation == 0))
+
+    @property
+    def observed(self) -> Mask:
+        """(k,) bool, which vertices were observed and have a position that can be used."""
+        return self.claimed & self.present
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yields the points and the mask."""
+        yield self.points
+        yield self.known
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The points, NaN where the mask says that they are not known."""
+        return as_array_of(self.points, self.known, dtype, copy)
+
+
+def as_array_of(
+    points: Positions, known: Mask | None, dtype: DTypeLike | None, copy: bool | None
+) -> NDArray[Any]:
+    """Positions as NumPy asks an object for them, NaN where they are not known."""
+    if known is not None and not known.all():
+        if copy is False:
+            raise ValueError("a copy is needed, to mark what is not known as NaN")
+        points = np.where(known[..., None], points, np.nan).astype(points.dtype)
+    return np.array(points, dtype) if copy else np.asarray(points, dtype)
+
+
+def check_whole(frame: Frame, advice: str) -> None:
+    """Refuses a frame with missing vertices; the advice ends the message."""
+    missing = np.flatnonzero(~frame.present)
+    if len(missing):
+        raise InputError(
+            f"{len(missing)} of {len(frame.points)} vertices "
+            f"{'is' if len(missing) == 1 else 'are'} missing, the first is vertex {missing[0]}"
+            f"{advice}"
+        )
+
+
+class Frames(ABC):
+    """Frames of one mesh that can be gone through, one after another.
+
+    Iteration yields every :class:`Frame`, from the first on, and ``len`` is their number. Use it in
+    a ``with`` statement if it may hold a file open.
+
+    Attributes:
+        header: what all frames share: faces, frames per second and others.
+        path: names the frames in messages: the file that they are read from.
+        faces: (m, 3) integers, triangles; those of the header.
+        fps: frames per second, or None if they are not known; those of the header.
+        files: all files that they are read from.
+        lost: the indices of the frames whose files are missing; nothing was observed in them.
+        wanted: names of attributes of the vertices that were asked for, so that a format that
+            cannot hold them is refused.
+    """
+
+    header: Header
+    faces: Integers
+    fps: float | None
+    path: Path
+    files: Sequence[Path] = ()
+    lost: Container[int] = ()
+    wanted: Sequence[str] = ()
+
+    @property
+    def n_frames(self) -> int:
+        """The number of frames."""
+        return self.header.n_frames
+
+    @property
+    def n_vertices(self) -> int:
+        """The number of vertices of each frame."""
+        return self.header.n_vertices
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of the positions, float32 or float64."""
+        return self.header.dtype
+
+    def __len__(self) -> int:
+        """The number of frames."""
+        return self.header.n_frames
+
+    @abstractmethod
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from the first on."""
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
+        """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
+
+        Frames are counted from 0, independently of the numbers in a file.
+        """
+        yield from islice(self, start, stop, step)
+
+    def close(self) -> None:  # noqa: B027 (most keep nothing open)
+        """Closes what they are read from."""
+
+    def __enter__(self) -> Self:
+        """Returns the frames themselves."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Closes what they are read from."""
+        self.close()
+
+
+class Stored(Frames):
+    """Frames of which any can be read: those of a file, or of a :class:`dynmesh.Sequence`.
+
+    ``frames[7]`` is a :class:`Frame`, ``frames[-1]`` the last one, and ``frames[10:50:2]`` or
+    ``frames[[3, 5, 8]]`` are some of the frames, which are read when they are gone through. The
+    frames keep their numbers and times: `start` is the number of the first, and unless all of a
+    stretch are taken, `times` holds the others, so that `fps` remains valid. They may be none; the
+    step must be positive and indices ascend, as times do.
+
+    Raises:
+        IndexError: there is no such frame.
+    """
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Generator[Frame, None, None]:
+        """See :meth:`Frames.frames`; nothing else is read."""
+        return self.frames_at(range(self.n_frames)[start:stop:step])
+
+    def frames_at(self, numbers: Indices) -> Generator[Frame, None, None]:
+        """Yields the frames with these indices, which ascend and exist."""
+        with naming(self.path):
+            for number, frame in zip(numbers, self._frames(numbers), strict=True):
+                with locating(frame=self.header.number(number)):
+                    known = None if frame.known is None else as_mask(frame.known)
+                yield replace(frame, known=known)
+
+    @abstractmethod
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        """Yields the frames with these indices, which ascend and exist."""
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yields all frames, from the first on."""
+        return self.frames()
+
+    @overload
+    def __getitem__(self, frames: int | np.integer[Any]) -> Frame: ...
+    @overload
+    def __getitem__(self, frames: slice | Sequence[int] | Integers) -> "Stored": ...
+    def __getitem__(
+        self, frames: int | np.integer[Any] | slice | Sequence[int] | Integers
+    ) -> "Frame | Stored":
+        """A frame, or some of the frames; see the class."""
+        if isinstance(frames, slice | list | tuple | np.ndarray):
+            return self._chosen(indices_among(frames, self.n_frames))
+        index = frame_index(cast(int, frames), self.n_frames)
+        with contextlib.closing(self.frames(index, index + 1)) as read:
+            return next(read)
+
+    def _chosen(self, indices: Indices) -> "Stored":
+        return _Chosen(self, indices)
+
+
+class FileFrames(Stored):
+    """Frames in a file: what :func:`dynmesh.open` returns.
+
+    A format derives from it: it opens its file in ``__init__``, and then calls this class.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        header: Header,
+        files: Sequence[Path] | None = None,
+        lost: Container[int] = (),
+    ) -> None:
+        """Called when the file is open and its header is read.
+
+        Without `files`, the file at the path alone is read.
+        """
+        self.path = path
+        self.header, self.faces, self.fps = header, header.faces, header.fps
+        self.files = [path] if files is None else [*files]
+        self.lost = lost
+        check_any(self)
+
+    def __repr__(self) -> str:
+        """Describes the file without its numbers."""
+        header = self.header
+        counts = summary(self.n_frames, self.n_vertices, len(header.faces), self.dtype)
+        masks = "with masks" if header.has_known else "no masks"
+        return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(header.fps)})"
+
+
+def check_any(frames: Frames) -> None:
+    """Refuses frames of which there are none."""
+    if frames.n_frames == 0:
+        raise InputError("has no frames, but a complete frame 0 is needed", file=frames.path)
+
+
+class _Chosen(Stored):
+    """Some of the frames of others."""
+
+    def __init__(self, of: Stored, indices: Indices) -> None:
+        self._of, self._indices = of, indices
+        self.path, self.files, self.faces, self.fps = of.path, of.files, of.faces, of.fps
+        self.header = of.header.of_frames(indices)
+        self.lost = {at for at, index in enumerate(indices) if index in of.lost}
+
+    def _frames(self, numbers: Indices) -> Iterator[Frame]:
+        return self._of.frames_at([self._indices[number] for number in numbers])
+
+    def __repr__(self) -> str:
+        return f"{self.n_frames} frames of {self._of!r}"
+
+    def close(self) -> None:
+        self._of.close()
+
+
+class ComputedFrames(Frames, Generic[R]):
+    """Frames that are made while they are gone through, each time anew: by a verb, or by a caller.
+
+    When all were made, `report` says how. A result that is doubtful is a :class:`DoubtfulWarning`
+    as well.
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        make: Callable[[], Iterator[Frame] | Generator[Frame, None, R]],
+        source: Frames | None = None,
+        *,
+        files: Sequence[Path] = (),
+        wanted: Sequence[str] = (),
+        close: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Takes what makes the frames.
+
+        Args:
+            header: of the frames that are made.
+            make: returns an iterator over the frames; a generator may return a report.
+            source: the frames of which they are made, if there are any.
+            files: those that are read beside those of the source.
+            wanted: see :class:`Frames`.
+            close: closes what was opened for the frames.
+        """
+        self.header, self.faces, self.fps = header, header.faces, header.fps
+        self.path, self.files, self.wanted = Path("frames"), files, wanted
+        if source is not None:
+            self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
+        self._make, self._close = make, close
+        self._report: Any = None
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Makes all frames, from the first on."""
+        self._report = None
+        frames: Any = self._make()
+        report = yield from frames
+        self._report = Report() if report is None else report
+        if self._report.reason:
+            warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
+
+    @property
+    def report(self) -> R:
+        """What was done.
+
+        Raises:
+            ValueError: not all frames have been made yet.
+        """
+        if self._report is None:
+            told = "is there when all frames have been gone through, as write and read do"
+            raise InputError(told, argument="report")
+        report: R = self._report
+        return report
+
+    def __repr__(self) -> str:
+        """Describes the frames without their numbers."""
+        counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
+        return f"{type(self).__name__}({str(self.path)!r}: {counts}, made when gone through)"
+
+    def close(self) -> None:
+        """Closes what was opened for the frames."""
+        self._close()

@@ -1,0 +1,123 @@
+"""A frame as scanners deliver it: loose points, or depth images. No vertex is named."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import Mask, Positions
+
+_Floats = NDArray[np.float64]
+
+_INSIDE_OUT = -0.2
+"""The cosine between normals and the directions from the middle: about 0 for flat parts."""
+
+
+class PointScan(NamedTuple):
+    """The points of a frame, in no order.
+
+    Attributes:
+        points: (n, 3) positions; n may be 0, and differs from frame to frame.
+        normals: (n, 3) unit normals of the surface on the side that was seen, or None.
+        viewpoints: (c, 3) the positions of the cameras, or None if they are unknown.
+    """
+
+    points: Positions
+    normals: Positions | None
+    viewpoints: Positions | None
+
+    @property
+    def cloud(self) -> Positions:
+        """(n, 3) all points."""
+        return self.points
+
+    @property
+    def clouds(self) -> list[Positions]:
+        """The same, as if one camera had seen all points."""
+        return [self.points]
+
+    @property
+    def has_points(self) -> bool:
+        """Whether there is a point."""
+        return len(self.points) > 0
+
+    def scaled(self, factor: float) -> "PointScan":
+        """Returns the scan in another unit of length."""
+        viewpoints = None if self.viewpoints is None else _times(self.viewpoints, factor)
+        return PointScan(_times(self.points, factor), self.normals, viewpoints)
+
+    def only(self, kept: Mask) -> "PointScan":
+        """Returns the scan with the points of the cloud that (n,) `kept` names."""
+        normals = None if self.normals is None else self.normals[kept]
+        return PointScan(self.points[kept], normals, self.viewpoints)
+
+
+class DepthScan(NamedTuple):
+    """The depth images of a frame, one of each camera that delivered one.
+
+    Attributes:
+        depth: (h, w) float32 each: distances along the optical axis, 0 where nothing was measured.
+        intrinsics: (3, 3) each: from camera coordinates to pixels; the centre of the first pixel is
+            at (0, 0).
+        poses: (4, 4) each: from camera coordinates, x right, y down, z ahead, to the world.
+    """
+
+    depth: list[NDArray[np.float32]]
+    intrinsics: list[_Floats]
+    poses: list[_Floats]
+
+    @property
+    def cloud(self) -> Positions:
+        """(n, 3) the points of all images in the world, float64."""
+        return np.concatenate([np.zeros((0, 3)), *self.clouds])
+
+    @property
+    def has_points(self) -> bool:
+        """Whether a pixel measured anything."""
+        return any(bool(depth.any()) for depth in self.depth)
+
+    @property
+    def clouds(self) -> list[_Floats]:
+        """(n, 3) each: the points of each image."""
+        clouds = []
+        for depth, intrinsics, pose in zip(*self, strict=True):
+            row, column = np.nonzero(depth > 0)
+            pixels = np.stack([column, row, np.ones_like(row)], axis=1)
+            local = pixels @ np.linalg.inv(intrinsics).T * depth[row, column][:, None]
+            clouds.append(local @ pose[:3, :3].T + pose[:3, 3])
+        return clouds
+
+    def scaled(self, factor: float) -> "DepthScan":
+        """Returns the scan in another unit of length."""
+        to_unit = np.array([[1, 1, 1, factor]] * 3 + [[1, 1, 1, 1]])
+        poses = [pose * to_unit for pose in self.poses]
+        return DepthScan([_times(depth, factor) for depth in self.depth], self.intrinsics, poses)
+
+    def only(self, kept: Mask) -> "DepthScan":
+        """Returns the scan with the points of the cloud that (n,) `kept` names."""
+        images, first = [], 0
+        for depth in self.depth:
+            row, column = np.nonzero(depth > 0)
+            left = np.zeros_like(depth)
+            own = kept[first : first + len(row)]
+            left[row[own], column[own]] = depth[row[own], column[own]]
+            images.append(left)
+            first += len(row)
+        return DepthScan(images, self.intrinsics, self.poses)
+
+
+Scan = PointScan | DepthScan
+
+
+def inside_out(scan: Scan) -> str:
+    """Says that normals point to the middle of the points, as those of no body do; else, empty."""
+    if not isinstance(scan, PointScan) or scan.normals is None or not scan.has_points:
+        return ""
+    arms = scan.points - scan.points.mean(axis=0)
+    outwards, most = (scan.normals * arms).sum(), np.linalg.norm(arms, axis=1).sum()
+    told = "the normals of the scan point inwards; turn them, or leave them out"
+    return told if outwards < _INSIDE_OUT * most else ""
+
+
+def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:
+    return values if factor == 1 else (values * factor).astype(values.dtype)

@@ -1,0 +1,299 @@
+"""What is taken away from scans before tracking: the room around the subject, as floor and walls.
+
+The search for planes is RANSAC (Fischler and Bolles 1981). It is written here since the libraries
+that offer it are either much larger than dynmesh (Open3D, PCL) or no longer maintained.
+"""
+
+from collections.abc import Iterator
+from itertools import repeat
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._arrays import Mask, Positions
+from .._checks import check_flags, check_not_negative
+from .._errors import InputError, locating
+from ..degrade.shared import mean_edge_of
+from ..frames import Frame, Frames
+from ..scans import DepthScan, PointScan, Scan, ScanReader
+
+_Floats = NDArray[np.float64]
+
+_TRIALS = 1000
+_EXAMINED = 2000
+_MOST_PLANES = 8
+_SHARE = 0.08
+"""A plane holds at least this share of the points that are left; random triples miss planes that
+hold much less."""
+
+
+class Plane(NamedTuple):
+    """A plane of a room: the points x with ``abs(normal @ x - offset) <= thickness``."""
+
+    normal: _Floats
+    offset: float
+    thickness: float
+
+    def holds(self, points: NDArray[np.floating[Any]]) -> Mask:
+        """Returns which of the (n, 3) points belong to the plane."""
+        return np.asarray(np.abs(points @ self.normal - self.offset) <= self.thickness)
+
+
+def planes_of_background(
+    points: NDArray[np.floating[Any]], *, thickness: float, size: float
+) -> list[Plane]:
+    """Finds the planes that are larger than a subject, the one with most points first.
+
+    Args:
+        points: (n, 3) finite positions.
+        thickness: how far a point of a plane may be from it, at most. Where points are less
+            scattered than this, the plane becomes thinner, so that less of the feet is lost.
+        size: the largest extent of the subject. A smaller plane may be a part of it, and stays.
+
+    Returns:
+        At most 8 planes; none if there are fewer than 3 points. Equal input gives equal results.
+    """
+    rng = np.random.default_rng(0)
+    left = points.astype(np.float64)
+    planes: list[Plane] = []
+    while len(left) >= 3 and len(planes) < _MOST_PLANES:
+        if np.linalg.norm(np.ptp(left, axis=0)) <= size:
+            break
+        a, b, c = left[rng.integers(len(left), size=(3, _TRIALS))]
+        normals = np.cross(b - a, c - a)
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals /= np.where(lengths > 0, lengths, 1)
+        some = left[:: -(-len(left) // _EXAMINED)]
+        near = np.abs(some @ normals.T - (a * normals).sum(axis=1)) <= thickness
+        counts = near.sum(axis=0) * (lengths[:, 0] > 0)
+        # A part of the subject may hold more points than what is left of a wall.
+        best = [i for i in np.argsort(-counts) if counts[i] >= max(3, _SHARE * len(some))]
+        wide = (i for i in best if np.linalg.norm(np.ptp(some[near[:, i]], axis=0)) > size)
+        found = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
+        fitted = (
+            _fitted(_fitted(plane, left, thickness), left, thickness)
+            for plane in found
+            if extent_of(some[plane.holds(some)]) > size
+        )
+        plane = next((one for one in fitted if _is_room(one, left, size)), None)
+        if plane is None:
+            break
+        inside = plane.holds(left)
+        planes.append(plane)
+        left = left[~inside]
+    return planes
+
+
+def planes_around(
+    template: Positions, faces: NDArray[Any], cloud: NDArray[np.floating[Any]]
+) -> list[Plane]:
+    """Finds the planes in a scan that are larger than a template."""
+    size = float(np.linalg.norm(np.ptp(template[np.unique(faces)], axis=0)))
+    return planes_of_background(cloud, thickness=mean_edge_of(template, faces), size=size)
+
+
+def without_planes(points: Positions, *, thickness: float, size: float) -> Positions:
+    """Returns the points that are on no plane of a room; see :func:`planes_of_background`."""
+    for plane in planes_of_background(points, thickness=thickness, size=size):
+        points = points[~plane.holds(points)]
+    return points
+
+
+def _is_room(plane: Plane, points: _Floats, size: float) -> bool:
+    """Whether so many points are on a plane, over more than the size of the subject."""
+    inside = plane.holds(points)
+    enough = np.count_nonzero(inside) >= max(3, _SHARE * len(points))
+    return bool(enough and extent_of(points[inside]) > size)
+
+
+def _fitted(plane: Plane, points: _Floats, most: float) -> Plane:
+    """Returns the plane of least squares through its points, as thick as they scatter."""
+    own = points[plane.holds(points)]
+    if len(own) < 3:
+        return plane
+    middle = own.mean(axis=0)
+    normal = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, 0]
+    heights = np.abs((own - middle) @ normal)
+    scatter = 1.4826 * float(np.median(heights))
+    return Plane(normal, float(middle @ normal), min(most, max(5 * scatter, 0.1 * most)))
+
+
+def extent_of(points: Positions) -> float:
+    """Returns about the diameter, without the outermost fifth.
+
+    A slab of the subject that continues into a wall is not large by this measure.
+    """
+    if len(points) == 0:
+        return 0.0
+    away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return 2 * float(np.quantile(away, 0.8))
+
+
+Crop = float | tuple[float, float, float, float, float, float]
+"""A distance from the box of the mesh, in a tracker that of the last frame, or x, y, z of two
+corners of a box."""
+
+
+def crop_of(value: Any) -> Crop | None:
+    """Checks what should be cropped: a number, six numbers, or text with these and commas.
+
+    Raises:
+        ValueError: it is something else, or the corners of the box are exchanged.
+    """
+    if value is None:
+        return None
+    expected = "must be a distance, or x,y,z,x,y,z of two corners"
+    try:
+        given = value.split(",") if isinstance(value, str) else value
+        numbers = np.atleast_1d(np.asarray(given, np.float64)).tolist()
+    except (TypeError, ValueError):
+        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value) from None
+    if len(numbers) not in (1, 6) or not np.isfinite(numbers).all():
+        raise InputError(f"{expected}, not {value!r}", argument="crop", value=value)
+    if len(numbers) == 1:
+        check_not_negative("crop", numbers[0])
+        return float(numbers[0])
+    a, b, c, d, e, f = numbers
+    if not (a < d and b < e and c < f):
+        raise InputError(
+            f"the first corner must be the smaller one in x, y and z, but the box is {value!r}",
+            argument="crop",
+        )
+    return a, b, c, d, e, f
+
+
+AnyScan = TypeVar("AnyScan", PointScan, DepthScan, Scan)
+
+
+class Background:
+    """Takes what is not the subject from scans, all in the unit of the template.
+
+    Attributes:
+        planes: floor and walls, once :meth:`find` or :meth:`enter` was called.
+        follows: whether the box of the mesh matters, as the crop is a distance from it.
+    """
+
+    def __init__(self, crop: Crop | str | None, remove_planes: bool) -> None:
+        """Takes nothing away if nothing is asked for.
+
+        Raises:
+            TypeError, ValueError: an argument is refused; see :func:`crop_of`.
+        """
+        check_flags(remove_planes=remove_planes)
+        self._crop = crop_of(crop)
+        self._removes_planes = remove_planes
+        self.planes: list[Plane] = []
+        self.follows = isinstance(self._crop, float)
+        self._box = np.zeros((2, 3))
+
+    def __bool__(self) -> bool:
+        """Whether anything is asked for."""
+        return self._removes_planes or self._crop is not None
+
+    def follow(self, points: Positions) -> None:
+        """Notes where the mesh is."""
+        self._box = np.stack([points.min(axis=0), points.max(axis=0)]).astype(np.float64)
+
+    def find(self, scan: Scan, faces: NDArray[Any], template: Positions) -> None:
+        """Finds floor and walls in the first scan, and notes where the template is.
+
+        They are sought in the whole scan, as they are hardly larger than the subject in a crop.
+        """
+        self.follow(template)
+        if self._removes_planes:
+            self.planes = planes_around(template, faces, scan.cloud)
+
+    def enter(self, scan: Scan, faces: NDArray[Any], template: Positions) -> Scan:
+        """Does the same, and returns what is left of the scan.
+
+        Raises:
+            ValueError: nothing is left.
+        """
+        self.find(scan, faces, template)
+        left = self.without(scan)
+        if scan.has_points and not left.has_points:
+            raise InputError("nothing is left of the scan without planes and what is cropped")
+        return left
+
+    @property
+    def remark(self) -> str:
+        """What was asked for, but not found in the first scan."""
+        if not self._removes_planes or self.planes:
+            return ""
+        return "no plane was removed, as none in the scan is larger than the template"
+
+    def advice(self, left: Scan, faces: NDArray[Any], template: Positions) -> str:
+        """Says that floor or walls are left of a scan, and what to do; empty if none are.
+
+        They are sought in what each camera sees, since cameras that are misread scatter the parts
+        of the subject.
+        """
+        if not any(planes_around(template, faces, cloud) for cloud in left.clouds):
+            return ""
+        options = "`crop`" if self._removes_planes else "`remove_planes` or `crop`"
+        return (
+            f"the scan shows a plane larger than the template, such as a floor; {options} leaves "
+            "it out"
+        )
+
+    def without(self, scan: AnyScan) -> AnyScan:
+        """Returns the scan without the room."""
+        if self._crop is None and not self.planes:
+            return scan
+        cloud = scan.cloud
+        kept = np.ones(len(cloud), np.bool_)
+        if self._crop is not None:
+            if isinstance(self._crop, float):
+                low, high = self._box[0] - self._crop, self._box[1] + self._crop
+            else:
+                low, high = np.reshape(self._crop, (2, 3))
+            kept = ((cloud >= low) & (cloud <= high)).all(axis=1)
+        for plane in self.planes:
+            kept &= ~plane.holds(cloud)
+        return scan.only(kept)
+
+    def subject(self, scan: Scan | None, factor: float) -> Scan | None:
+        """Returns what a scan shows of the subject, `factor` times as large; None if nothing."""
+        left = None if scan is None else self.without(scan.scaled(factor))
+        return left if left is not None and left.has_points else None
+
+
+class ScansWithoutBackground(ScanReader):
+    """Scans, in their own unit, without the room around the sequence that was tracked in them."""
+
+    def __init__(
+        self, scans: ScanReader, sequence: Frames, room: Background, factor: float
+    ) -> None:
+        """Finds the room in the first scan with points; their unit is `factor` times the other.
+
+        Raises:
+            ValueError: nothing is left of it, or a vertex is missing there where planes are sought.
+        """
+        super().__init__(scans.path, scans.rig, scans.numbers, scans.files)
+        self.metres_per_unit = scans.metres_per_unit
+        self._scans, self._sequence, self._room, self._factor = scans, sequence, room, factor
+        for scan, frame in self._both():
+            if scan is not None and scan.has_points:
+                with locating(file=scans.path):
+                    room.enter(scan.scaled(factor), sequence.faces, frame.points)
+                break
+
+    def frames(
+        self, start: int = 0, stop: int | None = None, step: int = 1
+    ) -> Iterator[Scan | None]:
+        """Yields what is left of the scans."""
+        for scan, frame in self._both(start, stop, step):
+            if scan is not None:
+                self._room.follow(frame.points[frame.present])
+                scan = self._room.without(scan.scaled(self._factor)).scaled(1 / self._factor)
+            yield scan
+
+    def _load(self, number: int) -> Scan | None:
+        return next(self.frames(number, number + 1))
+
+    def _both(self, *which: Any) -> Iterator[tuple[Scan | None, Frame]]:
+        """The scans with the frames of the mesh, of which there may be one for all."""
+        one = self._sequence.n_frames == 1
+        frames = repeat(next(iter(self._sequence))) if one else self._sequence.frames(*which)
+        return zip(self._scans.frames(*which), frames, strict=False)

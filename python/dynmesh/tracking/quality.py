@@ -1,0 +1,246 @@
+"""How well scans were tracked, and whether that makes the result doubtful."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from itertools import groupby
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._report import Quality, counted, some_of
+from ..formats.numbered import Number
+from ..scans import ScanReader
+from ..tracker import Agreement, Tracker, TrackingReport
+
+_MOST_FRAMES = 5
+_MORE_THAN_OTHERS = 2.0
+"""A camera is suspected whose share is so many times the median of the others."""
+FARTHER_THAN_OTHERS = 3.0
+_MEASURED = 0.01
+"""So is one whose distance is so many times the median of the others, beyond a share of a mean edge
+below which distances are those of rounding."""
+
+
+@dataclass
+class Counts:
+    """Numbers of points; they are fractions where shares of them were estimated.
+
+    Attributes:
+        points: those that were compared.
+        far: those of them that are far from the mesh.
+        squares: the sum of the squared distances of those that are not far.
+    """
+
+    points: float = 0.0
+    far: float = 0.0
+    squares: float = 0.0
+
+    def add(self, one: Agreement | TrackingReport) -> None:
+        """Adds a frame."""
+        if one.points:
+            self.points += one.points
+            self.far += one.far * one.points
+            if one.far < 1:
+                self.squares += one.distance**2 * (1 - one.far) * one.points
+
+    @property
+    def share(self) -> float:
+        """The share of far points; 0 without points."""
+        return self.far / self.points if self.points else 0.0
+
+    @property
+    def distance(self) -> float | None:
+        """The root mean square distance of the points that are not far; None without any."""
+        near = self.points - self.far
+        return float(np.sqrt(self.squares / near)) if near > 0 else None
+
+
+@dataclass(frozen=True)
+class FrameQuality:
+    """How good a frame is that was tracked; the attributes are those of its TrackingReport.
+
+    Attributes:
+        frame: its number, that of its file.
+    """
+
+    frame: Number
+    quality: Literal["good", "doubtful", "ruined"]
+    far: float
+    disagreeing: float
+    stretch: float
+    seen: float
+    recovered: bool
+    seconds: float
+    reason: str
+
+    @classmethod
+    def of(cls, tracked: "Tracked") -> "FrameQuality":
+        """Takes what a report says."""
+        names = [one.name for one in fields(cls)][1:]
+        return cls(tracked.number, *(getattr(tracked.report, name) for name in names))
+
+
+class Tracked(NamedTuple):
+    """A frame whose scan had points."""
+
+    number: Number
+    report: TrackingReport
+
+
+@dataclass
+class Fits:
+    """What is known of the frames that were tracked.
+
+    Attributes:
+        mean_edge: of the template.
+        advice: what to do if the first frame is ruined or a camera suspected.
+        start: why the start is doubtful; empty if it is not.
+        total: the points of all cameras.
+        cameras: those of each one that has points.
+        tracked: the frames with points.
+        empty: number of frames without points.
+        unmeasured: the numbers of the frames of which nothing or hardly anything was measured.
+    """
+
+    mean_edge: float = 1.0
+    advice: str = ""
+    start: str = ""
+    total: Counts = field(default_factory=Counts)
+    cameras: dict[str, Counts] = field(default_factory=dict)
+    tracked: list[Tracked] = field(default_factory=list)
+    empty: int = 0
+    unmeasured: list[Number] = field(default_factory=list)
+
+    def add(self, scans: ScanReader, frame: int, tracker: Tracker, *, is_empty: bool) -> None:
+        """Adds the last frame of a tracker, counted from 0."""
+        number = scans.number(frame)
+        if is_empty:
+            self.empty += 1
+            self.unmeasured.append(number)
+            return
+        one = Tracked(number, tracker.report)
+        self.tracked.append(one)
+        if one.report.cause == "unseen":
+            self.unmeasured.append(number)
+        self.total.add(one.report)
+        sensors = tracker.agreement_of_sensors
+        for name, agreement in zip(scans.cameras_of(frame), sensors, strict=True):
+            if agreement.points:
+                self.cameras.setdefault(name, Counts()).add(agreement)
+
+    @property
+    def quality(self) -> Quality:
+        """What the frames, the cameras and the start tell."""
+        frames = self._frames
+        is_doubtful = self.suspects or self.start or self._mostly_empty
+        return "doubtful" if frames == "good" and is_doubtful else frames
+
+    @property
+    def _frames(self) -> Quality:
+        """How good the frames are together of which more than hardly anything was measured."""
+        return _core.quality_of_frames([one.report.quality for one in self._measured])
+
+    @property
+    def _measured(self) -> list[Tracked]:
+        return [one for one in self.tracked if one.report.cause != "unseen"]
+
+    @property
+    def _mostly_empty(self) -> bool:
+        return 2 * len(self.unmeasured) > len(self.tracked) + self.empty
+
+    @property
+    def worst(self) -> list[Tracked]:
+        """The frames that are not good, the worst one first."""
+        bad = [one for one in self._measured if one.report.quality != "good"]
+        order = ("ruined", "doubtful")
+        ranked = sorted(bad, key=lambda one: (order.index(one.report.quality), -one.report.far))
+        return ranked[:_MOST_FRAMES]
+
+    @property
+    def suspects(self) -> tuple[str, ...]:
+        """The cameras with far more of them than the others, or that are much farther away."""
+        shares = {name: one.share for name, one in self.cameras.items()}
+        each = ((name, one.distance) for name, one in self.cameras.items())
+        known = {name: distance for name, distance in each if distance is not None}
+        more = beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
+        farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
+        return tuple(name for name in self.cameras if name in more | farther)
+
+    @property
+    def reason(self) -> str:
+        """What is wrong with the result, in a sentence; empty if nothing is."""
+        told = []
+        if self.start:
+            told.append(self.start)
+        if self._mostly_empty:
+            told.append("hardly anything was measured of most frames")
+        if self._frames != "good":
+            told += self._told_of_frames()
+        if self.suspects:
+            told.append(
+                f"{self.total.share:.1%} of the points are farther than a mean edge from the mesh"
+            )
+        if self.suspects:
+            cameras = (
+                f"{name!r} ({one.share:.1%} far, the others {one.distance or 0.0:.2g} away)"
+                for name, one in self.cameras.items()
+                if name in self.suspects
+            )
+            told.append(
+                f"of cameras {', '.join(cameras)}, points are farther from the mesh than those of "
+                "the others, so the poses or intrinsics of these, or of one that sees the same "
+                "parts, may be wrong"
+            )
+        starts_badly = self.tracked and self.tracked[0].report.quality != "good"
+        if self.advice and (self.suspects or starts_badly):
+            told.append(self.advice)
+        how = {"good": "", "doubtful": "doubtful: ", "ruined": "probably ruined: "}[self.quality]
+        return how + "; ".join(told)
+
+    def _told_of_frames(self) -> Iterator[str]:
+        """Says how many frames are not good, and what is wrong with the worst one."""
+        bad = [one.number for one in self._measured if one.report.quality != "good"]
+        worst = self.worst[0]
+        yield (
+            f"{len(bad)} of {counted(len(self._measured), 'frame')} "
+            f"{'is' if len(bad) == 1 else 'are'} not good: {ranges_of(bad)}"
+        )
+        yield f"of frame {worst.number}, which is {worst.report.quality}, {worst.report.reason}"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What else the user should know."""
+        told = []
+        if self.unmeasured:
+            names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
+            told.append(f"hardly anything was measured of frames {names}")
+        seen = [one.report.seen for one in self._measured]
+        if (falls := _core.falling_sight(seen)) < len(seen):
+            told.append(
+                f"of the vertices, {max(seen[:falls]):.0%} were seen until frame "
+                f"{self._measured[falls - 1].number}, and {seen[falls]:.0%} in frame "
+                f"{self._measured[falls].number}; what no camera sees is estimated, as standard "
+                "errors tell"
+            )
+        return tuple(told)
+
+
+def ranges_of(numbers: list[Number]) -> str:
+    """Names numbers in order, runs of them by their ends, such as "3, 7 to 12"."""
+    runs = [
+        [number for _, number in run]
+        for _, run in groupby(enumerate(numbers), lambda one: one[1] - one[0])
+    ]
+    named = [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
+    return some_of(named, _MOST_FRAMES)
+
+
+def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
+    """Returns the names whose value is so many times the median of the others, and not small."""
+    found = set()
+    for name, value in values.items():
+        others = [one for other, one in values.items() if other != name]
+        if others and value > max(least, times * float(np.median(others))):
+            found.add(name)
+    return found

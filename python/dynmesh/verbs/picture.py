@@ -1,0 +1,87 @@
+"""Pictures of sequences."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from .._checks import check_integer
+from .._options import Input, Method, Output
+from ..draw.picture import drawn, evenly_spaced
+from ..draw.quantities import Alone
+from ..formats import OneSequence, PathLike, Source
+from ..formats.comparison import remarks_of
+from ..formats.conversion import Axis
+from ..formats.output import new_output
+from ..formats.times import index_of
+from .view import opened_together, output_path
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+
+def picture(
+    sequence: OneSequence,
+    out: Output[PathLike | None] = None,
+    *,
+    frames: Input[float | Iterable[float] | None] = None,
+    count: Input[int] = 6,
+    reference: Input[OneSequence | None] = None,
+    source: Source | None = None,
+    colour: Method[Alone | None] = None,
+    title: Method[str | None] = None,
+    up: Method[Axis | None] = None,
+    azimuth: Method[float] = 60.0,
+    size: Output[int] = 480,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> "Image.Image":
+    """Draws frames of a sequence: one, or a contact sheet of several.
+
+    In a notebook, a picture shows itself. Its `info` has the remarks that commands print.
+
+    Args:
+        sequence: the sequence.
+        out: the PNG file to write; without it, Python returns the picture alone.
+        frames: the number of a frame, or of several, for which a command repeats the option; else,
+            `count` frames, evenly spaced.
+        count: the number of frames, at most.
+        reference: the true sequence; colours then show the error.
+        source: how to read the sequence; faces and the mesh are those of the reference, too.
+        colour: what colours show, as in a page: "error", "generation", "age", "standard_error",
+            "known" or "plain".
+        title: the heading; else, the name of the file.
+        up: the up axis; else, as a file states it, or a guess.
+        azimuth: the viewing angle around the up axis, in degrees.
+        size: pixels of a frame, each way.
+        overwrite: whether to replace an existing file.
+        progress: whether to show on standard error how far it is.
+
+    Raises:
+        FileExistsError: `out` exists.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
+            not installed, there is no such frame, or an argument is refused.
+    """
+    output = output_path(out, overwrite, ".png")
+    check_integer("size", size, 16)
+    check_integer("count", count, 1)
+    with opened_together(sequence, reference, None, source or {}) as (own, truth, _):
+        if frames is None:
+            indices = evenly_spaced(own.n_frames, count)
+        else:
+            numbers = frames if isinstance(frames, Iterable) else [frames]
+            indices = [index_of(own.header, number, "frames") for number in numbers]
+        made: Image.Image = drawn(
+            own,
+            indices=indices,
+            reference=truth,
+            colour=colour,
+            title=title,
+            up=up,
+            azimuth=azimuth,
+            size=size,
+            progress=progress,
+        )
+        made.info["remarks"] = remarks_of(own, truth)
+    if output is not None:
+        with new_output(output, overwrite, ".png") as hidden:
+            made.save(hidden)
+    return made

@@ -1,0 +1,179 @@
+"""Pages that play sequences."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .. import formats
+from .._checks import check_integer, check_path
+from .._errors import InputError
+from .._options import Input, Method, Output
+from ..draw.page import Page, page, require_page, scan_factor
+from ..draw.page.pick import pick_page
+from ..draw.quantities import Colour
+from ..formats import OneSequence, PathLike, Source
+from ..formats.comparison import remarks_of
+from ..formats.conversion import Axis
+from ..formats.output import check_output, new_output
+from ..frames import Frames
+from ..scans import ScanReader, open_scans
+from ..tracking.background import Background, Crop, ScansWithoutBackground
+from ..tracking.single_scan import open_single
+
+if TYPE_CHECKING:
+    pass
+
+
+def view(
+    sequence: OneSequence,
+    out: Output[PathLike | None] = None,
+    *,
+    reference: Input[OneSequence | None] = None,
+    input: Input[OneSequence | None] = None,
+    scans: Input[PathLike | ScanReader | None] = None,
+    cameras: Input[PathLike | None] = None,
+    scan_unit: Input[float | str | None] = None,
+    crop: Input[Crop | str | None] = None,
+    remove_planes: Input[bool] = False,
+    quality: Input[PathLike | None] = None,
+    pick: Input[PathLike | None] = None,
+    source: Source | None = None,
+    colour: Method[Colour | None] = None,
+    title: Method[str | None] = None,
+    up: Method[Axis | None] = None,
+    azimuth: Method[float] = 60.0,
+    max_frames: Method[int] = 120,
+    max_vertices: Method[int] = 20_000,
+    overwrite: Output[bool] = False,
+    progress: bool = False,
+) -> Page:
+    """Makes a page that plays a sequence in any browser, offline.
+
+    The input and the reference play beside it. In the page, ? lists the keys. In a notebook, a page
+    shows itself.
+
+    Args:
+        sequence: the sequence.
+        out: the HTML file to write; without it, Python returns the page alone.
+        reference: the true sequence; colours then show the error.
+        input: the sequence that was completed.
+        scans: those that the sequence was tracked in.
+        cameras: where their cameras stand; else, `cameras.json` beside them.
+        scan_unit: the unit of length of the scans: m, cm, mm, or a number of metres; else, as their
+            files state it.
+        crop: leave out points outside the box x,y,z,x,y,z, or farther than this from that of the
+            mesh, in the unit of the sequence.
+        remove_planes: whether to leave out floor and walls: planes in the first scan that are
+            larger than the mesh.
+        quality: the table that tracking wrote by `csv`; a line under the slider then shows how good
+            each frame is, and leads to those that are clicked.
+        pick: instead, show frame 0, the template, beside the first of the scans, a file or several;
+            the page pairs vertices and points that are clicked, and saves them under this name, as
+            landmarks of a registration.
+        source: how to read `input` if it is given, else the sequence; faces and the mesh are those
+            of every file that needs them.
+        colour: what colours show at first: "error", "generation", "age", "standard_error", "known",
+            "distance", from the nearest point of the scans, or "plain"; else, the first of them
+            that there is.
+        title: the heading; else, the name of the file.
+        up: the up axis; else, as a file states it, or a guess.
+        azimuth: the viewing angle around the up axis, in degrees.
+        max_frames: longer sequences show every second, third, ... frame.
+        max_vertices: larger meshes are simplified to about this many vertices.
+        overwrite: whether to replace an existing file.
+        progress: whether to show on standard error how far it is.
+
+    Raises:
+        FileExistsError: `out` exists.
+        OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
+            not installed, or an argument is refused.
+    """
+    output = output_path(out, overwrite, ".html")
+    check_integer("max_frames", max_frames, 1)
+    check_integer("max_vertices", max_vertices, 4)
+    require_page(scans=scans is not None)
+    room = Background(crop, remove_planes)
+    of_scans = {"cameras": cameras, "scan_unit": scan_unit, "crop": crop}
+    for name, value in (of_scans | {"remove_planes": remove_planes or None}).items():
+        if value is not None and scans is None:
+            raise InputError("is that of `scans`, which are not given", argument=name)
+    if pick is not None:
+        others = {"reference": reference, "input": input, "quality": quality, "colour": colour}
+        _check_pick(pick, scans, {**others, "scan_unit": scan_unit})
+    if quality is not None:
+        check_path("quality", quality)
+    if scans is not None and not isinstance(scans, ScanReader):
+        if pick is not None and Path(scans).is_file():
+            scans = open_single(Path(scans), cameras)
+        else:
+            scans = open_scans(scans, cameras=cameras, gaps="lost")
+    with opened_together(sequence, reference, input, source or {}) as (own, truth, given):
+        if room and scans is not None:
+            scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))
+        if pick is not None and scans is not None:
+            look = azimuth, max_vertices
+            made = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
+        else:
+            made = page(
+                own,
+                reference=truth,
+                input=given,
+                scans=scans,
+                scan_unit=scan_unit,
+                quality=None if quality is None else Path(quality),
+                colour=colour,
+                title=title,
+                up=up,
+                azimuth=azimuth,
+                max_frames=max_frames,
+                max_vertices=max_vertices,
+                progress=progress,
+            )
+        made = replace(made, remarks=(*made.remarks, *remarks_of(own, truth, given)))
+    if output is None:
+        return made
+    with new_output(output, overwrite, ".html") as hidden:
+        hidden.write_text(made.html, encoding="utf-8")
+    return replace(made, output=output)
+
+
+def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> None:
+    """Refuses what cannot be picked, or shown beside it."""
+    check_path("pick", pick)
+    if Path(pick).suffix != ".json":
+        raise InputError(f"must end with .json, not {pick}", argument="pick", value=pick)
+    if scans is None:
+        raise InputError("are needed, to pick points of the first one", argument="scans")
+    for name, given in others.items():
+        if given is not None:
+            raise InputError("cannot be shown where landmarks are picked", argument=name)
+
+
+def output_path(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | None:
+    """The path of an output, which is refused before any work begins."""
+    if out is None:
+        return None
+    check_path("out", out)
+    check_output(Path(out), overwrite, *suffixes)
+    return Path(out)
+
+
+@contextmanager
+def opened_together(
+    sequence: OneSequence,
+    reference: OneSequence | None,
+    given: OneSequence | None,
+    source: Source,
+) -> Iterator[tuple[Frames, Frames | None, Frames | None]]:
+    """Opens a sequence, its reference and its input, of those that there are."""
+    shared: Source = {"faces": source.get("faces"), "prim": source.get("prim")}
+    with ExitStack() as stack:
+        how = source if given is None else shared
+        own = stack.enter_context(formats.opened_beside(sequence, "sequence", how))
+        truth, partial = (
+            None if one is None else stack.enter_context(formats.opened_beside(one, name, how))
+            for name, one, how in (("reference", reference, shared), ("input", given, source))
+        )
+        yield own, truth, partial

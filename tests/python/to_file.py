@@ -1,0 +1,84 @@
+"""Verbs from file to file, as a command runs them."""
+
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+import dynmesh
+from dynmesh._errors import locating
+from dynmesh.verbs.convert import convert_clouds
+
+_WRITING = ("provenance", "overwrite", "output_format")
+
+
+def write(frames: Any, output: str | Path, **options: Any) -> SimpleNamespace:
+    """Writes frames, and returns all that the reports say."""
+    options = {"overwrite": False} | options
+    if "output_format" in options:
+        options["format"] = options.pop("output_format")
+    with frames, warnings.catch_warnings():
+        warnings.simplefilter("ignore", dynmesh.DoubtfulWarning)
+        written = dynmesh.write(output, frames, **options)
+    of_verb = {} if written.report is None else vars(written.report)
+    return SimpleNamespace(**(of_verb | vars(written)), lines=written.lines)
+
+
+def frames_of(header: dynmesh.Header, frames: Iterable[Any]) -> dynmesh.ComputedFrames[Any]:
+    """Frames or positions with a header."""
+    return dynmesh.ComputedFrames(
+        header, lambda: (f if isinstance(f, dynmesh.Frame) else dynmesh.Frame(f) for f in frames)
+    )
+
+
+def complete(
+    path: str | Path, output: str | Path, *, source: Any = None, **options: Any
+) -> SimpleNamespace:
+    """Completes a file."""
+    writing = {name: options.pop(name) for name in _WRITING if name in options}
+    with dynmesh.formats.opened(path, "path", options.get("template"), **(source or {})) as frames:
+        return write(dynmesh.complete(frames, **options), output, **writing)
+
+
+def convert(
+    path: str | Path, output: str | Path, *, source: Any = None, **options: Any
+) -> SimpleNamespace:
+    """Converts a file, or point clouds."""
+    gaps = (source or {}).get("gaps", "refuse")
+    clouds = convert_clouds(Path(path), Path(output), gaps=gaps, **options)
+    if clouds is not None:
+        return SimpleNamespace(**vars(clouds))
+    writing = {name: options.pop(name) for name in _WRITING if name in options}
+    with dynmesh.open(path, **(source or {})) as frames:
+        return write(dynmesh.convert(frames, **options), output, **writing)
+
+
+def track(scans: str | Path, output: str | Path, **options: Any) -> SimpleNamespace:
+    """Tracks scans."""
+    writing = {name: options.pop(name) for name in _WRITING if name in options}
+    return write(dynmesh.track(scans, **options), output, **writing)
+
+
+def register(
+    template: str | Path, scan: str | Path, output: str | Path, **options: Any
+) -> SimpleNamespace:
+    """Registers a template with a scan."""
+    writing = {name: options.pop(name) for name in _WRITING if name in options}
+    return write(dynmesh.registered(template, scan, **options), output, **writing)
+
+
+def pushed(
+    faces: Any, frames: Any, known: Any = None, *, training: Any = None, **settings: Any
+) -> list[Any]:
+    """Completes frames one after another; the first one is complete."""
+    points = [np.asarray(frame) for frame in frames]
+    masks = [None] * len(points) if known is None else [*known]
+    completer = dynmesh.Completer(faces, points[0], training=training, **settings)
+    completed = [points[0]]
+    for number, (one, mask) in enumerate(zip(points[1:], masks[1:], strict=True), 1):
+        with locating(frame=number):
+            completed.append(completer.push(one, mask))
+    return completed
