@@ -178,9 +178,10 @@ def registered(
             yield Frame(found.vertices)
             if page is not None:
                 _write_page(Path(page), found, mesh, reader, overwrite)
+            reason = _reason(found, first, left, marks, align, rooms)
             return RegisterReport(
-                quality=found.quality,
-                reason=_reason(found, first, left, marks, align, rooms),
+                quality="doubtful" if reason and found.quality == "good" else found.quality,
+                reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
                 registration=found,
                 page=None if page is None else Path(page),
@@ -233,9 +234,13 @@ def _reason(
     align: bool,
     rooms: str,
 ) -> str:
-    """The quality and its reason, and what to do about it; empty if it is good."""
+    """The quality and its reason, and what to do about it; empty if it is good.
+
+    A mirrored template may fit well. Then only landmarks tell.
+    """
     if found.quality == "good":
-        return ""
+        wrong = "" if landmarks is None else exchanged(template, landmarks)
+        return f"doubtful: {wrong}, or the template is mirrored" if wrong else ""
     wrong = rooms or inside_out(scan)  # as the walls of a room face its middle
     if landmarks is not None:
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
