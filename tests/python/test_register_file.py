@@ -16,10 +16,11 @@ from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh.draw.figures import View
+from dynmesh.geometry import size_of
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
-from dynmesh.tracking.units import Units, ratio_of, size_of
+from dynmesh.tracking.units import Units, ratio_of
 
 
 def written(folder: Path, rng: np.random.Generator) -> Array:

@@ -22,6 +22,7 @@ from ..draw.page import require_page
 from ..formats import PathLike
 from ..formats.output import check_output, new_output
 from ..frames import ComputedFrames, Frame, Frames
+from ..geometry import size_of
 from ..registration import Landmarks, Registration
 from ..scan import PointScan, Scan, inside_out
 from ..scans import ScanReader
@@ -29,7 +30,7 @@ from ..tracking.background import Background, Crop
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.single_scan import open_single
-from ..tracking.units import ratio_of, size_of, units_of
+from ..tracking.units import ratio_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
