@@ -15,7 +15,7 @@ import numpy as np
 
 import dynmesh
 from dynmesh._arrays import Mask
-from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.metrics import vertex_error
 
 from .harness import Line, Table, progress, sequences

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dynmesh import metrics
 from dynmesh._arrays import Mask, Positions
-from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import Scan
 
 from .harness import progress

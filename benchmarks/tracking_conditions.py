@@ -32,7 +32,7 @@ from scipy.spatial import cKDTree
 
 from dynmesh import Tracker, degrade
 from dynmesh._arrays import Positions
-from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import DepthScan, PointScan, Scan
 from dynmesh.tracking.placing import push_scan
 

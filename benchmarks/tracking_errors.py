@@ -13,7 +13,7 @@ import numpy as np
 
 from dynmesh import Tracker, degrade
 from dynmesh.calibration import Floats
-from dynmesh.normals import vertex_normals
+from dynmesh.geometry import vertex_normals
 from dynmesh.tracking.placing import push_scan
 
 from .harness import ABSENT, Line, Table, sequences

@@ -28,7 +28,7 @@ LARGEST = {4: 1e18, 8: 1e200}
 """The largest coordinates that a completer accepts, by the bytes of a coordinate."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame(VertexAttributes):
     """One frame of a sequence. It can be unpacked: ``points, known = frame``.
 
@@ -66,6 +66,11 @@ class Frame(VertexAttributes):
     def observed(self) -> Mask:
         """(k,) bool, which vertices were observed and have a position that can be used."""
         return self.claimed & self.present
+
+    def __repr__(self) -> str:
+        """Describes the frame without its numbers."""
+        known = np.count_nonzero(self.observed) / max(1, len(self.points))
+        return f"Frame({len(self.points)} vertices, {self.points.dtype}, {known:.0%} observed)"
 
     def __iter__(self) -> Iterator[Any]:
         """Yields the points and the mask."""

@@ -10,8 +10,8 @@ from meshes import Array, Mesh, turned
 from PIL import Image
 
 from dynmesh import Sequence, degrade
-from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.degrade.visibility import intrinsics_of, pose_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     DepthScan,
     PointScan,

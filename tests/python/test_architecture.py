@@ -16,7 +16,7 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 CPP = REPOSITORY / "cpp"
 
-WITH = {"arrays": ("metrics", "normals", "calibration", "baselines")}
+WITH = {"arrays": ("metrics", "geometry", "calibration", "baselines")}
 """Modules that stand with another one."""
 
 

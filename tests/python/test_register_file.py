@@ -16,10 +16,11 @@ from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh.draw.figures import View
+from dynmesh.geometry import size_of
 from dynmesh.scans import PointScan, write_ply
 from dynmesh.tracking.landmarks import exchanged, read_landmarks
 from dynmesh.tracking.single_scan import open_single
-from dynmesh.tracking.units import Units, ratio_of, size_of
+from dynmesh.tracking.units import Units, ratio_of
 
 
 def written(folder: Path, rng: np.random.Generator) -> Array:
@@ -299,3 +300,17 @@ def test_exchanged_and_mirrored_landmarks(rng: np.random.Generator) -> None:
     mirrored = TORUS.vertices * [-1, 1, 1]
     assert exchanged(TORUS.vertices, (vertices, TORUS.vertices[vertices])) == ""
     assert "left and right" in exchanged(TORUS.vertices, (vertices, mirrored[vertices]))
+
+
+def test_landmarks_tell_that_a_template_is_mirrored(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    truth = written(tmp_path, rng)
+    mirrored = TORUS.vertices * [-1, 1, 1]
+    dynmesh.write(tmp_path / "body.obj", dynmesh.Sequence(mirrored[None], TORUS.faces[:, ::-1]))
+    vertices = np.arange(0, 400, 37)
+    marks = [{"vertex": int(v), "position": truth[v].tolist()} for v in vertices]
+    (tmp_path / "marks.json").write_text(json.dumps(marks))
+    words = (tmp_path / "body.obj", tmp_path / "scans" / "first.ply", tmp_path / "made.obj")
+    said = run("register", *words, "--landmarks", tmp_path / "marks.json", code=3).stderr
+    assert "left and right are probably exchanged in the landmarks" in said

@@ -20,7 +20,7 @@ from test_scans import potato
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.degrade.shared import mean_edge_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     DepthScan,
     PointScan,

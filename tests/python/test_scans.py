@@ -13,8 +13,8 @@ from tracking_reference import places
 
 from dynmesh import degrade
 from dynmesh.degrade import Camera
-from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.degrade.visibility import depth_buffer, intrinsics_of, pose_of
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import DepthScan, PointScan
 
 NEAR_X = Camera((4.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 60.0)

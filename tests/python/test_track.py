@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scan_files import error, moving_body
 
 import dynmesh
-from dynmesh.degrade.shared import mean_edge_of
 from dynmesh.draw.page import page
+from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     DepthScan,
     PointScan,

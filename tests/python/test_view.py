@@ -17,13 +17,14 @@ import dynmesh
 from dynmesh import Sequence, metrics, view, write
 from dynmesh import open as open_sequence
 from dynmesh.draw import notebook
-from dynmesh.draw.heatmap import Heatmap, likely_up, stated_up, whole_faces
+from dynmesh.draw.heatmap import Heatmap, stated_up, whole_faces
 from dynmesh.draw.page import Shown
 from dynmesh.draw.page import page as page_for
 from dynmesh.draw.page.simplify import thin
 from dynmesh.draw.picture import contact_sheet, drawn, evenly_spaced
 from dynmesh.draw.quantities import QUANTITIES, Alone, Colour
 from dynmesh.draw.scales import count_scale, measure_scale
+from dynmesh.geometry import likely_up
 from dynmesh.scans import PointScan, open_scans, write_ply
 
 MESH = sheet(12)

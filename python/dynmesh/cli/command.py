@@ -120,7 +120,7 @@ class Command:
         for one in every:
             self.options.setdefault(one.key, []).append(one)
         self.takes_source = takes_source
-        parameters = [self._parameter(key, one[0]) for key, one in self.options.items()]
+        parameters = [self._parameter(key, one[-1]) for key, one in self.options.items()]
         vars(self)["__signature__"] = inspect.Signature([*parameters, *_common()])
         self.__annotations__ = {one.name: one.annotation for one in [*parameters, *_common()]}
 

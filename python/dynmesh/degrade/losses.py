@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._checks import check_between, check_integer, check_not_negative, check_positive
 from .._errors import InputError
+from ..geometry import mean_edge_of
 from ..polygons import Faces
 from ..topology import cells
-from .shared import Purpose, check_cameras, mean_edge_of, numbered, rng_of, triangles_of
+from .shared import Purpose, check_cameras, numbered, rng_of, triangles_of
 from .visibility import Camera, visible
 
 _Integers = NDArray[np.integer[Any]]

@@ -14,18 +14,11 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
-from ..normals import unit
+from ..geometry import mean_edge_of, unit
 from ..polygons import Faces
 from ..scan import DepthScan, PointScan
 from .losses import patch_known
-from .shared import (
-    Purpose,
-    check_cameras,
-    mean_edge_of,
-    numbered,
-    rng_of,
-    triangles_of,
-)
+from .shared import Purpose, check_cameras, numbered, rng_of, triangles_of
 from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
 
 _Integers = NDArray[np.integer[Any]]

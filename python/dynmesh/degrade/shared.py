@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from .. import _arrays
 from .._arrays import Positions
-from .._checks import check_array, check_complete
+from .._checks import check_array
 from .._errors import InputError, KindError, locating
 from ..header import check_faces
 from ..polygons import Faces, split_faces
-from ..topology import cells
 from .visibility import Camera
 
 _Integers = NDArray[np.integer[Any]]
@@ -50,23 +49,6 @@ def numbered(frames: Iterable[Positions]) -> Iterator[tuple[int, Positions]]:
                 f"must have shape {expected} as frame 0, not {points.shape}", frame=frame
             )
         yield frame, points
-
-
-def mean_edge_of(first_frame: Positions, faces: Faces) -> float:
-    """Returns the mean length of the edges, the unit of noise and outliers.
-
-    Raises:
-        ValueError: the frame is not finite, or has no edge longer than 0.
-    """
-    with locating(frame=0):
-        check_complete(None, first_frame)
-    offsets, neighbours = cells(faces, len(first_frame))
-    vertices = np.repeat(np.arange(len(first_frame)), np.diff(offsets))
-    edges = first_frame.astype(np.float64)[vertices] - first_frame[neighbours]
-    lengths = np.linalg.norm(edges, axis=1)
-    if not lengths.any():
-        raise InputError("frame 0 must have edges longer than 0, but has none", argument="frames")
-    return float(lengths.mean())
 
 
 def round_up(value: float) -> float:

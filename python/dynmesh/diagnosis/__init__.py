@@ -8,8 +8,8 @@ import numpy as np
 
 from .. import formats
 from .._progress import tracked
-from ..draw.heatmap import likely_up
 from ..formats import OneSequence, Source
+from ..geometry import likely_up
 from .finding import CODES, SEVERITIES, Diagnosis, Finding, Severity, Where
 from .mesh import Mesh, examine
 from .motion import Motion

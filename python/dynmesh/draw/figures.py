@@ -17,7 +17,7 @@ from .._arrays import Mask, Positions
 from .._checks import check_complete
 from .._errors import InputError
 from .._extras import require
-from ..normals import unit
+from ..geometry import unit
 from ..topology import cells
 
 Image = NDArray[np.uint8]

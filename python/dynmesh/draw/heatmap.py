@@ -136,15 +136,6 @@ def stated_up(*readers: Frames | None) -> str | None:
     return next((axis for axis in axes if axis is not None), None)
 
 
-def likely_up(first: Positions, said: str | None) -> str:
-    """Returns the up axis: as a file states it, else z for a flat sheet, else y."""
-    if said is not None:
-        return said
-    finite = first[np.isfinite(first).all(axis=1)]
-    extent = np.ptp(finite, axis=0) if len(finite) else np.ones(3)
-    return "z" if extent.argmin() == 2 and extent[2] < 0.25 * extent.max() else "y"
-
-
 def whole_faces(
     faces: NDArray[np.integer[Any]], visible: Mask
 ) -> tuple[NDArray[np.integer[Any]], Mask]:

@@ -10,9 +10,10 @@ import numpy as np
 from .._extras import require, require_all
 from .._progress import tracked
 from ..frames import Frames
+from ..geometry import likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
-from .heatmap import Heatmap, ShownFrame, likely_up, stated_up, whole_faces
+from .heatmap import Heatmap, ShownFrame, stated_up, whole_faces
 from .quantities import Colour
 from .scales import Scale
 

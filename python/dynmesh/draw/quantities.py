@@ -12,8 +12,9 @@ from .._arrays import Positions
 from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
-from ..degrade.shared import mean_edge_of, round_up
+from ..degrade.shared import round_up
 from ..frames import Frame, Frames, check_whole
+from ..geometry import mean_edge_of
 from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR

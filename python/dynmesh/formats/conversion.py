@@ -22,7 +22,7 @@ Unit: TypeAlias = float | str
 
 @dataclass(frozen=True)
 class Changes:
-    """What is asked of a conversion; :func:`dynmesh.convert_file` explains the attributes.
+    """What is asked of a conversion; :func:`dynmesh.convert` explains the attributes.
 
     Raises:
         TypeError, ValueError: no sequence can be changed so; the rest is checked with a sequence.

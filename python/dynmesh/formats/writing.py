@@ -73,7 +73,7 @@ def write(
             (generation), and for how many frames it was not observed (age); else, if the frames
             have them and the format can hold them. A file that has them can be completed again:
             what was estimated is then estimated again.
-        overwrite: whether to replace an existing file.
+        overwrite: whether to replace existing files.
 
     Raises:
         FileExistsError: the file exists and is not to be replaced.

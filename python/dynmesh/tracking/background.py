@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from .._arrays import Mask, Positions
 from .._checks import check_flags, check_not_negative
 from .._errors import InputError, locating
-from ..degrade.shared import mean_edge_of
 from ..frames import Frame, Frames
+from ..geometry import mean_edge_of
 from ..scans import DepthScan, PointScan, Scan, ScanReader
 
 _Floats = NDArray[np.float64]

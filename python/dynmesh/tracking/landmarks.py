@@ -25,7 +25,8 @@ def read_landmarks(path: Path) -> Landmarks:
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it is not as :func:`register_file` describes; the message names the landmark.
+        ValueError: it is not as :func:`dynmesh.registered` describes; the message names the
+            landmark.
     """
     with naming(path):
         given = json_in(path)

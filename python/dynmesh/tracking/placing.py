@@ -15,6 +15,7 @@ from .._arrays import Positions
 from .._errors import InputError, locating
 from ..completion.start import template_of
 from ..frames import Frames
+from ..geometry import size_of
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scan import inside_out
 from ..scans import DepthScan, PointScan, Scan, ScanReader
@@ -23,7 +24,7 @@ from .background import Background
 from .corrections import wrong_camera
 from .landmarks import exchanged
 from .surface import Surface
-from .units import Units, ratio_of, size_of
+from .units import Units, ratio_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from .._report import listed
 from ..completion.start import template_of
 from ..formats import PathLike
 from ..formats.ply import read_elements
-from ..normals import vertex_normals
+from ..geometry import vertex_normals
 from ..scans import PointScan, ScanReader, open_scans, read_points
 from ..scans.cameras import Rig
 from ..scans.depth_files import SUFFIX

@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Positions
-from ..degrade.shared import mean_edge_of
-from ..normals import vertex_normals
+from ..geometry import mean_edge_of, size_of, vertex_normals
 from ..scans import DepthScan
 from .background import without_planes
-from .units import size_of
 
 _Floats = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from .. import _core
 from .._arrays import Positions
 from .._errors import InputError
-from ..degrade.shared import mean_edge_of
 from ..formats.units import UNITS, agreed, explaining
 from ..frames import Frames
+from ..geometry import mean_edge_of, size_of
 from ..scans import Scan, ScanReader, unit_of_scans
 from .background import extent_of, without_planes
 
@@ -121,11 +121,6 @@ def _places_on(template: Positions, faces: NDArray[np.integer[Any]]) -> Position
 def is_alike(ratio: float, tolerance: float = _ALIKE) -> bool:
     """Whether a ratio of sizes needs no explanation."""
     return 1 / tolerance < ratio < tolerance
-
-
-def size_of(points: Positions) -> float:
-    """The diagonal of the bounding box; 1 if there is none."""
-    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
 def units_of(

@@ -16,14 +16,13 @@ from .._progress import tracked
 from .._report import OutputReport, Report, counted
 from ..completion.start import frame_at
 from ..degrade.recordings import Vector, degraded_frames, scanned
-from ..degrade.shared import mean_edge_of
-from ..draw.heatmap import likely_up
 from ..formats import PathLike, Source
 from ..formats.conversion import Axis
 from ..formats.numbered import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frames import ComputedFrames, Frame, Frames
+from ..geometry import likely_up, mean_edge_of
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
 

@@ -22,6 +22,7 @@ from ..draw.page import require_page
 from ..formats import PathLike
 from ..formats.output import check_output, new_output
 from ..frames import ComputedFrames, Frame, Frames
+from ..geometry import size_of
 from ..registration import Landmarks, Registration
 from ..scan import PointScan, Scan, inside_out
 from ..scans import ScanReader
@@ -29,7 +30,7 @@ from ..tracking.background import Background, Crop
 from ..tracking.landmarks import exchanged, read_landmarks
 from ..tracking.placing import registered_with
 from ..tracking.single_scan import open_single
-from ..tracking.units import ratio_of, size_of, units_of
+from ..tracking.units import ratio_of, units_of
 
 _MISPLACED = 0.03
 """Farther from its position than this share of the diagonal, a landmark is named."""
@@ -178,9 +179,10 @@ def registered(
             yield Frame(found.vertices)
             if page is not None:
                 _write_page(Path(page), found, mesh, reader, overwrite)
+            reason = _reason(found, first, left, marks, align, rooms)
             return RegisterReport(
-                quality=found.quality,
-                reason=_reason(found, first, left, marks, align, rooms),
+                quality="doubtful" if reason and found.quality == "good" else found.quality,
+                reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
                 registration=found,
                 page=None if page is None else Path(page),
@@ -233,9 +235,13 @@ def _reason(
     align: bool,
     rooms: str,
 ) -> str:
-    """The quality and its reason, and what to do about it; empty if it is good."""
+    """The quality and its reason, and what to do about it; empty if it is good.
+
+    A mirrored template may fit well. Then only landmarks tell.
+    """
     if found.quality == "good":
-        return ""
+        wrong = "" if landmarks is None else exchanged(template, landmarks)
+        return f"doubtful: {wrong}, or the template is mirrored" if wrong else ""
     wrong = rooms or inside_out(scan)  # as the walls of a room face its middle
     if landmarks is not None:
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)

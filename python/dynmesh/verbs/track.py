@@ -14,13 +14,13 @@ from .._options import Input, Method, Output
 from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
 from ..completion.training import Training, TrainingFrames
-from ..degrade.shared import mean_edge_of
 from ..formats import PathLike
 from ..formats.format import Gaps
 from ..formats.numbered import Number
 from ..formats.output import check_output, new_output
 from ..formats.times import timing_of
 from ..frames import ComputedFrames, Frame
+from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader

@@ -15,9 +15,10 @@ from ..._progress import tracked
 from ..._report import Report
 from ...formats.times import mean_rate
 from ...frames import Frames
+from ...geometry import likely_up
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
-from ..heatmap import Heatmap, ShownFrame, likely_up, stated_up
+from ..heatmap import Heatmap, ShownFrame, stated_up
 from ..quantities import Colour
 from .player import player
 from .simplify import thin

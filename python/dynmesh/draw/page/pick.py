@@ -5,9 +5,9 @@ import numpy as np
 from ..._arrays import Positions
 from ..._errors import InputError, locating
 from ...frames import Frames
+from ...geometry import likely_up
 from ...scans import ScanReader
 from ..figures import KNOWN_COLOUR, SURFACE_COLOUR, View
-from ..heatmap import likely_up
 from . import Page, Shown
 from .document import FIELD_OF_VIEW, Unit, document, new_plot, number_of, packed
 from .simplify import thin

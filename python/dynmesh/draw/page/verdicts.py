@@ -61,7 +61,7 @@ def shown_verdicts(path: Path, reader: Frames, indices: range) -> list[Verdict]:
     """Returns the worst verdict of the frames for which each shown one stands.
 
     Args:
-        path: the table that :func:`dynmesh.track_file` writes.
+        path: the table that :func:`dynmesh.track` writes.
         reader: the sequence.
         indices: the frames that are shown, of which the first is 0.
 
