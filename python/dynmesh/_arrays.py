@@ -89,8 +89,8 @@ def template(faces: Any, points: Any, name: str) -> tuple[Faces, Any]:
         return faces, points
     mesh = mesh_arrays(faces)
     if mesh is None:
-        told = f"is missing, as faces are no mesh with positions, but {type(faces).__name__}"
-        raise KindError(told, argument=name)
+        message = f"is missing, as faces are no mesh with positions, but {type(faces).__name__}"
+        raise KindError(message, argument=name)
     return mesh
 
 

@@ -166,10 +166,10 @@ def indices_among(frames: Any, n_frames: int) -> range | list[int]:
         return range(n_frames)[frames]
     array = np.asarray(frames)
     if array.ndim != 1 or (array.dtype.kind not in "iu" and array.size):
-        told = (
+        message = (
             f"must be an integer, a slice or indices, not {type(frames).__name__} of {array.dtype}"
         )
-        raise KindError(told, argument="frame")
+        raise KindError(message, argument="frame")
     indices = [frame_index(index, n_frames) for index in array.tolist()]
     if any(later <= one for one, later in pairwise(indices)):
         raise InputError(f"must ascend, not {indices}", argument="frames")

@@ -119,8 +119,8 @@ def of_library(tried: str, kind: type[Exception] = InputError) -> Iterator[None]
             if error.filename is not None:
                 raise
             raise OSError(error.errno, os.strerror(error.errno)) from error  # which is one line
-        told = getattr(error.args[0] if error.args else None, "commentary", str(error))  # of USD
-        lines = [" ".join(line.split()) for line in str(told).splitlines() if line.strip()]
+        message = getattr(error.args[0] if error.args else None, "commentary", str(error))  # of USD
+        lines = [" ".join(line.split()) for line in str(message).splitlines() if line.strip()]
         if not isinstance(error, ValueError | OSError | RuntimeError):
             lines = [": ".join([type(error).__name__, *lines[-1:]])]
         raise kind(f"{tried}: {lines[-1] if lines else type(error).__name__}") from error

@@ -102,8 +102,8 @@ class Stream:
         try:
             given = bytes(memoryview(state))
         except TypeError as error:
-            told = f"must be bytes, not {type(state).__name__}"
-            raise KindError(told, argument="state") from error
+            message = f"must be bytes, not {type(state).__name__}"
+            raise KindError(message, argument="state") from error
         self._core.restore(given)
 
     @property
@@ -174,7 +174,7 @@ def _check_setting(name: str, value: Any, kind: Any) -> None:
         if not isinstance(value, str):
             raise KindError(f"must be a string, not {value!r}", argument=name, value=value)
         if value not in choices:
-            told = " or ".join(map(repr, choices))
-            raise SettingError(f"must be {told}, not {value!r}", argument=name, value=value)
+            message = " or ".join(map(repr, choices))
+            raise SettingError(f"must be {message}, not {value!r}", argument=name, value=value)
     elif value is not None:
         check_number(name, value)

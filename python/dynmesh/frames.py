@@ -333,8 +333,8 @@ class ComputedFrames(Frames, Generic[R]):
             ValueError: not all frames have been made yet.
         """
         if self._report is None:
-            told = "is there when all frames have been gone through, as write and read do"
-            raise InputError(told, argument="report")
+            message = "is there when all frames have been gone through, as write and read do"
+            raise InputError(message, argument="report")
         report: R = self._report
         return report
 

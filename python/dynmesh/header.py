@@ -80,8 +80,10 @@ class Description:
         elif self.polygons is not None and not np.array_equal(
             split_polygons(self.polygons)[0], faces
         ):
-            told = "are cut into other triangles than faces; give faces alone, with polygons None"
-            raise InputError(told, argument="polygons")
+            message = (
+                "are cut into other triangles than faces; give faces alone, with polygons None"
+            )
+            raise InputError(message, argument="polygons")
 
     def _check_description(self, n_frames: int) -> None:
         """Refuses what cannot be said of a sequence of n frames."""
@@ -99,8 +101,8 @@ class Description:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
         if self.standard_error_of not in get_args(StandardErrorOf):
-            told = f"must be 'position' or 'surface', not {self.standard_error_of!r}"
-            raise InputError(told, argument="standard_error_of")
+            message = f"must be 'position' or 'surface', not {self.standard_error_of!r}"
+            raise InputError(message, argument="standard_error_of")
 
 
 TEXTURE = "texture coordinates"
@@ -180,8 +182,8 @@ class Header(Description):
             check_array("texture", self.texture)
             expected = (len(as_polygons(self.faces, self.polygons).corners), 2)
             if self.texture.shape != expected:
-                told = f"must have shape {expected} to match corners, not {self.texture.shape}"
-                raise InputError(told, argument="texture")
+                message = f"must have shape {expected} to match corners, not {self.texture.shape}"
+                raise InputError(message, argument="texture")
         for row in self.attributes.values():
             for needed in row.needs:
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):
@@ -207,8 +209,8 @@ class Header(Description):
         """What of the motion is not read, for the user."""
         if not self.moved_by:
             return ()
-        told = f"the mesh is moved by {listed(self.moved_by)}, which dynmesh does not read"
-        return (f"{told}; bake its points, unless their own motion is meant",)
+        message = f"the mesh is moved by {listed(self.moved_by)}, which dynmesh does not read"
+        return (f"{message}; bake its points, unless their own motion is meant",)
 
 
 def numbers_of(description: Description, n_frames: int) -> NDArray[np.float64]:

@@ -89,8 +89,8 @@ def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:
     true, found = floats("reference", reference), floats("completed", completed)
     for name, array in (("reference", true), ("completed", found)):
         if array.ndim not in (2, 3) or array.shape[-1] != 3:
-            told = f"must have shape (k, 3) or (n, k, 3), not {array.shape}"
-            raise InputError(told, argument=name)
+            message = f"must have shape (k, 3) or (n, k, 3), not {array.shape}"
+            raise InputError(message, argument=name)
     if true.shape != found.shape:
         raise InputError(
             f"has shape {found.shape}, but the reference has {true.shape}", argument="completed"

@@ -45,8 +45,8 @@ def check_polygons(polygons: Polygons) -> None:
             )
     if len(polygons.sizes) and polygons.sizes.min() < 3:
         index = int(polygons.sizes.argmin())
-        told = f"polygon {index} has {polygons.sizes[index]} corners, but needs at least 3"
-        raise InputError(told, argument="faces")
+        message = f"polygon {index} has {polygons.sizes[index]} corners, but needs at least 3"
+        raise InputError(message, argument="faces")
     if polygons.sizes.sum() != len(polygons.corners):
         raise InputError(
             f"sizes announce {polygons.sizes.sum()} corners, "
@@ -122,11 +122,11 @@ def _polygons_of(faces: Any) -> Polygons | NDArray[Any]:
         rows = [_corners_of(index, polygon) for index, polygon in enumerate(faces)]
         return Polygons(np.array([len(row) for row in rows]), np.concatenate(rows))
     if array.ndim == 1 and array.dtype.kind in "iu" and array.size > 3:
-        told = (
+        message = (
             f"has shape {array.shape}, as VTK pads faces: the number of corners, then the corners; "
             "give the mesh itself, or faces.reshape(-1, 4)[:, 1:] of triangles"
         )
-        raise InputError(told, argument="faces")
+        raise InputError(message, argument="faces")
     if array.ndim != 2 or array.shape[1] in (0, 3) or array.dtype.kind not in "iu":
         return array
     return Polygons(np.full(len(array), array.shape[1]), array.reshape(-1))
@@ -163,11 +163,11 @@ def check_exist(
         outside |= corners >= n_vertices
         vertices = f"the mesh has {n_vertices} vertices,"
     if outside.any():
-        told = f"{what} {owner[outside][0]} refers to vertex {corners[outside][0]}"
-        told += f", but {vertices} counted from 0"
+        message = f"{what} {owner[outside][0]} refers to vertex {corners[outside][0]}"
+        message += f", but {vertices} counted from 0"
         if (corners.min(), corners.max()) == (1, n_vertices):
-            told += "; the faces seem to count them from 1: subtract 1"
-        raise InputError(told, argument="faces")
+            message += "; the faces seem to count them from 1: subtract 1"
+        raise InputError(message, argument="faces")
 
 
 def as_polygons(faces: NDArray[np.integer[Any]], polygons: Polygons | None = None) -> Polygons:

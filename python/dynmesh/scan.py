@@ -115,8 +115,8 @@ def inside_out(scan: Scan) -> str:
         return ""
     arms = scan.points - scan.points.mean(axis=0)
     outwards, most = (scan.normals * arms).sum(), np.linalg.norm(arms, axis=1).sum()
-    told = "the normals of the scan point inwards; turn them, or leave them out"
-    return told if outwards < _INSIDE_OUT * most else ""
+    message = "the normals of the scan point inwards; turn them, or leave them out"
+    return message if outwards < _INSIDE_OUT * most else ""
 
 
 def _times(values: NDArray[Any], factor: float) -> NDArray[Any]:

@@ -355,8 +355,8 @@ def _several(name: str, given: Any) -> list[Any]:
 def _depths(image: Any) -> NDArray[np.float32]:
     array = _arrays.plain("depth", image)
     if array.dtype.kind != "f":
-        told = f"must be float32 or float64, in the unit of the template, not {array.dtype}"
-        raise KindError(told, argument="depth")
+        message = f"must be float32 or float64, in the unit of the template, not {array.dtype}"
+        raise KindError(message, argument="depth")
     if array.ndim != 2:
         raise InputError(f"must have shape (h, w), not {array.shape}", argument="depth")
     with np.errstate(over="ignore"):

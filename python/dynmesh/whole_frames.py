@@ -143,11 +143,11 @@ def _numbering(header: Header) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        told = re.fullmatch("frame ([0-9]+): (.*)", str(error))
-        if told is None:
+        message = re.fullmatch("frame ([0-9]+): (.*)", str(error))
+        if message is None:
             raise
         kind = KindError if isinstance(error, TypeError) else InputError
-        raise kind(told[2], frame=header.number(int(told[1]))) from error
+        raise kind(message[2], frame=header.number(int(message[1]))) from error
 
 
 @contextlib.contextmanager

@@ -109,9 +109,9 @@ def main() -> None:
     try:
         report = run(tokens, quiet=quiet)
     except (CycloptsError, OSError, ValueError, TypeError, ImportError) as error:
-        told, code = _told(error, tokens)
+        message, code = _told(error, tokens)
         console = Console(stderr=True, emoji=False)
-        console.print(f"[red]dynmesh:[/red] {escape(told)}", highlight=False, soft_wrap=True)
+        console.print(f"[red]dynmesh:[/red] {escape(message)}", highlight=False, soft_wrap=True)
         sys.exit(code)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -126,9 +126,9 @@ class Command:
 
     def _parameter(self, key: str, option: Option) -> inspect.Parameter:
         kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY
-        told = option._replace(help=self.spelt(option.help))
+        message = option._replace(help=self.spelt(option.help))
         default = option.default
-        return inspect.Parameter(key, kind, default=default, annotation=_annotation(told))
+        return inspect.Parameter(key, kind, default=default, annotation=_annotation(message))
 
     def option_of(self, argument: str) -> str | None:
         """The option or the argument of the command that stands for an argument of a function."""
@@ -243,18 +243,18 @@ def refusal(error: Any) -> InputError:
     if isinstance(error, CoercionError) and error.token is not None:
         value = error.token.value
         cause = error.__cause__
-        told = str(cause) if cause else f"must be {_told(error.target_type)}, not {value!r}"
-        return InputError(told, argument=argument, value=value)
+        message = str(cause) if cause else f"must be {_told(error.target_type)}, not {value!r}"
+        return InputError(message, argument=argument, value=value)
     if isinstance(error, MissingArgumentError) and error.keyword is None:
         every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
         what = str(next(one.parameter.help for one in every if one.field_info.name == argument))
         return InputError(f"is missing: {what.partition(';')[0]}", argument=argument)
-    told = str(error)
+    message = str(error)
     if isinstance(error, UnusedCliTokensError):
         first, *others = error.unused_tokens or [""]
         more = f" and {len(others)} more" if others else ""
-        told = f"too many arguments: {first}{more}; put patterns in quotes and repeat options"
-    return InputError(told)
+        message = f"too many arguments: {first}{more}; put patterns in quotes and repeat options"
+    return InputError(message)
 
 
 def _annotation(option: Option) -> Any:

@@ -93,14 +93,14 @@ class BatchReport(Report):
 
     def lines(self) -> list[str]:
         """Says what failed, what else to know of each output, and how many jobs were done."""
-        told = []
+        messages = []
         for one in self.results:
-            told += [f"{one.status}: {why}" for why in one.wrong]
-            told += [f"{one.output}: {remark}" for remark in one.remarks]
+            messages += [f"{one.status}: {why}" for why in one.wrong]
+            messages += [f"{one.output}: {remark}" for remark in one.remarks]
         counts = Counter(one.status for one in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
         return [
-            *told,
+            *messages,
             f"{counts['done']} done, {doubtful}{counts['exists']} already there, "
             f"{counts['failed']} failed of {len(self.results)} jobs",
         ]
@@ -152,7 +152,7 @@ def batch(
         results = tuple(tracked(made, len(rows), "completing", progress))
     found = Counter(one.status for one in results)
     counts = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
-    why = "; ".join(told for one in results for told in one.wrong)
+    why = "; ".join(message for one in results for message in one.wrong)
     return BatchReport(
         quality="failed" if found["failed"] else "doubtful" if found["doubtful"] else "good",
         reason=f"{' and '.join(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
@@ -174,16 +174,16 @@ def read_jobs(path: Path, *, overwrite: bool = False) -> list[Job]:
             for needed in ([*_VERBS], ["output"]):
                 if not set(needed) & set(table.fieldnames or []):
                     listed = " or ".join(map(repr, needed))
-                    told = f"has no column {listed}; columns are separated by commas"
-                    raise InputError(told, file=path)
+                    message = f"has no column {listed}; columns are separated by commas"
+                    raise InputError(message, file=path)
             jobs: list[Job] = []
             lines: dict[str, int] = {}
             for row in table:
                 jobs.append(_job(path, table.line_num, row, overwrite))
                 first = lines.setdefault(os.path.realpath(jobs[-1].output), table.line_num)
                 if first != table.line_num:
-                    told = f"{row['output']!r} is the output of line {first} already"
-                    raise _wrong(path, table.line_num, "output", told)
+                    message = f"{row['output']!r} is the output of line {first} already"
+                    raise _wrong(path, table.line_num, "output", message)
             if not jobs:
                 raise InputError("has no jobs, only the names of the columns", file=path)
             return jobs
@@ -251,12 +251,12 @@ def run_job(job: Job) -> Result:
     try:
         report = _VERBS[job.kind](*job.arguments, **job.options)
     except Exception as error:  # no error may stop the other jobs
-        told = in_one_line(error)
-        is_page = str(job.options.get("page")) in told
+        message = in_one_line(error)
+        is_page = str(job.options.get("page")) in message
         if isinstance(error, FileExistsError) and not is_page:
             doubt = _doubt_of(job.output)
-            return result("doubtful", doubt) if doubt else result("exists", told)
-        return result("failed", told if str(job.input) in told else f"{job.input}: {told}")
+            return result("doubtful", doubt) if doubt else result("exists", message)
+        return result("failed", message if str(job.input) in message else f"{job.input}: {message}")
     frames = getattr(report, "frames", 1)  # a registration has one
     status: Status = "done" if report.quality == "good" else "doubtful"
     note = _note_of(job.output)

@@ -93,23 +93,23 @@ class Tally:
 
 def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, str]:
     """How good the completed frames are, and why they are not good; else, it is empty."""
-    told = []
+    messages = []
     for quality, how in (("ruined", "probably ruined"), ("doubtful", "doubtful")):
         wrong = {number: one for number, one in tally.wrong.items() if one.quality == quality}
         if wrong:
             frames = frames_listed(sorted(wrong), header)
-            told.append(
+            messages.append(
                 f"{how}: in {frames}, {wrong[min(wrong)].reason}; dynmesh info looks for causes"
             )
     if start.made is not None and start.made.doubtful:
-        told.append(
+        messages.append(
             "the frame that was put together is probably wrong, as its edges are far from the "
             "lengths that other frames show; look at it, and start from a template if it is"
         )
     if 2 * len(tally.empty) > header.n_frames:
-        told.append("nothing was observed in most frames")
+        messages.append("nothing was observed in most frames")
     is_ruined = any(one.quality == "ruined" for one in tally.wrong.values())
-    return ("ruined" if is_ruined else "doubtful" if told else "good"), "; ".join(told)
+    return ("ruined" if is_ruined else "doubtful" if messages else "good"), "; ".join(messages)
 
 
 def completed_frames(

@@ -103,8 +103,8 @@ def check_start(start: object, template: object) -> None:
     is_number = isinstance(start, int | np.integer) and not isinstance(start, bool)
     if start not in ("auto", "best") and not is_number:
         kind = InputError if isinstance(start, str) else KindError
-        told = f"must be 'auto', 'best' or the number of a frame, not {start!r}"
-        raise kind(told, argument="start", value=start)
+        message = f"must be 'auto', 'best' or the number of a frame, not {start!r}"
+        raise kind(message, argument="start", value=start)
     if template is not None and start != "auto":
         raise InputError(
             "stands before frame 0, so completion cannot also start at a frame",

@@ -222,15 +222,15 @@ class Diagnosis:
 
     def __str__(self) -> str:
         """Returns the summary and, for each finding, what was found and the advice."""
-        told = [f"{f.severity}: {f.message}\n  {f.advice}" for f in self.findings]
-        return "\n".join([self.summary, *told])
+        messages = [f"{f.severity}: {f.message}\n  {f.advice}" for f in self.findings]
+        return "\n".join([self.summary, *messages])
 
     @property
     def summary(self) -> str:
         """How many problems there are, such as "1 error, 2 warnings"."""
         counts = [(self.count(severity), severity) for severity in SEVERITIES]
-        told = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
-        return ", ".join(told) or "No problems were found."
+        messages = [f"{n} {severity}{'s' if n > 1 else ''}" for n, severity in counts if n]
+        return ", ".join(messages) or "No problems were found."
 
     @property
     def severity(self) -> Severity | None:
@@ -282,6 +282,6 @@ class Diagnosis:
 
 
 def _finding_as_dict(finding: Finding, header: Header) -> dict[str, Any]:
-    told: dict[str, Any] = as_json(finding)
-    told["where"]["frames"] = [header.number(int(frame)) for frame in finding.where.frames]
-    return told
+    message: dict[str, Any] = as_json(finding)
+    message["where"]["frames"] = [header.number(int(frame)) for frame in finding.where.frames]
+    return message

@@ -84,8 +84,8 @@ def examine(mesh: Mesh) -> Iterator[Finding]:
     for kind, (code, what, advice) in _REFUSED.items():
         places = [face.index for face in mesh.topology.refused_faces if face.kind == kind]
         if places:
-            told = f"{counted(len(places), 'triangle')} {what}: {listed('face', places)}."
-            yield Finding.at(code, told, advice, faces=places)
+            message = f"{counted(len(places), 'triangle')} {what}: {listed('face', places)}."
+            yield Finding.at(code, message, advice, faces=places)
 
 
 def _coincident(mesh: Mesh) -> Iterator[Finding]:

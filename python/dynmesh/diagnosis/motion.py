@@ -52,8 +52,8 @@ class Motion:
             moved = np.flatnonzero(observed & (gap <= _RECENT))
         distance = np.linalg.norm(points[moved].astype(np.float64) - self._last[moved], axis=1)
         unit = self._mesh.diagonal or 1.0
-        told = len(moved) >= min(_FEWEST, len(points))
-        self.medians.append(float(np.median(distance / gap[moved]) / unit) if told else np.nan)
+        message = len(moved) >= min(_FEWEST, len(points))
+        self.medians.append(float(np.median(distance / gap[moved]) / unit) if message else np.nan)
         self._find_astray(number, points, observed)
         self._last[observed] = points[observed]
         self._last_seen[observed] = number

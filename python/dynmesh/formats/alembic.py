@@ -43,8 +43,10 @@ def meshes_in(path: Path) -> tuple[Any, dict[str, Any]]:
     """Opens an archive; returns it and its meshes by path, without copies by reference."""
     with path.open("rb") as file:  # gives the error message of the system
         if file.read(4) == b"\x89HDF":
-            told = "is an Alembic archive in HDF5; write it as Ogawa, as abcconvert -toOgawa does"
-            raise InputError(told)
+            message = (
+                "is an Alembic archive in HDF5; write it as Ogawa, as abcconvert -toOgawa does"
+            )
+            raise InputError(message)
     with of_library(_TRIED):
         archive = library("Abc").IArchive(str(path))
         return archive, {mesh.getFullName(): mesh for mesh in _meshes(archive.getTop())}

@@ -43,8 +43,8 @@ class Changes:
         for name in ("up", "to_up"):
             axis = getattr(self, name)
             if axis not in (None, "x", "y", "z"):
-                told = f"must be 'x', 'y' or 'z', not {axis!r}"
-                raise InputError(told, argument=name, value=axis)
+                message = f"must be 'x', 'y' or 'z', not {axis!r}"
+                raise InputError(message, argument=name, value=axis)
         for name in ("unit", "to_unit"):
             if getattr(self, name) is not None:
                 metres_of(getattr(self, name), name)
@@ -68,8 +68,8 @@ class Changes:
             header = replace(header, n_frames=len(indices), start=float(numbers[0]), times=times)
         up, metres = header.up_axis, agreed(header.metres_per_unit, self.unit, "unit")
         if self.up is not None and up not in (None, self.up):
-            told = f"the file states {up}, not {self.up}"
-            raise InputError(told, argument="up", value=self.up)
+            message = f"the file states {up}, not {self.up}"
+            raise InputError(message, argument="up", value=self.up)
         up = self.up or up
         turn, factor = np.eye(3), float(self.scale or 1.0)
         if self.to_up is not None:

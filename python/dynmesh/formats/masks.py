@@ -52,8 +52,8 @@ class MaskedFrames(FileFrames):
                 with locating(frame=self.header.number(number), file=file):
                     known = as_mask(np.array(self._known[number]))
                     if 0 < finite.sum() < finite.size and (known == ~finite).all():
-                        told = "just the vertices that are not finite are known: is it inverted?"
-                        raise InputError(told, argument="known")
+                        message = "just the vertices that are not finite are known: is it inverted?"
+                        raise InputError(message, argument="known")
             for listed in (None, number):
                 if listed in self._damaged:
                     known = known.copy()
@@ -92,8 +92,8 @@ def _listed(path: Path, header: Header) -> Damaged:
                 if any(vertex % 1 for vertex in vertices):
                     raise ValueError(line)
             except ValueError:
-                told = f"line {number}: must be a frame, or *, and numbers of vertices"
-                raise InputError(f"{told}, not {line[:60]!r}") from None
+                message = f"line {number}: must be a frame, or *, and numbers of vertices"
+                raise InputError(f"{message}, not {line[:60]!r}") from None
             at = None if frame is None else index_of(header, frame, f"line {number}")
             outside = [vertex for vertex in vertices if not 0 <= vertex < header.n_vertices]
             if outside:

@@ -52,22 +52,22 @@ def header_of(
             own_shape, own_dtype = kind_of(name)
             row.check(own_dtype, own_shape, shape[:2])
 
-    told: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
-    for name, array in told.items():
+    message: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
+    for name, array in message.items():
         is_number, one = array.dtype.kind in "fiu", name != "times"
         if name in ("up_axis", "name", "standard_error_of"):
-            told[name] = str(array)
+            message[name] = str(array)
         elif is_number and (not one or array.size == 1):
-            told[name] = array.item() if one else array.astype(np.float64)
+            message[name] = array.item() if one else array.astype(np.float64)
         else:
             what = "one number" if one else "numbers"
             kind = f"{array.dtype} of shape {array.shape}"
             raise InputError(f"must be {what}, not {kind}", argument=name)
     if "polygon_sizes" in names:
-        told["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
+        message["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
     n_frames, n_vertices, _ = shape
     dtype = dtype.newbyteorder("=")
-    return Header(faces, n_frames, n_vertices, dtype, **told, **flags_of(names))
+    return Header(faces, n_frames, n_vertices, dtype, **message, **flags_of(names))
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:

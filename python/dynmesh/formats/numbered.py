@@ -182,10 +182,12 @@ def _places(stems: Sequence[str], number: str) -> list[_Place] | None:
     else:
         return None
     columns = list(zip(*parts, strict=True))
-    told = [column[0] if len(set(column)) == 1 else "*" for column in columns]
+    messages = [column[0] if len(set(column)) == 1 else "*" for column in columns]
     every = range(1, len(columns), 2)
-    varying = [at for at in every if told[at] == "*"] or [*every][-1:]
-    return [_Place("".join(told[:at]), "".join(told[at + 1 :]), columns[at]) for at in varying]
+    varying = [at for at in every if messages[at] == "*"] or [*every][-1:]
+    return [
+        _Place("".join(messages[:at]), "".join(messages[at + 1 :]), columns[at]) for at in varying
+    ]
 
 
 def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
@@ -261,8 +263,8 @@ def _of_several(places: Iterable[_Place], stems: Sequence[str], suffix: str) -> 
     if len(ways) < 2:
         kinds = _kinds(stems, suffix, _DIGITS)
         ways.append(f"those of several sequences, {_told(kinds)}")
-    told = "the numbers of the frames could be " + " or ".join(ways)
-    return ValueError(f"{told}; give the pattern that is meant")
+    message = "the numbers of the frames could be " + " or ".join(ways)
+    return ValueError(f"{message}; give the pattern that is meant")
 
 
 def _kinds(stems: Iterable[str], suffix: str, number: str) -> Counter[str]:
@@ -280,8 +282,8 @@ def by_number(numbered: Iterable[tuple[Number, Path]]) -> dict[Number, Path]:
     ordered = sorted(numbered, key=lambda one: (one[0], str(one[1])))
     for (one, file), (other, second) in pairwise(ordered):
         if one == other:
-            told = f"{file.name} and {second.name} have the same number; move one elsewhere"
-            raise ValueError(told)
+            message = f"{file.name} and {second.name} have the same number; move one elsewhere"
+            raise ValueError(message)
     return dict(ordered)
 
 

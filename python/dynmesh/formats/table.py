@@ -45,8 +45,8 @@ def all_formats() -> dict[str, Format]:
         try:
             format = point.load()
         except Exception as error:  # of any kind, and no reason that others cannot be used
-            told = f"format {point.name} of {point.value} cannot be loaded: {error}"
-            warnings.warn(told, stacklevel=2)
+            message = f"format {point.name} of {point.value} cannot be loaded: {error}"
+            warnings.warn(message, stacklevel=2)
             continue
         found.setdefault(format.name, format)
     return found

@@ -45,8 +45,8 @@ class ModelFrames(FileFrames):
             raise InputError("has a vertex that is not finite")
         corners = polygons.corners
         if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
-            told = f"a face refers to vertex {corners.max()}, but there are {len(points)}"
-            raise InputError(f"{told}, counted from 0")
+            message = f"a face refers to vertex {corners.max()}, but there are {len(points)}"
+            raise InputError(f"{message}, counted from 0")
         _, first, same = np.unique(points, axis=0, return_index=True, return_inverse=True)
         place = np.argsort(np.argsort(first))
         self._points = points[np.sort(first)]
@@ -89,8 +89,8 @@ def _check_stl(content: bytes, n_faces: int) -> None:
         stated = sum(line[:1] == [b"facet"] for line in lines)
         vertices = [line for line in lines if line[:1] == [b"vertex"]]
         if len(vertices) != 3 * stated or any(len(line) != 4 for line in vertices):
-            told = f"has {stated} facets, but {len(vertices)} lines 'vertex x y z'"
-            raise InputError(f"{told}; is it cut or damaged?")
+            message = f"has {stated} facets, but {len(vertices)} lines 'vertex x y z'"
+            raise InputError(f"{message}; is it cut or damaged?")
     if stated != n_faces:
         raise InputError(f"states {stated} triangles, but {n_faces} were read")
 

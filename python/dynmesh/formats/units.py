@@ -42,8 +42,8 @@ def agreed(
         return stated
     said = metres_of(given, argument)
     if stated is not None and not math.isclose(stated, said):
-        told = f"the file states units of {stated:g} m, not {said:g} m"
-        raise InputError(told, argument=argument, value=given, file=file)
+        message = f"the file states units of {stated:g} m, not {said:g} m"
+        raise InputError(message, argument=argument, value=given, file=file)
     return said
 
 

@@ -198,8 +198,8 @@ def _check(frame: Frame, header: Header) -> None:
     for name, array in {"points": points, **frame.attributes()}.items():
         check_array(name, array)
     if points.shape != (k, 3) or points.dtype != header.dtype:
-        told = f"must be {header.dtype} of shape {(k, 3)}"
-        raise ValueError(f"{told}, not {points.dtype} of shape {points.shape}")
+        message = f"must be {header.dtype} of shape {(k, 3)}"
+        raise ValueError(f"{message}, not {points.dtype} of shape {points.shape}")
     values = frame.attributes()
     for name, row in ATTRIBUTES.items():
         if (name in values) != (name in header.attributes):

@@ -152,7 +152,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
     listed = []
     for camera in rig.cameras:
         poses = [{"frame": frame, **_matrices(camera.at(frame))} for frame in camera.frames]
-        told = {
+        message = {
             "name": camera.name,
             **({"poses": poses} if poses else _matrices(camera)),
             "within": camera.within or None,
@@ -163,7 +163,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
             "flipped": camera.flipped or None,
             "along_ray": camera.along_ray or None,
         }
-        listed.append({name: value for name, value in told.items() if value is not None})
+        listed.append({name: value for name, value in message.items() if value is not None})
     names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
     unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
     text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)
@@ -180,9 +180,9 @@ def _rig_of(found: Any, file: Path) -> Rig:
     if not isinstance(found["cameras"], list) or not found["cameras"]:
         raise ValueError(f"cameras: must be a list of them, not {found['cameras']!r:.60}")
     cameras: dict[str, ScanCamera] = {}
-    for number, told in enumerate(found["cameras"]):
+    for number, message in enumerate(found["cameras"]):
         try:
-            camera = _camera_of(told, file.parent)
+            camera = _camera_of(message, file.parent)
             if camera.name in cameras:
                 raise ValueError(f"name: there is a second {camera.name!r}")
         except (TypeError, ValueError) as error:

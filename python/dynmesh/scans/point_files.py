@@ -103,8 +103,8 @@ def _read_xyz(file: Path) -> PointFile:
         and np.isin(normals, np.arange(256)).all()
     ):
         row = int(normals.max(axis=1).argmax())
-        told = f"{_told(normals[row])} is a colour, not a normal; leave colours out"
-        raise ValueError(f"line {lines[row]}: {told}")
+        message = f"{_told(normals[row])} is a colour, not a normal; leave colours out"
+        raise ValueError(f"line {lines[row]}: {message}")
     scan = _checked(table[:, :3], normals, lambda row: f"line {lines[row]}")
     return PointFile(scan, metadata_in(comments))
 

@@ -86,8 +86,8 @@ class ScanReader(ABC):
     def _take_unit(self, stated: float | None, file: Path) -> None:
         """Takes the unit that a file of points states, which must be that of the cameras."""
         if None not in (stated, self.metres_per_unit) and stated != self.metres_per_unit:
-            told = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
-            raise InputError(told, file=file)
+            message = f"states {stated} metres per unit, but the cameras {self.metres_per_unit}"
+            raise InputError(message, file=file)
         self.metres_per_unit = stated if self.metres_per_unit is None else self.metres_per_unit
 
     def _take_viewpoints(self, files: Sequence[Path | None]) -> None:
@@ -278,8 +278,8 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
     if not found and rig is not None and _images_in(path, rig):
         return SUFFIX
     if len(found) > 1:
-        told = f"is a folder with {' and '.join(found)} files; name one kind by a pattern"
-        raise ValueError(told)
+        message = f"is a folder with {' and '.join(found)} files; name one kind by a pattern"
+        raise ValueError(message)
     if not found:
         raise ValueError(f"is a folder without scans, which are {', '.join(suffixes)}")
     return found[0]
@@ -310,9 +310,11 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
     parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
     not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
     if not_described:
-        told = " and of ".join(f"{name!r} ({f.name})" for name, f in sorted(not_described.items()))
+        message = " and of ".join(
+            f"{name!r} ({f.name})" for name, f in sorted(not_described.items())
+        )
         raise ValueError(
-            f"holds images of camera {told}, which the cameras file does not describe; describe "
+            f"holds images of camera {message}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )
     names, found = FrameNames.of(path), dict[str, dict[Number, Path]]()

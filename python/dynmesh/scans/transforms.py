@@ -78,15 +78,15 @@ def _joined(transforms: dict[str, Any], frame: dict[str, Any]) -> dict[str, Any]
     stated = {**transforms, **frame}
     for field in _MATRIX:
         if transforms.get(field, stated.get(field)) != stated.get(field):
-            told = f"is {frame[field]!r:.40}, but {transforms[field]!r:.40} for all images"
-            raise ValueError(f"{field}: {told}; remove one of them")
+            message = f"is {frame[field]!r:.40}, but {transforms[field]!r:.40} for all images"
+            raise ValueError(f"{field}: {message}; remove one of them")
     for field in _LENS:
         if stated.get(field):
-            told = f"is {stated[field]!r:.40}, but must be 0: undistort the images"
-            raise ValueError(f"{field}: {told}")
+            message = f"is {stated[field]!r:.40}, but must be 0: undistort the images"
+            raise ValueError(f"{field}: {message}")
     if stated.get("camera_model", _MODELS[0]) not in _MODELS:
-        told = f"must be one of {', '.join(_MODELS)}, not {stated['camera_model']!r:.60}"
-        raise ValueError(f"camera_model: {told}")
+        message = f"must be one of {', '.join(_MODELS)}, not {stated['camera_model']!r:.60}"
+        raise ValueError(f"camera_model: {message}")
     return stated
 
 

@@ -64,8 +64,8 @@ def check_name_of_folder(path: Path) -> None:
     """Refuses the name of a file for a folder of scans that is to be made."""
     is_name_of_file = any(path.suffix.lower() in one.suffixes for one in all_formats().values())
     if is_name_of_file and not path.is_dir():
-        told = f"scans are written to a folder, but names in {path.suffix} are those of files"
-        raise InputError(told, file=path)
+        message = f"scans are written to a folder, but names in {path.suffix} are those of files"
+        raise InputError(message, file=path)
 
 
 def _refuse_existing(path: Path, overwrite: bool) -> None:

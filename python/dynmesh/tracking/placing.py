@@ -69,8 +69,8 @@ def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
         try:
             return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
         except ValueError as error:
-            if told := inside_out(scan):
-                raise InputError(f"{told}: {error}") from error
+            if message := inside_out(scan):
+                raise InputError(f"{message}: {error}") from error
             raise
     return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
 

@@ -170,15 +170,15 @@ class Fits:
     @property
     def reason(self) -> str:
         """What is wrong with the result, in a sentence; empty if nothing is."""
-        told = []
+        messages = []
         if self.start:
-            told.append(self.start)
+            messages.append(self.start)
         if self._mostly_empty:
-            told.append("hardly anything was measured of most frames")
+            messages.append("hardly anything was measured of most frames")
         if self._frames != "good":
-            told += self._told_of_frames()
+            messages += self._told_of_frames()
         if self.suspects:
-            told.append(
+            messages.append(
                 f"{self.total.share:.1%} of the points are farther than a mean edge from the mesh"
             )
         if self.suspects:
@@ -187,16 +187,16 @@ class Fits:
                 for name, one in self.cameras.items()
                 if name in self.suspects
             )
-            told.append(
+            messages.append(
                 f"of cameras {', '.join(cameras)}, points are farther from the mesh than those of "
                 "the others, so the poses or intrinsics of these, or of one that sees the same "
                 "parts, may be wrong"
             )
         starts_badly = self.tracked and self.tracked[0].report.quality != "good"
         if self.advice and (self.suspects or starts_badly):
-            told.append(self.advice)
+            messages.append(self.advice)
         how = {"good": "", "doubtful": "doubtful: ", "ruined": "probably ruined: "}[self.quality]
-        return how + "; ".join(told)
+        return how + "; ".join(messages)
 
     def _told_of_frames(self) -> Iterator[str]:
         """Says how many frames are not good, and what is wrong with the worst one."""
@@ -211,19 +211,19 @@ class Fits:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What else the user should know."""
-        told = []
+        messages = []
         if self.unmeasured:
             names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
-            told.append(f"hardly anything was measured of frames {names}")
+            messages.append(f"hardly anything was measured of frames {names}")
         seen = [one.report.seen for one in self._measured]
         if (falls := _core.falling_sight(seen)) < len(seen):
-            told.append(
+            messages.append(
                 f"of the vertices, {max(seen[:falls]):.0%} were seen until frame "
                 f"{self._measured[falls - 1].number}, and {seen[falls]:.0%} in frame "
                 f"{self._measured[falls].number}; what no camera sees is estimated, as standard "
                 "errors tell"
             )
-        return tuple(told)
+        return tuple(messages)
 
 
 def ranges_of(numbers: list[Number]) -> str:

@@ -129,12 +129,12 @@ class RigReport(Report):
 
     def lines(self) -> list[str]:
         """Says what was found, and what was written."""
-        told = [self.told]
+        messages = [self.told]
         if self.output is not None:
-            told.append(f"the {'corrected' if self.wrong else 'same'} cameras are written")
+            messages.append(f"the {'corrected' if self.wrong else 'same'} cameras are written")
         if self.page is not None:
-            told.append(f"open {self.page} in a browser")
-        return [*told, *self.remarks]
+            messages.append(f"open {self.page} in a browser")
+        return [*messages, *self.remarks]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -53,8 +53,8 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
     """
     is_images = path.suffix.lower() == SUFFIX or any(path.rglob(f"*{SUFFIX}"))
     if path.is_dir() and not is_images:
-        told = "is a folder; name one scan, or each in a row of a table of jobs"
-        raise InputError(told, file=path)
+        message = "is a folder; name one scan, or each in a row of a table of jobs"
+        raise InputError(message, file=path)
     if not is_images:
         return SingleScan(path, read_rig(path, cameras))
     found = open_scans(path, cameras=cameras, gaps="lost")

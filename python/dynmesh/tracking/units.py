@@ -56,9 +56,9 @@ class Units(NamedTuple):
         """
         if is_alike(ratio):
             return ""
-        told = f"the scan is {ratio:.3g} times as large as the template"
+        message = f"the scan is {ratio:.3g} times as large as the template"
         if is_alike(ratio / self.factor):
-            return f"{told}, as if both were in the same unit: if so, what is stated is wrong"
+            return f"{message}, as if both were in the same unit: if so, what is stated is wrong"
         low, high = _SUBJECTS
         pairs = [
             (ours, theirs)
@@ -66,13 +66,13 @@ class Units(NamedTuple):
             if low <= size * UNITS[ours] <= high
         ]
         if not pairs:
-            return told
+            return message
         # What is stated is believed, unless nothing explains the ratio then.
         ours, theirs = max(pairs, key=lambda pair: sum(map(_is, self, pair)))
         stated = {"`template_unit`": self.template, "`scan_unit`": self.scans}
         unstated = " and ".join(name for name, unit in stated.items() if unit is None)
         advice = f"if so, say it by {unstated}" if unstated else "if so, what is stated is wrong"
-        return f"{told}, as if the template were in {ours} and the scan in {theirs}: {advice}"
+        return f"{message}, as if the template were in {ours} and the scan in {theirs}: {advice}"
 
 
 def _is(stated: float | None, unit: str) -> bool:

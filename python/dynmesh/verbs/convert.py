@@ -98,8 +98,8 @@ def convert_clouds(
     if not clouds:
         return None
     if output_format not in (None, "ply"):
-        told = f"must be ply for point clouds, not {output_format}"
-        raise InputError(told, argument="output_format", value=output_format)
+        message = f"must be ply for point clouds, not {output_format}"
+        raise InputError(message, argument="output_format", value=output_format)
     return _convert_clouds(clouds, path, output, Changes(**changes), overwrite, progress)
 
 

@@ -127,9 +127,9 @@ def degrade(
                     append(found)
                     measured += len(found.cloud)
         what = "points" if size is None else "measured pixels"
-        told = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
-        told += f" from {counted(cameras, 'camera')}"
-        return OutputReport(output=Path(output), frames=n, remarks=(told, *guess))
+        message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
+        message += f" from {counted(cameras, 'camera')}"
+        return OutputReport(output=Path(output), frames=n, remarks=(message, *guess))
     for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
         if value != usual:
             raise InputError("is for scans alone", argument=name, value=value)
@@ -233,8 +233,8 @@ def _share(name: str, value: Share) -> float:
     except ValueError:
         share = math.nan
     if not (value.strip().endswith("%") and 0 < share < 1):
-        told = f"must be a share between 0 and 1 such as 0.3 or 30%, not {value!r}"
-        raise InputError(told, argument=name, value=value)
+        message = f"must be a share between 0 and 1 such as 0.3 or 30%, not {value!r}"
+        raise InputError(message, argument=name, value=value)
     return share
 
 
@@ -246,8 +246,8 @@ def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
         raise InputError("is one of two: points or depth images", argument="scan")
     size = re.fullmatch("([1-9][0-9]{0,4})x([1-9][0-9]{0,4})", depth)
     if size is None:
-        told = f"must be width x height, such as 640x480, not {depth!r}"
-        raise InputError(told, argument="depth", value=depth)
+        message = f"must be width x height, such as 640x480, not {depth!r}"
+        raise InputError(message, argument="depth", value=depth)
     return int(size[1]), int(size[2])
 
 

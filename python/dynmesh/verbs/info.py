@@ -36,30 +36,34 @@ class InfoReport(Report):
 
     def lines(self) -> list[str]:
         """Describes the sequence, and lists the findings with advice."""
-        told = [
+        messages = [
             f"{mesh}  {'moves' if moves else 'does not move'}"
             for mesh, moves in self.meshes.items()
         ]
         if self.diagnosis is None:
-            return [*told, *super().lines()]
+            return [*messages, *super().lines()]
         rows = [("format", self.format), *_rows(self.diagnosis)]
         width = 2 + max(len(name) for name, _ in rows)
-        told += [*([""] if told else []), *(f"{name:{width}}{value}" for name, value in rows), ""]
-        told.append(self.diagnosis.summary)
+        messages += [
+            *([""] if messages else []),
+            *(f"{name:{width}}{value}" for name, value in rows),
+            "",
+        ]
+        messages.append(self.diagnosis.summary)
         for one in self.diagnosis.findings:
-            told += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
-            told += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
-        return [*told, *super().lines()]
+            messages += wrap(f"{one.severity}: {one.message}", _WIDTH, subsequent_indent="  ")
+            messages += wrap(one.advice, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+        return [*messages, *super().lines()]
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the diagnosis and the meshes as values that JSON has."""
         meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
-        told = self.diagnosis.as_dict() | meshes
+        message = self.diagnosis.as_dict() | meshes
         if self.diagnosis.header.has_standard_error:
-            told["standard_error_of"] = self.diagnosis.header.standard_error_of
-        return told
+            message["standard_error_of"] = self.diagnosis.header.standard_error_of
+        return message
 
 
 def info(
@@ -93,8 +97,8 @@ def info(
         meshes = dict(formats.meshes_of(sequence, source.get("format")))
     several = meshes if len(meshes) > 1 and source.get("prim") is None else {}
     if several and sum(several.values()) != 1 and not strict:
-        told = ("`prim` describes one of them, by its path",)
-        return InfoReport(format=name, meshes=several, remarks=told)
+        message = ("`prim` describes one of them, by its path",)
+        return InfoReport(format=name, meshes=several, remarks=message)
     with formats.opened(sequence, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
@@ -129,11 +133,11 @@ def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
     bars = header.has_standard_error
     yield "generation and age", "yes" if header.has_provenance else "no"
     yield "standard errors", _ERRORS_OF[header.standard_error_of] if bars else "no"
-    told = "no further frames"
+    message = "no further frames"
     if len(shares := diagnosis.known_share[1:]):
         mean, low, high = (100 * share for share in (shares.mean(), shares.min(), shares.max()))
-        told = f"{mean:.1f} % ({low:.1f} to {high:.1f} %)"
-    yield f"known after frame {first}", told
+        message = f"{mean:.1f} % ({low:.1f} to {high:.1f} %)"
+    yield f"known after frame {first}", message
     yield "bounding-box diagonal", f"{diagnosis.diagonal:g}, of frame {first}"
     if diagnosis.mean_edge is not None:
         yield "mean edge", f"{diagnosis.mean_edge:g}, of frame {first}"
@@ -151,7 +155,7 @@ def frame_time(n_vertices: int) -> str:
     size = n_vertices / 10_000
     # The call itself takes a hundredth of a millisecond.
     times = {name: max(0.01, ms * size**power) for name, (ms, power) in _FRAME.items()}
-    told = ", ".join(f"{float(f'{ms:.2g}'):g} ms by {name}" for name, ms in times.items())
+    message = ", ".join(f"{float(f'{ms:.2g}'):g} ms by {name}" for name, ms in times.items())
     fast = [name for name, ms in times.items() if ms <= 1000 / 60]
     verdict = "both hold" if len(fast) == 2 else f"{fast[0]} holds" if fast else "neither holds"
-    return f"about {told}, if 30 % are known, on one core of an Intel Xeon: {verdict} 60 Hz"
+    return f"about {message}, if 30 % are known, on one core of an Intel Xeon: {verdict} 60 Hz"

@@ -58,16 +58,16 @@ class RegisterReport(Report):
             f"good; {found.far:.2%} of the points are far from the mesh; "
             f"{100 * found.observed.mean():.3g} % of the vertices were seen"
         )
-        told = [self.reason or good]
+        messages = [self.reason or good]
         if self.page is not None:
-            told.append(f"open {self.page} in a browser")
-        return [*told, *self.remarks]
+            messages.append(f"open {self.page} in a browser")
+        return [*messages, *self.remarks]
 
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
         found = self.registration
-        told = {name: as_json(one) for name, one in vars(found).items() if name not in _LONG}
-        return super().to_dict() | told | {"observed": float(found.observed.mean())}
+        message = {name: as_json(one) for name, one in vars(found).items() if name not in _LONG}
+        return super().to_dict() | message | {"observed": float(found.observed.mean())}
 
 
 def registered(
@@ -125,11 +125,11 @@ def registered(
             check_path(name, path)
     room = Background(crop, remove_planes)
     if room.follows:
-        told = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
-        raise InputError(told, argument="crop", value=crop)
+        message = f"must be two corners of a box, x,y,z,x,y,z, not {crop!r}"
+        raise InputError(message, argument="crop", value=crop)
     if remove_planes and scale:
-        told = "is not possible with scale, as the size of the template is not known"
-        raise InputError(told, argument="remove_planes", value=True)
+        message = "is not possible with scale, as the size of the template is not known"
+        raise InputError(message, argument="remove_planes", value=True)
     check_integer("threads", threads, 1, 256)
     marked = [] if landmarks is None else [Path(landmarks)]
     if page is not None:
@@ -154,10 +154,10 @@ def registered(
                     return registered_with(mesh.faces, first, left, landmarks=marks, **options)
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
-                told = str(error)
-                if "same unit" in told:
-                    told = sizes(left) or room.advice(left, mesh.faces, first) or told
-                raise InputError(told, file=about) from error
+                message = str(error)
+                if "same unit" in message:
+                    message = sizes(left) or room.advice(left, mesh.faces, first) or message
+                raise InputError(message, file=about) from error
 
         def make() -> Generator[Frame, None, RegisterReport]:
             with formats.naming(reader.path):
@@ -223,8 +223,8 @@ def _opened(template: PathLike) -> Frames:
     try:
         return formats.open(template)
     except formats.NoFacesError as error:
-        told = "holds points without faces; the template, a mesh, comes before the scan"
-        raise InputError(told, file=Path(template)) from error
+        message = "holds points without faces; the template, a mesh, comes before the scan"
+        raise InputError(message, file=Path(template)) from error
 
 
 def _reason(
@@ -246,18 +246,18 @@ def _reason(
     if landmarks is not None:
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
         wrong = wrong or _misplaced(found, landmarks)
-    told = ": ".join(filter(None, [found.quality, wrong, found.reason]))
+    message = ": ".join(filter(None, [found.quality, wrong, found.reason]))
     if found.cause in ("unseen", "pose", "place") and not align:
-        told += "; the template was not moved into the scan, which `align` does"
+        message += "; the template was not moved into the scan, which `align` does"
     elif (
         found.cause in ("part", "place") and found.hole > _core.large_hole and _lacks_cameras(scan)
     ):
-        told += "; `cameras` says which part could not be seen"
+        message += "; `cameras` says which part could not be seen"
     elif found.cause in ("pose", "place") and landmarks is None:
-        told += (
+        message += (
             "; landmarks say where points that are easy to find, such as ends and corners, belong"
         )
-    return told
+    return message
 
 
 def _lacks_cameras(scan: Scan) -> bool:

@@ -118,18 +118,18 @@ def _on_grid(points: NDArray[np.float64]) -> NDArray[np.int16]:
 def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
     """Returns a choice of colours for the script, with its colour bar and the values as bytes."""
     colours = (SURFACE_COLOUR,) if scale is None else scale.colours
-    told: dict[str, Any] = {"name": name, "map": _colour_map(*colours)}
+    message: dict[str, Any] = {"name": name, "map": _colour_map(*colours)}
     if scale is not None:
         places = np.zeros((len(frames), len(frames[0].points)), np.uint8)
         for row, frame in zip(places, frames, strict=True):
             row[frame.visible] = np.round(255 * scale.position(frame.values[name][frame.visible]))
-        told["values"] = packed_bytes(places)
-        told["scale"] = {
+        message["values"] = packed_bytes(places)
+        message["scale"] = {
             "title": scale.title,
             "colours": colours,
             "ticks": [tick._asdict() for tick in scale.ticks],
         }
-    return told
+    return message
 
 
 def _colour_map(*colours: str) -> list[float]:
