@@ -41,9 +41,9 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     home, own = _HOMES[name]
     module = import_module(f".{home or own}", __name__)
-    found = module if home is None else getattr(module, own)
-    globals()[name] = found
-    return found
+    result = module if home is None else getattr(module, own)
+    globals()[name] = result
+    return result
 
 
 def __dir__() -> list[str]:

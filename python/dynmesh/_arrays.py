@@ -107,10 +107,10 @@ def packed(array: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
     large and does not count as missing.
     """
     with np.errstate(over="ignore"):
-        found = np.require(array, dtype, ["C", "A"])
-    if found.itemsize < array.itemsize and (beyond := np.isinf(found) & np.isfinite(array)).any():
-        found[beyond] = np.copysign(np.finfo(found.dtype).max, array[beyond])
-    return found
+        result = np.require(array, dtype, ["C", "A"])
+    if result.itemsize < array.itemsize and (beyond := np.isinf(result) & np.isfinite(array)).any():
+        result[beyond] = np.copysign(np.finfo(result.dtype).max, array[beyond])
+    return result
 
 
 def known_mask(given: Any) -> Mask:

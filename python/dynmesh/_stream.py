@@ -18,10 +18,10 @@ from .topology import RefusedFace, TopologyReport
 
 def trained(training: Iterable[Positions], first_frame: Positions) -> Any:
     """Returns frames as the core takes them."""
-    found = _core.training(first_frame)
+    result = _core.training(first_frame)
     for frame in _arrays.frames("training", training):
-        found.add(_arrays.points("training", frame, first_frame.dtype))
-    return found
+        result.add(_arrays.points("training", frame, first_frame.dtype))
+    return result
 
 
 class Stream:
@@ -156,11 +156,11 @@ class Stream:
 
     def _made(self, out: Positions | None, make: Callable[[Positions], object]) -> Positions:
         """Returns `out`, or a new array, with the frame that a function writes."""
-        found = _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
-        make(found)
-        if out is None or out is found:
-            return found
-        out[...] = found
+        result = _arrays.output(out, self._first_frame.dtype, len(self._first_frame))
+        make(result)
+        if out is None or out is result:
+            return result
+        out[...] = result
         return out
 
 

@@ -142,8 +142,8 @@ class ArrayFrames(Description, VertexAttributes, Stored):
         self, frames: int | np.integer[Any] | slice | Some[int] | Integers
     ) -> "Frame | Self":
         """A frame, or a sequence of some of the frames; see the class."""
-        found: Frame | Self = super().__getitem__(frames)  # type: ignore[assignment]
-        return found
+        result: Frame | Self = super().__getitem__(frames)  # type: ignore[assignment]
+        return result
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """The vertices, NaN where the mask says that they are not known."""

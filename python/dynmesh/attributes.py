@@ -93,8 +93,8 @@ class VertexAttributes:
 
     def attributes(self) -> dict[str, NDArray[Any]]:
         """Returns the attributes that are there by name, the known mask included."""
-        found = {name: getattr(self, name) for name in ATTRIBUTES}
-        return {name: values for name, values in found.items() if values is not None}
+        result = {name: getattr(self, name) for name in ATTRIBUTES}
+        return {name: values for name, values in result.items() if values is not None}
 
 
 def as_mask(known: NDArray[Any]) -> NDArray[np.bool_]:

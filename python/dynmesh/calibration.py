@@ -83,8 +83,11 @@ class Calibrating:
         self._expected += 3 * float(bars @ bars)
         compared = {"standard_error": standard_error, "generation": generation}
         for name, values in compared.items():
-            if values is not None and (found := rank_correlation(off, values[counted])) is not None:
-                self._correlations[name].append(found)
+            if (
+                values is not None
+                and (result := rank_correlation(off, values[counted])) is not None
+            ):
+                self._correlations[name].append(result)
 
     def result(self) -> Calibration | None:
         """Return what was found, or None if no vertex was filled in."""
@@ -92,7 +95,9 @@ class Calibrating:
             return None
         ratio = math.sqrt(self._errors / self._expected) if self._expected > 0 else math.nan
         half, most = (within / self._vertices for within in self._within.values())
-        means = [float(np.mean(found)) if found else None for found in self._correlations.values()]
+        means = [
+            float(np.mean(result)) if result else None for result in self._correlations.values()
+        ]
         return Calibration(self._vertices, half, most, ratio, *means)
 
 

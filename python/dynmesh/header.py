@@ -124,8 +124,8 @@ class MeshFile:
     @classmethod
     def of(cls, path: Path, holds: Iterable[str]) -> "MeshFile | None":
         """Describes a file, unless it holds nothing more."""
-        found = tuple(sorted(holds))
-        return cls(path, found) if found else None
+        result = tuple(sorted(holds))
+        return cls(path, result) if result else None
 
 
 @dataclass(frozen=True, eq=False)

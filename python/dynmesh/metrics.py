@@ -45,9 +45,9 @@ def nmsve(faces: Faces, reference: Positions, completed: Positions) -> Any:
     Returns:
         The error in the unit of the positions: a float, or (n,) float64 for n frames.
     """
-    true, found = _pair(reference, completed)
+    true, result = _pair(reference, completed)
     errors = np.empty(len(true))
-    _core.nmsve(triangles(faces, true.shape[1]), true, found, errors)
+    _core.nmsve(triangles(faces, true.shape[1]), true, result, errors)
     return errors if np.ndim(reference) == 3 else float(errors[0])
 
 
@@ -61,9 +61,9 @@ def vertex_error(reference: Positions, completed: Positions) -> NDArray[np.float
     Returns:
         The errors (k,) or (n, k), float64, in the unit of the positions.
     """
-    true, found = _pair(reference, completed)
+    true, result = _pair(reference, completed)
     errors = np.empty(true.shape[:2])
-    _core.vertex_error(true, found, errors)
+    _core.vertex_error(true, result, errors)
     return errors if np.ndim(reference) == 3 else errors[0]
 
 
@@ -86,14 +86,14 @@ def summary(errors: NDArray[np.floating[Any]]) -> ErrorSummary:
 
 def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:
     """Both as packed arrays (n, k, 3)."""
-    true, found = floats("reference", reference), floats("completed", completed)
-    for name, array in (("reference", true), ("completed", found)):
+    true, result = floats("reference", reference), floats("completed", completed)
+    for name, array in (("reference", true), ("completed", result)):
         if array.ndim not in (2, 3) or array.shape[-1] != 3:
             message = f"must have shape (k, 3) or (n, k, 3), not {array.shape}"
             raise InputError(message, argument=name)
-    if true.shape != found.shape:
+    if true.shape != result.shape:
         raise InputError(
-            f"has shape {found.shape}, but the reference has {true.shape}", argument="completed"
+            f"has shape {result.shape}, but the reference has {true.shape}", argument="completed"
         )
-    true, found = (packed(one, np.float64) for one in (true, found))
-    return (true, found) if true.ndim == 3 else (true[None], found[None])
+    true, result = (packed(one, np.float64) for one in (true, result))
+    return (true, result) if true.ndim == 3 else (true[None], result[None])

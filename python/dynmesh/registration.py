@@ -186,11 +186,11 @@ def _registered(
     marks = _landmark_arrays(landmarks, template.dtype)
     learnt = None if training is None else trained(training, template)
     choices = align, scale, learnt, uncertainty, threads
-    flat, observed, errors, found = _core.register(triangles, template, scan, *marks, *choices)
+    flat, observed, errors, result = _core.register(triangles, template, scan, *marks, *choices)
     vertices = flat.reshape(-1, 3)
-    found["transform"] = found["transform"].reshape(4, 4)
+    result["transform"] = result["transform"].reshape(4, 4)
     return Registration(
-        vertices, observed.astype(np.bool_), errors if uncertainty else None, **found
+        vertices, observed.astype(np.bool_), errors if uncertainty else None, **result
     )
 
 

@@ -69,21 +69,21 @@ class Sequence(ArrayFrames):
 
     def to_pyvista(self, frame: int) -> Any:
         """Returns a frame as a `pyvista.PolyData`, with the values of its vertices."""
-        found = self[frame]
+        result = self[frame]
         sizes, corners = as_polygons(self.faces, self.polygons)
         padded = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
-        mesh = require("pyvista", extra="view").PolyData(np.array(found.points), padded)
-        for name, values in found.attributes().items():
+        mesh = require("pyvista", extra="view").PolyData(np.array(result.points), padded)
+        for name, values in result.attributes().items():
             mesh.point_data[name] = values
         return mesh
 
     def to_trimesh(self, frame: int) -> Any:
         """Returns a frame as a `trimesh.Trimesh`, with the values of its vertices."""
-        found = self[frame]
+        result = self[frame]
         return require("trimesh", extra="scans").Trimesh(
-            np.array(found.points),
+            np.array(result.points),
             np.array(self.faces),
-            vertex_attributes=found.attributes(),
+            vertex_attributes=result.attributes(),
             process=False,
         )
 

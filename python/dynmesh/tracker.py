@@ -147,9 +147,9 @@ def find_alignment(faces: Faces, first_frame: Positions, scan: Positions) -> Ali
     """
     frame = _arrays.points("first_frame", first_frame, np.float64)
     points = _arrays.points("scan", scan, np.float64, "(n, 3)")
-    found = _core.find_alignment(_arrays.triangles(faces, len(frame)), frame, points)
-    rotation = found.pop("rotation").reshape(3, 3)
-    return Alignment(rotation=rotation, **found)
+    result = _core.find_alignment(_arrays.triangles(faces, len(frame)), frame, points)
+    rotation = result.pop("rotation").reshape(3, 3)
+    return Alignment(rotation=rotation, **result)
 
 
 class Tracker(Stream):
@@ -313,12 +313,12 @@ def scan_arrays(
     Raises:
         TypeError, ValueError: one of them has the wrong kind or shape.
     """
-    found = _arrays.points("points", points, dtype, "(n, 3)")
+    result = _arrays.points("points", points, dtype, "(n, 3)")
     if normals is not None:
         normals = _arrays.points("normals", normals, dtype, "(n, 3)")
     if viewpoints is not None:
         viewpoints = _arrays.points("viewpoints", viewpoints, dtype, "(c, 3)")
-    return found, normals, viewpoints
+    return result, normals, viewpoints
 
 
 def image_arrays(depth: Any, intrinsics: Any, pose: Any) -> list[tuple[NDArray[Any], ...]]:

@@ -69,8 +69,8 @@ app = App(
 
 def _loaded(name: str) -> Callable[..., Any]:
     module, _, function = name.partition(":")
-    found: Callable[..., Any] = getattr(import_module(f"dynmesh.{module}"), function)
-    return found
+    result: Callable[..., Any] = getattr(import_module(f"dynmesh.{module}"), function)
+    return result
 
 
 @cache
@@ -135,11 +135,11 @@ def run(tokens: Sequence[str], *, quiet: bool = False) -> Report | None:
     command, given, unset = app.parse_args(tokens, exit_on_error=False, print_error=False)
     if "progress" in unset:
         given.arguments["progress"] = not quiet
-    made = command(*given.args, **given.kwargs)
-    if made is None or isinstance(made, Report):
-        return made
-    pixels = "{} x {} pixels".format(*made.size)
-    remarks = (pixels, *made.info.get("remarks", ()))
+    result = command(*given.args, **given.kwargs)
+    if result is None or isinstance(result, Report):
+        return result
+    pixels = "{} x {} pixels".format(*result.size)
+    remarks = (pixels, *result.info.get("remarks", ()))
     return Drawn(output=given.arguments["output"], remarks=remarks)
 
 

@@ -81,8 +81,8 @@ def options_of(function: Callable[..., Any]) -> Iterator[Option]:
 def _arguments_in(docstring: str) -> dict[str, str]:
     """What a docstring says of each argument, in one line."""
     section = inspect.cleandoc(docstring).partition("\nArgs:\n")[2].partition("\n\n")[0]
-    found = re.findall(r"^    (\w+): ((?:.*\n?)(?:^ {8}.*\n?)*)", section, re.MULTILINE)
-    return {name: " ".join(text.split()) for name, text in found}
+    result = re.findall(r"^    (\w+): ((?:.*\n?)(?:^ {8}.*\n?)*)", section, re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in result}
 
 
 class Command:
@@ -175,10 +175,10 @@ class Command:
                 template = own.get("template")
                 path = opening.pop("path")
                 source = stack.enter_context(formats.opened(path, "path", template, **opening))
-                made = self._verb(source, **own)
+                result = self._verb(source, **own)
             else:
-                made = self._verb(**own)
-            return formats.write(writing.pop("path"), stack.enter_context(made), **writing)
+                result = self._verb(**own)
+            return formats.write(writing.pop("path"), stack.enter_context(result), **writing)
 
 
 def _common() -> list[inspect.Parameter]:
@@ -238,8 +238,8 @@ def refusal(error: Any) -> InputError:
     """Returns what cyclopts refuses as an error of dynmesh."""
     from cyclopts import App, CoercionError, MissingArgumentError, UnusedCliTokensError
 
-    found = error.argument
-    argument = None if found is None else [found.field_info.name, *found.keys][-1]
+    result = error.argument
+    argument = None if result is None else [result.field_info.name, *result.keys][-1]
     if isinstance(error, CoercionError) and error.token is not None:
         value = error.token.value
         cause = error.__cause__

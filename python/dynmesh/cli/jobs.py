@@ -150,11 +150,11 @@ def batch(
         closing(_run(client, rows)) as made,
     ):
         results = tuple(tracked(made, len(rows), "completing", progress))
-    found = Counter(one.status for one in results)
-    counts = [f"{found[one]} {one}" for one in ("failed", "doubtful") if found[one]]
+    result = Counter(one.status for one in results)
+    counts = [f"{result[one]} {one}" for one in ("failed", "doubtful") if result[one]]
     why = "; ".join(message for one in results for message in one.wrong)
     return BatchReport(
-        quality="failed" if found["failed"] else "doubtful" if found["doubtful"] else "good",
+        quality="failed" if result["failed"] else "doubtful" if result["doubtful"] else "good",
         reason=f"{' and '.join(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
         output=table,
         results=results,

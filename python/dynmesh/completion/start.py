@@ -55,10 +55,10 @@ class StartFrame:
 
     def frame(self, dtype: np.dtype[Any], uncertainty: bool) -> Frame:
         """The frame as the output has it, with positions of this dtype."""
-        k, made = len(self.points), self.made
+        k, result = len(self.points), self.made
         generation = np.zeros(k, np.int32)
-        if made is not None:
-            generation[~made.known] = FUSED
+        if result is not None:
+            generation[~result.known] = FUSED
         return Frame(
             self.points.astype(dtype),
             generation=generation,
@@ -169,7 +169,7 @@ def start_in(
             sought = start == "auto" and number > 0
             return StartFrame(np.array(frame.points), number, sought=sought)
     with locating(file=reader.path):
-        made = whole_frame(
+        result = whole_frame(
             reader.faces,
             reader,
             frame="best" if number is None else number,
@@ -178,7 +178,7 @@ def start_in(
             threads=settings.get("threads", 1),
             progress=progress,
         )
-    return StartFrame(made.positions, made.frame, made=made)
+    return StartFrame(result.positions, result.frame, made=result)
 
 
 def frame_at(reader: Frames, number: int) -> Frame:

@@ -208,7 +208,7 @@ def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[_F
     areas = np.linalg.norm(normals, axis=1)
     areas[~np.isfinite(areas)] = 0
     normals = unit(np.nan_to_num(normals))
-    found, sides = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    result, sides = [np.zeros((0, 3))], [np.zeros((0, 3))]
     n_found = n_tried = 0
     for _ in range(_ROUNDS if areas.any() else 0):
         share = max(n_found / n_tried, 0.05) if n_tried else 0.3
@@ -222,12 +222,12 @@ def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[_F
         nearest = faces[face, weights.argmax(axis=1)]
         side = _seen_from(scene, points, normals[face]) * scene.present[nearest]
         seen = side != 0
-        found.append(points[seen])
+        result.append(points[seen])
         sides.append(side[seen, None] * normals[face][seen])
         n_found, n_tried = n_found + int(seen.sum()), n_tried + n
         if n_found >= wanted:
             break
-    return np.concatenate(found)[:wanted], np.concatenate(sides)[:wanted]
+    return np.concatenate(result)[:wanted], np.concatenate(sides)[:wanted]
 
 
 def _seen_from(scene: _Scene, points: _Floats, normals: _Floats) -> NDArray[np.float64]:

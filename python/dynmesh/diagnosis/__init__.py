@@ -47,8 +47,8 @@ def diagnose(source: OneSequence, *, progress: bool = False, **how: Unpack[Sourc
         motion = Motion(header, start)
         for number, frame in enumerate(watched, 1):
             motion.watch(number, frame.points, presence.watch(number, frame))
-    found = chain(presence.findings(), motion.findings(), examine(start))
-    ordered = sorted(found, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
+    result = chain(presence.findings(), motion.findings(), examine(start))
+    ordered = sorted(result, key=lambda f: (SEVERITIES.index(f.severity), CODES.index(f.code)))
     return Diagnosis(
         findings=tuple(ordered),
         header=header,

@@ -104,8 +104,8 @@ class Finding:
         return cls(
             code,
             severity or SEVERITY_OF[code],
-            count or next((len(found) for found in places if len(found)), 1),
-            Where(*(np.asarray(found, np.int64)[:MOST_PLACES] for found in places)),
+            count or next((len(result) for result in places if len(result)), 1),
+            Where(*(np.asarray(result, np.int64)[:MOST_PLACES] for result in places)),
             message,
             advice,
             worst,

@@ -124,8 +124,8 @@ def _observed(partial: Frames | None, numbers: range) -> Iterator[NDArray[np.boo
 def _errors_of(
     number: float, visual: float, distances: NDArray[np.floating], unit: float
 ) -> FrameErrors:
-    found = astuple(metrics.summary(distances)) if len(distances) else [math.nan] * 4
-    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in found))
+    result = astuple(metrics.summary(distances)) if len(distances) else [math.nan] * 4
+    return FrameErrors(number, len(distances), visual / unit, *(x / unit for x in result))
 
 
 def _whole(reader: Frames, numbers: range) -> Iterator[Frame]:

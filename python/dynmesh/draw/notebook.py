@@ -57,8 +57,8 @@ def _player(sequence: ArrayFrames) -> str:
         )
     check_any(sequence)
     for max_vertices, max_frames in _SIZES:
-        made = page(sequence, max_vertices=max_vertices, max_frames=max_frames)
-        player = framed(made.html)
+        result = page(sequence, max_vertices=max_vertices, max_frames=max_frames)
+        player = framed(result.html)
         if len(player.encode()) <= LARGEST_PLAYER:
             return player
     raise InputError("the mesh cannot be simplified enough; dynmesh view writes a larger page")

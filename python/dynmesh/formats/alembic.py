@@ -321,20 +321,20 @@ def _parameters(schema: Any, n_frames: int) -> dict[str, Any]:
     geometry = library("AbcGeom")
     compound = schema.getArbGeomParams()
     headers = {h.getName(): h for h in compound.propertyheaders} if compound.valid() else {}
-    found = {}
+    result = {}
     for name in with_all_needed(headers):
         parameter = getattr(geometry, f"I{parameters_of[name]}GeomParam")
         if not parameter.matches(headers[name]):
             kind = parameters_of[name].lower()
             raise InputError(f"must be a geometry parameter of type {kind}", argument=name)
-        found[name] = parameter(compound, name)
-        if found[name].getScope() != geometry.GeometryScope.kVertexScope:
+        result[name] = parameter(compound, name)
+        if result[name].getScope() != geometry.GeometryScope.kVertexScope:
             raise InputError("must have one value per vertex", argument=name)
-        if found[name].getNumSamples() not in (1, n_frames):
+        if result[name].getNumSamples() not in (1, n_frames):
             raise InputError(
-                f"has {found[name].getNumSamples()} samples for {n_frames} frames", argument=name
+                f"has {result[name].getNumSamples()} samples for {n_frames} frames", argument=name
             )
-    return found
+    return result
 
 
 alembic = Format(

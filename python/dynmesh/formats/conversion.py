@@ -83,8 +83,8 @@ class Changes:
             factor *= metres / metres_of(self.to_unit)
             metres = metres_of(self.to_unit)
         fps = self.fps or header.fps
-        made = replace(header, up_axis=up, metres_per_unit=metres, fps=fps)
-        return Conversion(made, turn, factor), indices
+        result = replace(header, up_axis=up, metres_per_unit=metres, fps=fps)
+        return Conversion(result, turn, factor), indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +116,13 @@ class Conversion:
             return points
         with np.errstate(invalid="ignore", over="ignore"):  # missing ones may be infinite
             moved = points.astype(np.float64) @ self.turn.T * self.factor
-            made = moved.astype(points.dtype)
-        if (np.isinf(made) & np.isfinite(points)).any():
+            result = moved.astype(points.dtype)
+        if (np.isinf(result) & np.isfinite(points)).any():
             raise InputError(
                 f"takes points out of the range of {points.dtype}, by a factor of {self.factor:g}",
                 argument="scale",
             )
-        return made
+        return result
 
 
 def _turn(one: int, other: int) -> NDArray[np.float64]:

@@ -102,10 +102,10 @@ class FilePerFrame(FileFrames):
             raise ValueError(f"its {n_faces} faces are not those of {first}")
         if not np.can_cast(frame.points.dtype, self.dtype):
             raise ValueError(f"its positions are {frame.points.dtype}, but {self.dtype} in {first}")
-        found = frame.attributes()
+        result = frame.attributes()
         for name, row in ATTRIBUTES.items():
             wanted = name in self.header.attributes
-            if (name in found) != wanted:
+            if (name in result) != wanted:
                 raise ValueError(f"has {'no ' if wanted else ''}{row.what}, unlike {first}")
         ours, theirs = metadata.standard_error_of, self.header.standard_error_of
         if self.header.has_standard_error and ours != theirs:

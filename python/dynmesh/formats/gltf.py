@@ -52,12 +52,12 @@ def check_counts(path: Path, read: Sequence[Any]) -> None:
             corners = n if at is None else message["accessors"][at]["count"]
             stated.append((n, corners // 3 if mode == _TRIANGLES else None))
     meshes = [mesh for mesh in read if hasattr(mesh, "faces")]
-    found = [
+    results = [
         (len(mesh.vertices), None if faces is None else len(mesh.faces))
         for mesh, (_, faces) in zip(meshes, stated, strict=False)
     ]
-    if len(meshes) != len(stated) or found != stated:
-        raise InputError(f"states meshes of {stated} vertices and faces, but {found} were read")
+    if len(meshes) != len(stated) or results != stated:
+        raise InputError(f"states meshes of {stated} vertices and faces, but {results} were read")
 
 
 def _check_accessor(

@@ -80,7 +80,7 @@ def _listed(path: Path, header: Header) -> Damaged:
         OSError: it cannot be read.
         ValueError: a line is not as it should be; the message names it.
     """
-    found: dict[int | None, list[int]] = {}
+    results: dict[int | None, list[int]] = {}
     with naming(path):
         for number, line in enumerate(lines_in(path), 1):
             words = words_in(line)
@@ -101,8 +101,8 @@ def _listed(path: Path, header: Header) -> Damaged:
                     f"line {number}: there is no vertex {outside[0]:.15g}, only 0 to "
                     f"{header.n_vertices - 1}"
                 )
-            found.setdefault(at, []).extend(map(int, vertices))
-    return {at: np.array(own, np.int64) for at, own in found.items()}
+            results.setdefault(at, []).extend(map(int, vertices))
+    return {at: np.array(own, np.int64) for at, own in results.items()}
 
 
 def _load(known: Any, shape: tuple[int, int]) -> Mask:

@@ -212,7 +212,7 @@ def _seconds_in(stems: Sequence[str]) -> list[Number]:
 
     Within a second, the rest may be the number of the frame.
     """
-    times = [found for found in map(_TIME.search, stems) if found is not None]
+    times = [result for result in map(_TIME.search, stems) if result is not None]
     if len(times) < len(stems) or len({_TIME.sub("", stem, count=1) for stem in stems}) > 1:
         return []
     texts = ["{}-{}-{}T{}:{}:{}".format(*one.group(1, 3, 4, 5, 7, 8)) for one in times]
@@ -228,17 +228,17 @@ def _seconds_in(stems: Sequence[str]) -> list[Number]:
 
 def _digits_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:
     """The same, where a hyphen after a letter is no sign."""
-    found = [_places(stems, number) for number in (_DECIMAL, _DIGITS)]
-    single = [places[0] for places in found if places is not None and len(places) == 1]
+    results = [_places(stems, number) for number in (_DECIMAL, _DIGITS)]
+    single = [places[0] for places in results if places is not None and len(places) == 1]
     suffix = files[0].suffix
     if not single:
-        several = next(filter(None, found), None)
+        several = next(filter(None, results), None)
         if several is not None:
             raise _of_several(several, stems, suffix)
         return None
     decimal, digits = single[0], single[-1]
     is_alone = not (decimal.before.rpartition("/")[2] or decimal.after)
-    of_shots = len(found[1] or ()) > 1 and not is_alone  # perhaps: take1.0001, take2.0001
+    of_shots = len(results[1] or ()) > 1 and not is_alone  # perhaps: take1.0001, take2.0001
     if of_shots and first_missing(sorted(decimal.numbers)) is not None:
         raise _of_several([decimal], stems, suffix)
     if decimal.before == digits.before or not digits.is_written:
@@ -345,8 +345,10 @@ def first_missing(numbers: Sequence[Number]) -> Number | None:
 
 def with_conversion(name: str) -> str:
     """Returns the pattern with ``%04d`` for ``####``, as animation programs write it."""
-    found = _hashes.findall(name)
-    return _hashes.sub(f"%0{len(found[0])}d", name) if len(found) == 1 and "%" not in name else name
+    result = _hashes.findall(name)
+    return (
+        _hashes.sub(f"%0{len(result[0])}d", name) if len(result) == 1 and "%" not in name else name
+    )
 
 
 def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
@@ -354,10 +356,10 @@ def pattern_like(path: Path, suffixes: Iterable[str]) -> str | None:
     names = FrameNames.of(path)
     if names.numbered:
         return None if _wildcards.keys() & set(names.pattern) else names.pattern
-    found = matching(path) if not path.is_dir() else []
+    result = matching(path) if not path.is_dir() else []
     for suffix in suffixes if path.is_dir() else ():
-        found = found or files_in(path, suffix)
-    return _pattern_of(found)
+        result = result or files_in(path, suffix)
+    return _pattern_of(result)
 
 
 def numbered_like(name: str) -> str | None:
@@ -426,8 +428,8 @@ def matching(path: Path) -> list[Path]:
     """Returns the files that match a glob; the path of an existing folder is none."""
     folder = str(path.parent)
     folder = glob.escape(folder) if path.parent.is_dir() else folder
-    found = glob.glob(str(Path(folder) / path.name))  # noqa: PTH207 (which would find hidden files, too)
-    return [Path(file) for file in found]
+    result = glob.glob(str(Path(folder) / path.name))  # noqa: PTH207 (which would find hidden files, too)
+    return [Path(file) for file in result]
 
 
 def _stems(files: Sequence[Path]) -> list[str]:

@@ -41,10 +41,10 @@ class ObjFrames(FilePerFrame):
 
     def _held_beside(self, file: Path) -> set[str]:
         lines = [words for line in _lines(file) if (words := line.split())]
-        found = {_KINDS[words[0]] for words in lines if words[0] in _KINDS}
+        result = {_KINDS[words[0]] for words in lines if words[0] in _KINDS}
         if any(words[0] == b"v" and len(words) == 7 for words in lines):
-            found.add("colours")
-        return found
+            result.add("colours")
+        return result
 
 
 def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:

@@ -121,8 +121,8 @@ def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:
 
 def identity(file: Path) -> tuple[int, int]:
     """Identifies a file, whichever path names it."""
-    found = file.stat()
-    return found.st_dev, found.st_ino
+    result = file.stat()
+    return result.st_dev, result.st_ino
 
 
 def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[Path] = ()) -> None:

@@ -40,7 +40,7 @@ def all_formats() -> dict[str, Format]:
 
     These name them as entry points `dynmesh.formats`. One that cannot be loaded is a warning.
     """
-    found = dict(FORMATS)
+    result = dict(FORMATS)
     for point in entry_points(group="dynmesh.formats"):
         try:
             format = point.load()
@@ -48,8 +48,8 @@ def all_formats() -> dict[str, Format]:
             message = f"format {point.name} of {point.value} cannot be loaded: {error}"
             warnings.warn(message, stacklevel=2)
             continue
-        found.setdefault(format.name, format)
-    return found
+        result.setdefault(format.name, format)
+    return result
 
 
 def format_of(path: PathLike, name: str | None = None) -> Format:
@@ -70,13 +70,13 @@ def existing_file(path: Path, format: Format) -> Path:
     """
     if format.is_per_frame or path.exists():
         return path
-    found = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
-    if len(found) > 1:
+    result = [*FrameNames.of(path).existing().values()] or sorted(matching(path))
+    if len(result) > 1:
         raise ValueError(
-            f"stands for {len(found)} files, from {found[0].name} on, which are no sequence, as "
+            f"stands for {len(result)} files, from {result[0].name} on, which are no sequence, as "
             f"each {format.name} file is one of its own; name one"
         )
-    return found[0] if found else path
+    return result[0] if result else path
 
 
 def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = False) -> Format:
@@ -92,10 +92,10 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
         return possible[name]
     if path.is_dir():
         numbered = {one.suffixes[0]: one for one in all_formats().values() if one.is_per_frame}
-        found = [suffix for suffix in numbered if files_in(path, suffix)]
-        if len(found) == 1:
-            return numbered[found[0]]
-        what = " and ".join(found) or f"no {' or '.join(numbered)}"
+        results = [suffix for suffix in numbered if files_in(path, suffix)]
+        if len(results) == 1:
+            return numbered[results[0]]
+        what = " and ".join(results) or f"no {' or '.join(numbered)}"
         raise ValueError(f"is a folder with {what} files; {otherwise}")
     if not path.suffix:
         raise ValueError(f"has no suffix, which would determine the format; {otherwise}")

@@ -83,12 +83,12 @@ def index_of(header: Header, number: float, argument: str) -> int:
     Raises:
         ValueError: there is none.
     """
-    found = np.flatnonzero(frame_numbers(header) == number)
-    if len(found) == 0:
+    result = np.flatnonzero(frame_numbers(header) == number)
+    if len(result) == 0:
         first, last = header.number(0), header.number(header.n_frames - 1)
         span = f"{first} to {last}" if first != last else str(first)
         raise InputError(f"there is no frame {number:g}, only {span}", argument=argument)
-    return int(found[0])
+    return int(result[0])
 
 
 def indices_of(

@@ -246,11 +246,11 @@ class _Overlay(_Stage):
 
     def _block(self, prim: Any, *names: str) -> list[str]:
         """Hides the values of attributes of the stage; returns the names of those that have one."""
-        found = [one for one in map(prim.GetAttribute, names) if one and one.HasAuthoredValue()]
-        for one in found:
+        results = [one for one in map(prim.GetAttribute, names) if one and one.HasAuthoredValue()]
+        for one in results:
             over = self._stage.OverridePrim(prim.GetPath())
             over.CreateAttribute(one.GetName(), one.GetTypeName(), custom=False).Block()
-        return [one.GetName() for one in found]
+        return [one.GetName() for one in results]
 
     def _complete_layer(self) -> None:
         self._layer.subLayerPaths.append(

@@ -85,10 +85,10 @@ def is_left_handed(mesh: Any) -> bool:
 def primvars_of(mesh: Any) -> dict[str, Any]:
     """Returns the attributes of the primvars that exist; generation and age only together."""
     geometry, sdf = pxr("UsdGeom"), pxr("Sdf")
-    found = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
-    found = {name: primvar for name, primvar in found.items() if primvar.HasAuthoredValue()}
-    found = {name: found[name] for name in with_all_needed(found)}
-    for name, primvar in found.items():
+    result = {name: geometry.PrimvarsAPI(mesh).GetPrimvar(name) for name in primvars}
+    result = {name: primvar for name, primvar in result.items() if primvar.HasAuthoredValue()}
+    result = {name: result[name] for name in with_all_needed(result)}
+    for name, primvar in result.items():
         kind = getattr(sdf.ValueTypeNames, primvars[name])
         interpolation = primvar.GetInterpolation()
         if (primvar.GetTypeName(), interpolation) != (kind, "vertex") or primvar.IsIndexed():
@@ -96,7 +96,7 @@ def primvars_of(mesh: Any) -> dict[str, Any]:
                 f"primvars:{name}: must be {kind} with vertex interpolation and without indices, "
                 f"not {primvar.GetTypeName()} with {interpolation} interpolation"
             )
-    return {name: primvar.GetAttr() for name, primvar in found.items()}
+    return {name: primvar.GetAttr() for name, primvar in result.items()}
 
 
 _READ = {
@@ -120,14 +120,14 @@ def texture_in(mesh: Any) -> Any:
 
     None if there are none that are the same at all times, for each corner or vertex.
     """
-    found = [
+    results = [
         one
         for one in pxr("UsdGeom").PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
         if one.GetTypeName().role == "TextureCoordinate" or one.GetPrimvarName() == "st"
         if one.GetInterpolation() in ("faceVarying", "vertex", "varying")
         if not one.ValueMightBeTimeVarying()
     ]
-    return min(found, key=lambda one: one.GetPrimvarName() != "st", default=None)
+    return min(results, key=lambda one: one.GetPrimvarName() != "st", default=None)
 
 
 def texture_of(mesh: Any, faces: Polygons, n_vertices: int) -> NDArray[np.float32] | None:
@@ -275,7 +275,7 @@ def moved_by(mesh: Any) -> tuple[str, ...]:
     """What moves a mesh beside the samples of its points, in words."""
     prim, geometry = mesh.GetPrim(), pxr("UsdGeom")
     prims = [prim.GetStage().GetPrimAtPath(path) for path in mesh.GetPath().GetPrefixes()]
-    found = {
+    result = {
         "a skeleton": any(one.HasRelationship("skel:skeleton") for one in prims),
         "blend shapes": prim.HasAttribute("skel:blendShapes"),
         "transforms": any(
@@ -284,7 +284,7 @@ def moved_by(mesh: Any) -> tuple[str, ...]:
             if one.IsA(geometry.Xformable)
         ),
     }
-    return tuple(name for name, there in found.items() if there)
+    return tuple(name for name, there in result.items() if there)
 
 
 class UsdFrames(FileFrames):

@@ -28,14 +28,14 @@ def matrix_of(name: str, value: Any, size: int) -> _Floats:
     for number, row in enumerate(rows):
         for one in row:
             check_finite(f"{name}: row {number}", one)
-    found = np.array(rows, np.float64)
+    result = np.array(rows, np.float64)
     last = np.eye(size)[-1]
-    if (found[-1] != last).any() and (found[:, -1] == last).all():
+    if (result[-1] != last).any() and (result[:, -1] == last).all():
         raise ValueError(
-            f"{name}: its last row must be {_row(last)}, not {_row(found[-1])}; its last column "
+            f"{name}: its last row must be {_row(last)}, not {_row(result[-1])}; its last column "
             "is, so it is listed column by column: list it row by row"
         )
-    return found
+    return result
 
 
 def pose_of(name: str, value: Any) -> _Floats:

@@ -121,11 +121,11 @@ class PointReader(ScanReader):
 
     def __init__(self, path: Path, suffix: str, rig: Rig | None, gaps: Gaps) -> None:
         """Finds the files and reads the first."""
-        found = find_files(path, suffix, gaps)
-        self._files = found.files
-        present = [file for file in found.files if file is not None]
-        super().__init__(path, rig, found.numbers, present)
-        self._take_viewpoints(found.files)
+        result = find_files(path, suffix, gaps)
+        self._files = result.files
+        present = [file for file in result.files if file is not None]
+        super().__init__(path, rig, result.numbers, present)
+        self._take_viewpoints(result.files)
         self._take_unit(read_points(present[0]).metadata.metres_per_unit, present[0])
 
     def _load(self, number: int) -> PointScan | None:
@@ -165,7 +165,7 @@ class DepthReader(ScanReader):
                 f"there is no image of camera {camera.name!r} for frame {number}, which would be "
                 f"named {_names([camera])}; with `gaps` lost, it is not needed"
             )
-        made, self._undistort = list[ScanCamera](), dict[str, Any]()
+        result, self._undistort = list[ScanCamera](), dict[str, Any]()
         for camera in rig.cameras:
             size = size_of(by_camera[camera.name].values(), camera)
             intrinsics = camera.intrinsics
@@ -173,8 +173,8 @@ class DepthReader(ScanReader):
                 with naming(rig.file or path):
                     matrix, self._undistort[camera.name] = undistortion(camera)
                 intrinsics = np.broadcast_to(matrix, np.shape(np.asarray(intrinsics)))
-            made.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
-        rig = replace(rig, cameras=tuple(made))
+            result.append(replace(camera, size=size, intrinsics=intrinsics, distortion=()))
+        rig = replace(rig, cameras=tuple(result))
         with naming(rig.file or path):
             self._images = [
                 [(c.at(n), by_camera[c.name][n]) for c in rig.cameras if n in by_camera[c.name]]
@@ -274,15 +274,15 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
         if path.suffix.lower() not in suffixes:
             raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
         return path.suffix.lower()
-    found = [suffix for suffix in suffixes if files_in(path, suffix)]
-    if not found and rig is not None and _images_in(path, rig):
+    results = [suffix for suffix in suffixes if files_in(path, suffix)]
+    if not results and rig is not None and _images_in(path, rig):
         return SUFFIX
-    if len(found) > 1:
-        message = f"is a folder with {' and '.join(found)} files; name one kind by a pattern"
+    if len(results) > 1:
+        message = f"is a folder with {' and '.join(results)} files; name one kind by a pattern"
         raise ValueError(message)
-    if not found:
+    if not results:
         raise ValueError(f"is a folder without scans, which are {', '.join(suffixes)}")
-    return found[0]
+    return results[0]
 
 
 def _images_in(path: Path, rig: Rig) -> list[Path]:
@@ -317,18 +317,20 @@ def _by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
             f"holds images of camera {message}, which the cameras file does not describe; describe "
             "it there, or move its images elsewhere"
         )
-    names, found = FrameNames.of(path), dict[str, dict[Number, Path]]()
+    names, result = FrameNames.of(path), dict[str, dict[Number, Path]]()
     is_pattern = names.numbered and not path.is_dir()
     for camera in cameras:
         own = {file: stem for file, (of, stem) in zip(images, owners, strict=True) if of == camera}
         try:
             if is_pattern:
-                found[camera] = by_number((_number_by(names, file, rig) or 0, file) for file in own)
+                result[camera] = by_number(
+                    (_number_by(names, file, rig) or 0, file) for file in own
+                )
             else:
-                found[camera] = files_by_number([*own], [*own.values()]) if own else {}
+                result[camera] = files_by_number([*own], [*own.values()]) if own else {}
         except ValueError as error:
             raise ValueError(f"images of camera {camera!r}: {error}") from error
-    return found
+    return result
 
 
 def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:

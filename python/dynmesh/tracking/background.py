@@ -70,10 +70,10 @@ def planes_of_background(
         # A part of the subject may hold more points than what is left of a wall.
         best = [i for i in np.argsort(-counts) if counts[i] >= max(3, _SHARE * len(some))]
         wide = (i for i in best if np.linalg.norm(np.ptp(some[near[:, i]], axis=0)) > size)
-        found = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
+        result = (Plane(normals[i], float(a[i] @ normals[i]), thickness) for i in wide)
         fitted = (
             _fitted(_fitted(plane, left, thickness), left, thickness)
-            for plane in found
+            for plane in result
             if extent_of(some[plane.holds(some)]) > size
         )
         plane = next((one for one in fitted if _is_room(one, left, size)), None)

@@ -48,14 +48,14 @@ def wrong_camera(scan: DepthScan, names: Sequence[str], surface: Surface) -> str
     clouds = [subject_of(cloud, surface) for cloud in without_jumps(scan).clouds]
     if len(clouds) < 2 or min(map(len, clouds)) < LEAST:
         return ""
-    found = find_alignment(surface.faces, surface.points, np.concatenate(clouds))
-    clouds = [(cloud - found.shift) @ found.rotation for cloud in clouds]
+    result = find_alignment(surface.faces, surface.points, np.concatenate(clouds))
+    clouds = [(cloud - result.shift) @ result.rotation for cloud in clouds]
     before = np.array([_median(cloud, surface) for cloud in clouds])
     if not (before > MEASURED).any():
         return ""
     # The same points lie farther aside of the axis if the focal length is shorter.
     sizes = [_moved(cloud, surface, np.eye(3)) for cloud in clouds]
-    axes = [found.rotation.T @ pose[:3, 2] for pose in scan.poses]
+    axes = [result.rotation.T @ pose[:3, 2] for pose in scan.poses]
     asides = [np.eye(3) - np.outer(axis, axis) for axis in axes]
     pairs = zip(clouds, asides, strict=True)
     lengths = [_moved(cloud, surface, aside) for cloud, aside in pairs]

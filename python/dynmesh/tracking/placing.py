@@ -104,33 +104,33 @@ def placed_in(
         scan = room.enter(scan, faces, template)
     rooms = room.advice(scan, faces, template)
     with locating(file=mesh.path):
-        found = find_alignment(faces, template, scan.cloud)
+        result = find_alignment(faces, template, scan.cloud)
     away = (
-        f"the template does not lie in the first scan: it is {found.before:.3g} mean edges "
-        f"({found.before * found.mean_edge:.3g} in its unit) away"
+        f"the template does not lie in the first scan: it is {result.before:.3g} mean edges "
+        f"({result.before * result.mean_edge:.3g} in its unit) away"
     )
 
     def sizes() -> str:
         size = size_of(template[np.unique(faces)])
         return units.told(ratio_of(scan, template, faces), size)
 
-    if found.other_unit:
+    if result.other_unit:
         why = sizes() or rooms or inside_out(scan)
         raise InputError("; ".join(filter(None, [advice, why, away])), file=mesh.path)
     # The walls of a room face its middle.
     advice = "; ".join(filter(None, [rooms or inside_out(scan), advice]))
-    placed = partial(Placed, distance=found.before, advice=advice)
+    placed = partial(Placed, distance=result.before, advice=advice)
     start, tracked, cameras = template, None, ""
-    if found.matches:
-        if not found.lies_in_scan:
-            moved = template.astype(np.float64) @ found.rotation.T + found.shift
+    if result.matches:
+        if not result.lies_in_scan:
+            moved = template.astype(np.float64) @ result.rotation.T + result.shift
             start = moved.astype(template.dtype)
         with locating(file=scans.path):
             tracked = _tracked_from(start, faces, scan, threads)
         if isinstance(scan, DepthScan):
             cameras = wrong_camera(scan, scans.cameras_of(number), Surface(faces, start))
     fits = tracked is not None and (tracked.quality == "good" or tracked.cause == "unseen")
-    if landmarks is None and found.lies_in_scan and fits:
+    if landmarks is None and result.lies_in_scan and fits:
         return placed(template, doubt=cameras)
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
@@ -147,12 +147,12 @@ def placed_in(
     if doubt and landmarks is None and tracked and tracked.misfit <= registered.misfit:
         # Tracking will tell whether it explains the points, but not what has none.
         doubt = doubt if registered.cause in ("size", "part") else ""
-        alignment = None if found.lies_in_scan else found
+        alignment = None if result.lies_in_scan else result
         return placed(start, alignment=alignment, doubt=cameras or _registered(doubt))
-    if registered.quality == "ruined" and not found.lies_in_scan:
+    if registered.quality == "ruined" and not result.lies_in_scan:
         faults = "; ".join(filter(None, [advice, sizes(), away]))
         raise InputError(
-            f"{faults}, {found.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
+            f"{faults}, {result.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
         )
     doubt = cameras or _registered(doubt)
     return placed(registered.vertices, registration=registered, doubt=doubt)

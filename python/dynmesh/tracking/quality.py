@@ -238,9 +238,9 @@ def ranges_of(numbers: list[Number]) -> str:
 
 def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
     """Returns the names whose value is so many times the median of the others, and not small."""
-    found = set()
+    result = set()
     for name, value in values.items():
         others = [one for other, one in values.items() if other != name]
         if others and value > max(least, times * float(np.median(others))):
-            found.add(name)
-    return found
+            result.add(name)
+    return result

@@ -81,9 +81,9 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     if len(cloud) < LEAST or max(extents) < _COVERED * surface.size:
         medians = _medians([surface.distances(one) for one in clouds], surface)
         return Fit(1.0, 1.0, (1.0,) * len(clouds), medians)
-    found = find_alignment(surface.faces, surface.points, cloud)
+    result = find_alignment(surface.faces, surface.points, cloud)
     most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
-    ways = [cloud, (cloud - found.shift) @ found.rotation][: 1 + moves]
+    ways = [cloud, (cloud - result.shift) @ result.rotation][: 1 + moves]
     distances = [surface.distances(one) for one in ways]
     shares = [float(np.mean(one > most)) for one in distances]
     away = distances[int(np.argmin(shares))]

@@ -57,14 +57,14 @@ def open_single(path: Path, cameras: PathLike | None) -> ScanReader:
         raise InputError(message, file=path)
     if not is_images:
         return SingleScan(path, read_rig(path, cameras))
-    found = open_scans(path, cameras=cameras, gaps="lost")
-    if found.n_frames > 1:
+    result = open_scans(path, cameras=cameras, gaps="lost")
+    if result.n_frames > 1:
         raise InputError(
-            f"holds {found.n_frames} scans; name one of them, such as the depth images "
+            f"holds {result.n_frames} scans; name one of them, such as the depth images "
             "'depth_00012_*.png', or each in a row of a table of jobs",
             file=path,
         )
-    return found
+    return result
 
 
 def _read(path: Path) -> tuple[PointScan, float | None]:
@@ -74,11 +74,11 @@ def _read(path: Path) -> tuple[PointScan, float | None]:
     """
     suffix = path.suffix.lower()
     if suffix in point_formats:
-        found = read_points(path)
+        result = read_points(path)
         elements = read_elements(path)[0] if suffix == ".ply" else {}
-        is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(found.scan.points)
-        if found.scan.normals is not None or not is_whole:
-            return found.scan, found.metadata.metres_per_unit
+        is_whole = "face" in elements and len(elements["vertex"]["x"]) == len(result.scan.points)
+        if result.scan.normals is not None or not is_whole:
+            return result.scan, result.metadata.metres_per_unit
     with formats.open(path) as mesh:
         points = template_of(mesh)
         normals = vertex_normals(mesh.faces, points.astype(np.float64)).astype(points.dtype)

@@ -200,8 +200,10 @@ def complete(
                 whole = first or start_in(source, start, settings, progress=progress)
                 with learnt.frames() as poses:
                     completer = Completer(source.faces, whole.points, training=poses, **settings)
-                made = completed_frames(source, header, whole, completer, given, progress=progress)
-                tally = yield from made
+                result = completed_frames(
+                    source, header, whole, completer, given, progress=progress
+                )
+                tally = yield from result
             return _report(source, whole, tally, is_trained=bool(learnt))
 
         return ComputedFrames(

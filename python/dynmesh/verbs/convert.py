@@ -132,8 +132,8 @@ def _convert_clouds(
                 points, normals = conversion.moved(scan.points), scan.normals
             if normals is not None:
                 normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
-            made, header = PointScan(points, normals, None), conversion.header
-            write_ply(hidden / file.name, made, header.metres_per_unit, header.up_axis)
+            result, header = PointScan(points, normals, None), conversion.header
+            write_ply(hidden / file.name, result, header.metres_per_unit, header.up_axis)
             n_points += size
         for file in outputs:
             check_output(file, overwrite, ".ply")  # another process may have written it
@@ -156,7 +156,7 @@ def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:
     if suffix not in point_formats:
         return []
     with formats.naming(path):
-        found = [file for file in find_files(path, suffix, gaps).files if file is not None]
-    with formats.naming(found[0]):
-        is_mesh = suffix == ".ply" and "face" in read_elements(found[0])[0]
-    return [] if is_mesh else found
+        results = [file for file in find_files(path, suffix, gaps).files if file is not None]
+    with formats.naming(results[0]):
+        is_mesh = suffix == ".ply" and "face" in read_elements(results[0])[0]
+    return [] if is_mesh else results

@@ -123,9 +123,9 @@ def degrade(
                 scan_folder(Path(output), rig, overwrite=overwrite, numbers=numbers) as append,
             ):
                 measured = 0
-                for found in tracked(scans, n, "scanning", progress):
-                    append(found)
-                    measured += len(found.cloud)
+                for result in tracked(scans, n, "scanning", progress):
+                    append(result)
+                    measured += len(result.cloud)
         what = "points" if size is None else "measured pixels"
         message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
         message += f" from {counted(cameras, 'camera')}"
@@ -256,7 +256,7 @@ def _axis(reader: Frames, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     if up not in (None, "x", "y", "z"):
         raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)
     said = up or reader.header.up_axis
-    found = said or likely_up(frame_at(reader, 0).points, None)
-    guess = () if said else (f"assuming that {found} is up, as the file does not state it",)
-    x, y, z = (float(one == found) for one in "xyz")
+    result = said or likely_up(frame_at(reader, 0).points, None)
+    guess = () if said else (f"assuming that {result} is up, as the file does not state it",)
+    x, y, z = (float(one == result) for one in "xyz")
     return (x, y, z), guess

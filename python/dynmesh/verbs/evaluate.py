@@ -55,10 +55,10 @@ class Evaluation(Report):
             "measured": f"{counted(self.frames, 'frame')}, in bounding-box diagonals of the first, "
             f"{self.bounding_box_diagonal:g}",
         }
-        if (found := self.calibration) is not None:
+        if (result := self.calibration) is not None:
             rows["standard errors"] = (
-                f"the 90 % interval holds {100 * found.coverage_90:.3g} % of the errors, the 50 % "
-                f"interval {100 * found.coverage_50:.3g} %"
+                f"the 90 % interval holds {100 * result.coverage_90:.3g} % of the errors, the 50 % "
+                f"interval {100 * result.coverage_50:.3g} %"
             )
         return [f"{name:18}{value}" for name, value in rows.items()] + super().lines()
 
@@ -134,7 +134,7 @@ def evaluate(
         remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))
     counted = [errors for errors in each if errors.vertices]
     mean, rms, p99 = np.mean([(one.mean, one.rms, one.p99) for one in counted], axis=0).tolist()
-    found = Evaluation(
+    result = Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
         mean=mean,
         rms=rms,
@@ -148,5 +148,5 @@ def evaluate(
     )
     if csv is not None:
         with new_output(Path(csv), overwrite, ".csv") as made:
-            found.write_csv(made)
-    return found
+            result.write_csv(made)
+    return result

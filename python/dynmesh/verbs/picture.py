@@ -69,7 +69,7 @@ def picture(
         else:
             numbers = frames if isinstance(frames, Iterable) else [frames]
             indices = [index_of(own.header, number, "frames") for number in numbers]
-        made: Image.Image = drawn(
+        result: Image.Image = drawn(
             own,
             indices=indices,
             reference=truth,
@@ -80,8 +80,8 @@ def picture(
             size=size,
             progress=progress,
         )
-        made.info["remarks"] = remarks_of(own, truth)
+        result.info["remarks"] = remarks_of(own, truth)
     if output is not None:
         with new_output(output, overwrite, ".png") as hidden:
-            made.save(hidden)
-    return made
+            result.save(hidden)
+    return result

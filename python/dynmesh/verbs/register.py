@@ -53,10 +53,10 @@ class RegisterReport(Report):
 
     def lines(self) -> list[str]:
         """Says how well the scan fits."""
-        found = self.registration
+        result = self.registration
         good = (
-            f"good; {found.far:.2%} of the points are far from the mesh; "
-            f"{100 * found.observed.mean():.3g} % of the vertices were seen"
+            f"good; {result.far:.2%} of the points are far from the mesh; "
+            f"{100 * result.observed.mean():.3g} % of the vertices were seen"
         )
         messages = [self.reason or good]
         if self.page is not None:
@@ -65,9 +65,9 @@ class RegisterReport(Report):
 
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
-        found = self.registration
-        message = {name: as_json(one) for name, one in vars(found).items() if name not in _LONG}
-        return super().to_dict() | message | {"observed": float(found.observed.mean())}
+        result = self.registration
+        message = {name: as_json(one) for name, one in vars(result).items() if name not in _LONG}
+        return super().to_dict() | message | {"observed": float(result.observed.mean())}
 
 
 def registered(
@@ -165,26 +165,28 @@ def registered(
                 if measured is None:
                     raise InputError("all of its images are missing or damaged")
                 left = room.enter(measured, mesh.faces, first)
-                found = fit(left)
+                result = fit(left)
                 remark = rooms = ""
                 if scale:
-                    remark = f"the template became {found.scale * found.growth:.3g} times as large"
-                elif found.quality != "good":
+                    remark = (
+                        f"the template became {result.scale * result.growth:.3g} times as large"
+                    )
+                elif result.quality != "good":
                     remark = sizes(left)
                     # A plane in the scan of a larger subject may be a part of it.
-                    if not remark or found.cause != "size":
+                    if not remark or result.cause != "size":
                         rooms = room.advice(left, mesh.faces, first)
-                    if remark and found.cause != "part":
+                    if remark and result.cause != "part":
                         remark += "; `scale` finds it in any size"
-            yield Frame(found.vertices)
+            yield Frame(result.vertices)
             if page is not None:
-                _write_page(Path(page), found, mesh, reader, overwrite)
-            reason = _reason(found, first, left, marks, align, rooms)
+                _write_page(Path(page), result, mesh, reader, overwrite)
+            reason = _reason(result, first, left, marks, align, rooms)
             return RegisterReport(
-                quality="doubtful" if reason and found.quality == "good" else found.quality,
+                quality="doubtful" if reason and result.quality == "good" else result.quality,
                 reason=reason,
                 remarks=(*filter(None, [remark, room.remark]), *reader.lost),
-                registration=found,
+                registration=result,
                 page=None if page is None else Path(page),
             )
 

@@ -72,24 +72,24 @@ def rig(
             inputs = [] if stated is None or stated.file is None else [stated.file]
             check_output(Path(given), overwrite, suffix, inputs=inputs)
     with steps("judging the cameras", progress) as show:
-        found = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
-    made: dict[str, Any] = {"reason": "" if found.quality == "good" else found.told}
-    if output is not None and found.rig is None:
+        result = judge_rig(path, stated, template, scan_unit, template_unit, room, show)
+    made: dict[str, Any] = {"reason": "" if result.quality == "good" else result.told}
+    if output is not None and result.rig is None:
         made["remarks"] = (f"{output} is not written, as no correction is known",)
-    elif output is not None and found.rig is not None:
+    elif output is not None and result.rig is not None:
         made["output"] = Path(output)
         with new_output(Path(output), overwrite, ".json") as hidden:
-            write_cameras(hidden, found.rig)
+            write_cameras(hidden, result.rig)
     if page is not None:
         made["page"] = Path(page)
         shown = rig_page(
-            found.scan,
-            found.template,
-            up=found.up,
+            result.scan,
+            result.template,
+            up=result.up,
             title=f"{path.name}, the first scan",
-            told=found.told,
-            names=found.names,
+            told=result.told,
+            names=result.names,
         )
         with new_output(Path(page), overwrite, ".html") as hidden:
             hidden.write_text(shown, encoding="utf-8")
-    return replace(found, **made)
+    return replace(result, **made)

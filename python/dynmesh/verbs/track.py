@@ -100,10 +100,10 @@ class TrackReport(Report):
                 f"{self.registration.quality}"
             )
         if self.alignment is not None:
-            found = self.alignment
+            result = self.alignment
             yield (
-                f"the template was {found.before:.3g} mean edges from the first scan; a rigid "
-                f"motion put it {found.after:.3g} from it"
+                f"the template was {result.before:.3g} mean edges from the first scan; a rigid "
+                f"motion put it {result.after:.3g} from it"
             )
         if self.seconds_per_frame is not None and self.observed is not None:
             if self.quality == "good" and self.far is not None:

@@ -114,9 +114,9 @@ def view(
             scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
             look = azimuth, max_vertices
-            made = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
+            result = pick_page(own, scans, Path(pick).name, *look, title=title, up=up)
         else:
-            made = page(
+            result = page(
                 own,
                 reference=truth,
                 input=given,
@@ -131,12 +131,12 @@ def view(
                 max_vertices=max_vertices,
                 progress=progress,
             )
-        made = replace(made, remarks=(*made.remarks, *remarks_of(own, truth, given)))
+        result = replace(result, remarks=(*result.remarks, *remarks_of(own, truth, given)))
     if output is None:
-        return made
+        return result
     with new_output(output, overwrite, ".html") as hidden:
-        hidden.write_text(made.html, encoding="utf-8")
-    return replace(made, output=output)
+        hidden.write_text(result.html, encoding="utf-8")
+    return replace(result, output=output)
 
 
 def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> None:
