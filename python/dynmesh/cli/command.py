@@ -126,9 +126,8 @@ class Command:
 
     def _parameter(self, key: str, option: Option) -> inspect.Parameter:
         kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY
-        message = option._replace(help=self.spelt(option.help))
-        default = option.default
-        return inspect.Parameter(key, kind, default=default, annotation=_annotation(message))
+        annotation = _annotation(option._replace(help=self.spelt(option.help)))
+        return inspect.Parameter(key, kind, default=option.default, annotation=annotation)
 
     def option_of(self, argument: str) -> str | None:
         """The option or the argument of the command that stands for an argument of a function."""

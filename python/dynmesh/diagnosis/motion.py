@@ -52,8 +52,10 @@ class Motion:
             moved = np.flatnonzero(observed & (gap <= _RECENT))
         distance = np.linalg.norm(points[moved].astype(np.float64) - self._last[moved], axis=1)
         unit = self._mesh.diagonal or 1.0
-        message = len(moved) >= min(_FEWEST, len(points))
-        self.medians.append(float(np.median(distance / gap[moved]) / unit) if message else np.nan)
+        are_enough = len(moved) >= min(_FEWEST, len(points))
+        self.medians.append(
+            float(np.median(distance / gap[moved]) / unit) if are_enough else np.nan
+        )
         self._find_astray(number, points, observed)
         self._last[observed] = points[observed]
         self._last_seen[observed] = number

@@ -20,36 +20,36 @@ def what_gltf_holds(path: Path) -> set[str]:
         ValueError: the library would read other positions or faces; the message names the extension
             or the accessor because of which.
     """
-    message = _json_in(path)
-    nodes, held = message.get("nodes", []), set()
-    for name in message.get("extensionsRequired", []):
+    document = _json_in(path)
+    nodes, held = document.get("nodes", []), set()
+    for name in document.get("extensionsRequired", []):
         if not name.startswith(_OF_LOOKS) and name != "KHR_mesh_quantization":
             _refuse(f"requires the extension {name}")
     if any("EXT_mesh_gpu_instancing" in node.get("extensions", {}) for node in nodes):
         _refuse("repeats meshes by the extension EXT_mesh_gpu_instancing")
-    for primitive in _primitives(message):
-        _check_accessor(message, primitive["attributes"]["POSITION"], primitive, is_position=True)
+    for primitive in _primitives(document):
+        _check_accessor(document, primitive["attributes"]["POSITION"], primitive, is_position=True)
         if "indices" in primitive:
-            _check_accessor(message, primitive["indices"], primitive, is_position=False)
+            _check_accessor(document, primitive["indices"], primitive, is_position=False)
         if primitive.get("mode", _TRIANGLES) == _FAN:
             _refuse("has triangle fans")
         if primitive.get("targets"):
-            weights = [one.get("weights", []) for one in (*message["meshes"], *nodes)]
+            weights = [one.get("weights", []) for one in (*document["meshes"], *nodes)]
             held.add("weights of morph targets" if any(map(any, weights)) else "morph targets")
     if any("skin" in node for node in nodes):
         held.add("skins")
-    return held | ({"animations"} if message.get("animations") else set())
+    return held | ({"animations"} if document.get("animations") else set())
 
 
 def check_counts(path: Path, read: Sequence[Any]) -> None:
     """Refuses meshes of the library that have not as many vertices and faces as a file states."""
-    message = _json_in(path)
+    document = _json_in(path)
     stated = []
-    for primitive in _primitives(message):
+    for primitive in _primitives(document):
         if (mode := primitive.get("mode", _TRIANGLES)) in (_TRIANGLES, _STRIP):
-            n = message["accessors"][primitive["attributes"]["POSITION"]]["count"]
+            n = document["accessors"][primitive["attributes"]["POSITION"]]["count"]
             at = primitive.get("indices")
-            corners = n if at is None else message["accessors"][at]["count"]
+            corners = n if at is None else document["accessors"][at]["count"]
             stated.append((n, corners // 3 if mode == _TRIANGLES else None))
     meshes = [mesh for mesh in read if hasattr(mesh, "faces")]
     results = [

@@ -182,12 +182,10 @@ def _places(stems: Sequence[str], number: str) -> list[_Place] | None:
     else:
         return None
     columns = list(zip(*parts, strict=True))
-    messages = [column[0] if len(set(column)) == 1 else "*" for column in columns]
+    common = [column[0] if len(set(column)) == 1 else "*" for column in columns]
     every = range(1, len(columns), 2)
-    varying = [at for at in every if messages[at] == "*"] or [*every][-1:]
-    return [
-        _Place("".join(messages[:at]), "".join(messages[at + 1 :]), columns[at]) for at in varying
-    ]
+    varying = [at for at in every if common[at] == "*"] or [*every][-1:]
+    return [_Place("".join(common[:at]), "".join(common[at + 1 :]), columns[at]) for at in varying]
 
 
 def _place_in(files: Sequence[Path], stems: Sequence[str]) -> _Place | None:

@@ -152,7 +152,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
     listed = []
     for camera in rig.cameras:
         poses = [{"frame": frame, **_matrices(camera.at(frame))} for frame in camera.frames]
-        message = {
+        values = {
             "name": camera.name,
             **({"poses": poses} if poses else _matrices(camera)),
             "within": camera.within or None,
@@ -163,7 +163,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
             "flipped": camera.flipped or None,
             "along_ray": camera.along_ray or None,
         }
-        listed.append({name: value for name, value in message.items() if value is not None})
+        listed.append({name: value for name, value in values.items() if value is not None})
     names: dict[float | None, str] = {length: name for name, length in UNITS.items()}
     unit = names.get(rig.metres_per_unit, rig.metres_per_unit)
     text = json.dumps({"unit": unit, "cameras": listed}, indent=1, default=np.ndarray.tolist)

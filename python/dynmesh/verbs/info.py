@@ -60,10 +60,10 @@ class InfoReport(Report):
         meshes = {"meshes": dict(self.meshes)} if self.meshes else {}
         if self.diagnosis is None:
             return meshes
-        message = self.diagnosis.as_dict() | meshes
+        values = self.diagnosis.as_dict() | meshes
         if self.diagnosis.header.has_standard_error:
-            message["standard_error_of"] = self.diagnosis.header.standard_error_of
-        return message
+            values["standard_error_of"] = self.diagnosis.header.standard_error_of
+        return values
 
 
 def info(

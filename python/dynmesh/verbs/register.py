@@ -66,8 +66,8 @@ class RegisterReport(Report):
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
         result = self.registration
-        message = {name: as_json(one) for name, one in vars(result).items() if name not in _LONG}
-        return super().to_dict() | message | {"observed": float(result.observed.mean())}
+        measures = {name: as_json(one) for name, one in vars(result).items() if name not in _LONG}
+        return super().to_dict() | measures | {"observed": float(result.observed.mean())}
 
 
 def registered(

@@ -151,7 +151,7 @@ def page(
         captions = {**captions, "reference": _caption(reference.path.name, "the reference")}
     said = up or stated_up(reader, reference, input)
     up = said or likely_up(first_points, None)
-    message = {
+    content = {
         "title": title or reader.path.name,
         "note": f"shown: {shown}" if str(shown) else "",  # above the panes, as the title
         "numbers": [reader.header.number(index) for index in indices],
@@ -165,7 +165,7 @@ def page(
     }
     scales = {name: heatmap.scale(name, frames) for name in heatmap.colours}
     view = View.of(_corners(frames), up, azimuth)
-    html = player(faces, frames, scales, view, captions, message)
+    html = player(faces, frames, scales, view, captions, content)
     guess = () if said else (f"assuming that {up} is up, as no file states it",)
     return Page(html=html, shown=shown, remarks=guess)
 

@@ -60,7 +60,7 @@ def pick_page(
     cloud.plot += cloud.k3d.points(
         cloud.shown, point_size=_DOT, color=number_of(KNOWN_COLOUR), shader="flat"
     )
-    message = {
+    content = {
         "title": title or f"{template.path.name} and {scans.path.name}",
         "file": file_name,
         "numbers": packed(numbers.astype(np.uint32)),
@@ -69,7 +69,7 @@ def pick_page(
         "positions": packed(points),
         "other": cloud.plot.get_binary_snapshot(6).hex(),
     }
-    html = document(mesh.plot, message, "pick.html", "data.js", "pick.js")
+    html = document(mesh.plot, content, "pick.html", "data.js", "pick.js")
     size = (template.n_vertices, len(faces), len(template.faces))
     return Page(html=html, shown=Shown(1, 1, 1, len(numbers), *size))
 
