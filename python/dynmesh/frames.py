@@ -5,16 +5,16 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Generic, Self, TypeAlias, TypeVar, cast, overload
+from typing import Any, Generic, NoReturn, Self, TypeAlias, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, Positions
 from ._checks import frame_index, indices_among
-from ._errors import InputError, locating, naming
+from ._errors import InputError, KindError, locating, naming
 from ._report import DoubtfulWarning, Report
 from .attributes import VertexAttributes, as_mask
 from .header import Header, rate, summary
@@ -216,7 +216,7 @@ class Stored(Frames):
         self, frames: int | np.integer[Any] | slice | Sequence[int] | Integers
     ) -> "Frame | Stored":
         """A frame, or some of the frames; see the class."""
-        if isinstance(frames, slice | list | tuple | np.ndarray):
+        if isinstance(frames, slice | range | list | np.ndarray):
             return self._chosen(indices_among(frames, self.n_frames))
         index = frame_index(cast(int, frames), self.n_frames)
         with contextlib.closing(self.frames(index, index + 1)) as read:
@@ -264,7 +264,7 @@ def check_any(frames: Frames) -> None:
 
 
 class _Chosen(Stored):
-    """Some of the frames of others."""
+    """Some of the frames of others, which stay open when these are closed."""
 
     def __init__(self, of: Stored, indices: Indices) -> None:
         self._of, self._indices = of, indices
@@ -277,9 +277,6 @@ class _Chosen(Stored):
 
     def __repr__(self) -> str:
         return f"{self.n_frames} frames of {self._of!r}"
-
-    def close(self) -> None:
-        self._of.close()
 
 
 class ComputedFrames(Frames, Generic[R]):
@@ -317,13 +314,24 @@ class ComputedFrames(Frames, Generic[R]):
         self._report: Any = None
 
     def __iter__(self) -> Iterator[Frame]:
-        """Makes all frames, from the first on."""
-        self._report = None
-        frames: Any = self._make()
-        report = yield from frames
-        self._report = Report() if report is None else report
-        if self._report.reason:
-            warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
+        """Makes all frames, from the first on.
+
+        The report is there before the last one is yielded, after which nobody may ask for more.
+        """
+        frames = iter(self._make())
+        yield from islice(frames, self.n_frames - 1)
+        last = next(frames, None)
+        try:
+            further = next(frames)
+        except StopIteration as end:
+            self._report = Report() if end.value is None else end.value
+            if self._report.reason:
+                warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
+        else:
+            frames = chain([further], frames)  # which are too many
+        if last is not None:
+            yield last
+            yield from frames
 
     @property
     def report(self) -> R:
@@ -338,6 +346,14 @@ class ComputedFrames(Frames, Generic[R]):
         report: R = self._report
         return report
 
+    def __getitem__(self, frames: object) -> NoReturn:
+        """Refuses to make some of the frames: see :func:`dynmesh.read`."""
+        raise KindError("frames are made one after another; dynmesh.read(frames) gives all of them")
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NoReturn:
+        """Refuses to make an array: see :func:`dynmesh.read`."""
+        raise KindError("frames are made one after another; dynmesh.read(frames) gives arrays")
+
     def __repr__(self) -> str:
         """Describes the frames without their numbers."""
         counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
@@ -346,3 +362,9 @@ class ComputedFrames(Frames, Generic[R]):
     def close(self) -> None:
         """Closes what was opened for the frames."""
         self._close()
+
+
+def report_of(frames: Frames) -> Report:
+    """The report of frames that were made and gone through; of others, an empty one."""
+    report = getattr(frames, "_report", None)
+    return report if isinstance(report, Report) else Report()

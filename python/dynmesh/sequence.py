@@ -68,20 +68,20 @@ class Sequence(ArrayFrames):
         return picture(self, out, **options)
 
     def to_pyvista(self, frame: int) -> Any:
-        """Returns a frame as a `pyvista.PolyData`, with the values of its vertices."""
+        """Returns a frame as a `pyvista.PolyData`, NaN where it is not known."""
         result = self[frame]
         sizes, corners = as_polygons(self.faces, self.polygons)
         padded = np.insert(corners, np.cumsum(sizes) - sizes, sizes)
-        mesh = require("pyvista", extra="view").PolyData(np.array(result.points), padded)
+        mesh = require("pyvista", extra="view").PolyData(np.array(result), padded)
         for name, values in result.attributes().items():
             mesh.point_data[name] = values
         return mesh
 
     def to_trimesh(self, frame: int) -> Any:
-        """Returns a frame as a `trimesh.Trimesh`, with the values of its vertices."""
+        """Returns a frame as a `trimesh.Trimesh`, NaN where it is not known."""
         result = self[frame]
         return require("trimesh", extra="scans").Trimesh(
-            np.array(result.points),
+            np.array(result),
             np.array(self.faces),
             vertex_attributes=result.attributes(),
             process=False,

@@ -27,6 +27,9 @@ from .start import Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
 
+_LEAST_KNOWN = 0.005
+"""A smaller share of known vertices, in most frames, does not tell what the others do."""
+
 _SHARED = 0.4
 """The share of the variances of the two estimates that their mean keeps. It would be a half, if
 their errors were independent and equal: they are neither, and how far they disagree is added."""
@@ -108,6 +111,10 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
         )
     if 2 * len(tally.empty) > header.n_frames:
         messages.append("nothing was observed in most frames")
+    elif tally.reports:
+        share = float(np.median([one.known for one in tally.reports])) / header.n_vertices
+        if share < _LEAST_KNOWN:
+            messages.append(f"hardly anything is known: {share:.2%} of the vertices in most frames")
     is_ruined = any(one.quality == "ruined" for one in tally.wrong.values())
     return ("ruined" if is_ruined else "doubtful" if messages else "good"), "; ".join(messages)
 

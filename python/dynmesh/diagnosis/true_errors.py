@@ -93,12 +93,16 @@ def suspicions(completed: Frames, reference: Frames) -> Iterator[str]:
             "the reference holds generations, and the completed sequence holds none: were they "
             "exchanged? The completed one comes first"
         )
-    ours, truth = (reader.header.number(0) for reader in (completed, reference))
-    if ours != truth:
-        yield (
-            f"the first frame of {completed.path.name} is number {ours}, and that of "
-            f"{reference.path.name} is {truth}: frames are compared in their order"
-        )
+    ours, truth = completed.header, reference.header
+    for frame in range(ours.n_frames):
+        if ours.number(frame) != truth.number(frame):
+            which = f"frame {frame} from the first on" if frame else "the first frame"
+            yield (
+                f"{which} of {completed.path.name} is number {ours.number(frame)}, and that of "
+                f"{reference.path.name} is {truth.number(frame)}: frames are compared in their "
+                "order"
+            )
+            return
 
 
 def _diagonal(reference: Frames) -> float:

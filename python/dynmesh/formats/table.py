@@ -9,7 +9,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TypeAlias
 
-from .._errors import naming
+from .._errors import KindError, naming
 from .._extras import require
 from .._report import listed
 from ..frames import Frames
@@ -44,6 +44,8 @@ def all_formats() -> dict[str, Format]:
     for point in entry_points(group="dynmesh.formats"):
         try:
             format = point.load()
+            if not isinstance(format, Format):
+                raise KindError(f"is no dynmesh.Format, but {type(format).__name__}")
         except Exception as error:  # of any kind, and no reason that others cannot be used
             message = f"format {point.name} of {point.value} cannot be loaded: {error}"
             warnings.warn(message, stacklevel=2)

@@ -84,7 +84,8 @@ def write(
     """
     check_path("path", path)
     if not isinstance(frames, Frames):
-        raise KindError(f"must be frames, not {type(frames).__name__}", argument="frames")
+        message = f"must be those of open, of a verb or a Sequence, not {type(frames).__name__}"
+        raise KindError(message, argument="frames")
     check_any(frames)
     if provenance is not None:
         check_flags(provenance=provenance)

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Generator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from ..formats.format import Gaps
 from ..formats.numbered import files_in, find_files
 from ..formats.output import check_output, making
 from ..formats.ply import read_elements
-from ..frames import ComputedFrames, Frame, Frames
+from ..frames import ComputedFrames, Frame, Frames, report_of
 from ..header import Header
 from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats
@@ -75,7 +76,7 @@ def convert(
             chosen = source.frames(indices.start, indices.stop, indices.step)
             with numbering(source.path, source.header.number), closing(chosen):
                 yield from conversion.frames(tracked(chosen, len(indices), "converting", progress))
-            return Report()
+            return replace(report_of(source), remarks=())
 
         return ComputedFrames(conversion.header, make, source, close=stack.pop_all().close)
 

@@ -1,0 +1,110 @@
+"""Frames by the same words, wherever they are, and the reports of those that verbs make."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sequences import sea
+
+import dynmesh
+
+N = 6
+TRUTH = sea(N)
+PARTIAL = sea(N, share=0.5, whole=[0])
+_ORDER = np.random.default_rng(0).permutation(100)
+SHUFFLED = replace(
+    PARTIAL, vertices=np.concatenate([TRUTH.vertices[:1], TRUTH.vertices[1:, _ORDER]])
+)
+"""Of which the result is probably ruined."""
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    dynmesh.write(tmp_path / "a.npz", PARTIAL)
+    return tmp_path / "a.npz"
+
+
+def test_a_file_and_a_sequence_answer_to_the_same_words(files: Path) -> None:
+    with dynmesh.open(files) as opened:
+        for frames in (opened, PARTIAL):
+            assert (len(frames), frames.n_frames, frames.header.n_frames) == (N, N, N)
+            assert [len(frame.points) for frame in frames] == [100] * N
+            np.testing.assert_array_equal(frames[-2].points, PARTIAL.vertices[-2])
+            for chosen in (slice(1, 5, 2), range(1, 5, 2), [1, 3], np.array([1, 3])):
+                part = frames[chosen]
+                assert len(part) == 2
+                np.testing.assert_array_equal(part[1].known, np.asarray(PARTIAL.known)[3])
+                assert [part.header.number(i) for i in range(2)] == [1, 3]
+            with frames[:2] as first:
+                assert len(list(first)) == 2
+            assert len(list(frames)) == N  # a slice that is closed leaves them open
+            with pytest.raises(TypeError, match="frame: must be an integer"):
+                frames[1, 2]
+            with pytest.raises(ValueError, match="must ascend"):
+                frames[[3, 1]]
+
+
+def test_a_report_is_there_however_frames_are_gone_through(files: Path) -> None:
+    done = dynmesh.complete(files)
+    with pytest.raises(ValueError, match="report: is there when"):
+        done.report  # noqa: B018
+    iterator = iter(done)
+    next(iterator)
+    with pytest.raises(ValueError, match="report: is there when"):
+        done.report  # noqa: B018
+    dynmesh.evaluate(done, TRUTH)
+    assert done.report.completed == N - 1
+    report = done.report
+    next(iter(done))  # a pass that is broken off
+    assert done.report is report
+    for one, _ in zip(done, range(N), strict=True):
+        assert one.generation is not None
+
+
+def test_a_doubt_is_told_and_goes_on(tmp_path: Path) -> None:
+    wrong = dynmesh.complete(SHUFFLED)
+    with pytest.warns(dynmesh.DoubtfulWarning, match="probably ruined"):
+        dynmesh.evaluate(wrong, TRUTH)
+    assert wrong.report.quality == "ruined"
+    with pytest.warns(dynmesh.DoubtfulWarning, match="probably ruined"):
+        written = dynmesh.write(tmp_path / "b.npz", dynmesh.convert(wrong, scale=2.0))
+    assert (written.quality, written.reason) == (wrong.report.quality, wrong.report.reason)
+
+
+def test_frames_that_are_made_are_no_array() -> None:
+    done = dynmesh.complete(PARTIAL)
+    with pytest.raises(TypeError, match=r"dynmesh\.read\(frames\)"):
+        np.asarray(done)
+    with pytest.raises(TypeError, match=r"dynmesh\.read\(frames\)"):
+        done[3]
+    with pytest.raises(TypeError, match="frames: must be those of open, of a verb or a Sequence"):
+        dynmesh.write("a.npz", [PARTIAL.vertices])  # type: ignore[arg-type]
+
+
+def test_hardly_anything_known_is_doubtful() -> None:
+    truth = sea(N, grid=40)
+    for count, quality in ((2, "doubtful"), (400, "good")):
+        known = np.zeros((N, 1600), bool)
+        known[0] = True
+        known[1:, np.random.default_rng(0).permutation(1600)[:count]] = True
+        done = dynmesh.complete(replace(truth, known=known))
+        if quality == "good":
+            dynmesh.read(done)
+        else:
+            with pytest.warns(dynmesh.DoubtfulWarning, match="hardly anything is known"):
+                dynmesh.read(done)
+        assert done.report.quality == quality
+
+
+def test_a_completer_takes_frames() -> None:
+    with pytest.raises(TypeError, match="first_frame: the known of a Frame would be ignored"):
+        dynmesh.Completer(PARTIAL.faces, PARTIAL[3])
+    assert dynmesh.Completer(PARTIAL.faces, PARTIAL[0]).push(PARTIAL[3]).shape == (100, 3)
+
+
+def test_frames_of_other_numbers_are_compared_with_a_remark() -> None:
+    (remark,) = dynmesh.evaluate(TRUTH[::2], TRUTH[:3]).remarks
+    assert (
+        "frame 1 from the first on of completed is number 2, and that of reference is 1" in remark
+    )
