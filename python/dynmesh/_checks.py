@@ -101,8 +101,8 @@ def refuse_mask(name: str | None, value: object) -> None:
     lost += [one for one in ("known", "generation") if getattr(value, one, None) is not None]
     if lost:
         raise KindError(
-            f"the {lost[0]} of a {type(value).__name__} would be ignored; pass what is complete, or "
-            "a plain array and, where it is taken, `known`, true where a position was observed",
+            f"the {lost[0]} of a {type(value).__name__} would be ignored; pass what is complete, "
+            "or a plain array and, where it is taken, `known`, true where one was observed",
             argument=name,
         )
 
