@@ -210,7 +210,7 @@ def _write_page(
 ) -> None:
     """Writes a page with the scan and the result."""
     shown = scan_page(
-        ArrayFrames(found.vertices[None], mesh.faces).named(str(page)),
+        ArrayFrames(found.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
         scans=reader,
         colour="distance",
         title=f"{mesh.path.name} registered with {reader.path.name}: {found.quality}",
