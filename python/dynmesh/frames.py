@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, Positions
-from ._checks import frame_index, indices_among
+from ._checks import check_array, frame_index, indices_among
 from ._errors import InputError, KindError, locating, naming
 from ._report import DoubtfulWarning, Report
-from .attributes import VertexAttributes, as_mask
+from .attributes import ATTRIBUTES, VertexAttributes, as_mask
 from .header import Header, rate, summary
 
 R = TypeVar("R", bound=Report)
@@ -263,6 +263,40 @@ def check_any(frames: Frames) -> None:
         raise InputError("has no frames, but a complete frame 0 is needed", file=frames.path)
 
 
+def checked(frames: Frames) -> Generator[Frame, None, None]:
+    """Yields frames, each of which is as their header says.
+
+    Raises:
+        ValueError: one of them is not, one is missing, or there is one too many.
+    """
+    header, count = frames.header, 0
+    with naming(frames.path):
+        for count, frame in enumerate(frames, 1):
+            if count > header.n_frames:
+                raise InputError(f"has more frames than the {header.n_frames} of its header")
+            with locating(frame=header.number(count - 1)):
+                _check(frame, header)
+            yield frame
+        if count < header.n_frames:
+            raise InputError(f"has only {count} of the {header.n_frames} frames of its header")
+
+
+def _check(frame: Frame, header: Header) -> None:
+    """Raises an error unless a frame is as the header says."""
+    k, points = header.n_vertices, frame.points
+    for name, array in {"points": points, **frame.attributes()}.items():
+        check_array(name, array)
+    if points.shape != (k, 3) or points.dtype != header.dtype:
+        message = f"must be {header.dtype} of shape {(k, 3)}"
+        raise ValueError(f"{message}, not {points.dtype} of shape {points.shape}")
+    values = frame.attributes()
+    for name, row in ATTRIBUTES.items():
+        if (name in values) != (name in header.attributes):
+            raise ValueError(f"give {row.what} with every frame or with none")
+        if name in values:
+            row.check(values[name].dtype, values[name].shape, (k,))
+
+
 class _Chosen(Stored):
     """Some of the frames of others, which stay open when these are closed."""
 
@@ -321,6 +355,8 @@ class ComputedFrames(Frames, Generic[R]):
         frames = iter(self._make())
         yield from islice(frames, self.n_frames - 1)
         last = next(frames, None)
+        if last is None:  # there are fewer than the header says, so nothing is reported of them
+            return
         try:
             further = next(frames)
         except StopIteration as end:
@@ -329,9 +365,8 @@ class ComputedFrames(Frames, Generic[R]):
                 warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
         else:
             frames = chain([further], frames)  # which are too many
-        if last is not None:
-            yield last
-            yield from frames
+        yield last
+        yield from frames
 
     @property
     def report(self) -> R:

@@ -11,7 +11,7 @@ from .arrays import ArrayFrames
 from .draw.notebook import shown
 from .draw.page import Page
 from .formats import PathLike, Source, Written
-from .frames import ComputedFrames, Frames
+from .frames import ComputedFrames, Frames, checked
 from .polygons import as_polygons
 from .verbs.complete import CompletionReport, complete
 from .verbs.evaluate import Evaluation, evaluate
@@ -107,7 +107,7 @@ def read(path: PathLike | Frames, **source: Unpack[Source]) -> Sequence:
         values: dict[str, Any] = {
             name: np.empty(shape, row.dtype) for name, row in header.attributes.items()
         }
-        for number, frame in enumerate(frames):
+        for number, frame in enumerate(checked(frames)):
             vertices[number] = frame.points
             for name, rows in frame.attributes().items():
                 values[name][number] = rows

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,3 +109,22 @@ def test_frames_of_other_numbers_are_compared_with_a_remark() -> None:
     assert (
         "frame 1 from the first on of completed is number 2, and that of reference is 1" in remark
     )
+
+
+@pytest.mark.parametrize(
+    ("n", "points", "message"),
+    [
+        (3, TRUTH.vertices[:2], "frames: has only 2 of the 3 frames"),
+        (1, TRUTH.vertices[:2], "frames: has more frames than the 1 of"),
+        (1, TRUTH.vertices[:1, :1], r"frames: frame 0: must be float32 of shape \(100, 3\)"),
+    ],
+)
+def test_frames_that_are_not_as_their_header_says_are_refused(
+    n: int, points: Any, message: str, tmp_path: Path
+) -> None:
+    header = dynmesh.Header(TRUTH.faces, n, 100, TRUTH.dtype)
+    frames: Any = dynmesh.ComputedFrames(header, lambda: (dynmesh.Frame(one) for one in points))
+    for use in (dynmesh.read, lambda given: dynmesh.write(tmp_path / "a.npz", given)):
+        with pytest.raises(ValueError, match=message):
+            use(frames)
+    assert not [*tmp_path.iterdir()]

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Positions
-from .._checks import check_array, check_flags, check_path
+from .._checks import check_flags, check_path
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
-from ..frames import Frame, Frames, check_any
+from ..frames import Frame, Frames, check_any, checked
 from ..header import TEXTURE, Header
 from .format import Format, not_written
 from .output import blaming, bytes_of, check_space, making
@@ -165,19 +165,9 @@ def _held(
 def _prepared(
     frames: Frames, header: Header, chosen: Format, path: Path
 ) -> Generator[Frame, None, None]:
-    """Yields the frames as the format holds them.
-
-    Raises:
-        ValueError: a frame does not match the header, one is missing, or there is one too many.
-    """
-    count = 0
-    for count, frame in enumerate(frames, 1):
-        past = count > header.n_frames
-        number = count - 1 if past else header.number(count - 1)
-        with naming(path), locating(frame=number):
-            if past:
-                raise ValueError(f"there are to be {header.n_frames} frames only")
-            _check(frame, frames.header)
+    """Yields the frames as the format holds them; the errors are those of :func:`checked`."""
+    for index, frame in enumerate(checked(frames)):
+        with naming(path), locating(frame=header.number(index)):
             dropped: dict[str, Any] = {n: None for n in ATTRIBUTES if n not in header.attributes}
             frame = replace(frame, **dropped)
             points, known = frame.points, frame.known
@@ -189,24 +179,6 @@ def _prepared(
             if "float64" not in chosen.keeps:
                 points = _rounded(points)
         yield replace(frame, points=points, known=known)
-    if count < header.n_frames:
-        raise InputError(f"only {count} of {header.n_frames} frames were made", file=path)
-
-
-def _check(frame: Frame, header: Header) -> None:
-    """Raises an error unless a frame is as the header says."""
-    k, points = header.n_vertices, frame.points
-    for name, array in {"points": points, **frame.attributes()}.items():
-        check_array(name, array)
-    if points.shape != (k, 3) or points.dtype != header.dtype:
-        message = f"must be {header.dtype} of shape {(k, 3)}"
-        raise ValueError(f"{message}, not {points.dtype} of shape {points.shape}")
-    values = frame.attributes()
-    for name, row in ATTRIBUTES.items():
-        if (name in values) != (name in header.attributes):
-            raise ValueError(f"give {row.what} with every frame or with none")
-        if name in values:
-            row.check(values[name].dtype, values[name].shape, (k,))
 
 
 def _rounded(points: Positions) -> NDArray[np.float32]:
