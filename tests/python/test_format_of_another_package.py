@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import REPOSITORY
 
 import dynmesh
@@ -46,7 +47,11 @@ else:
     np.testing.assert_array_equal(again.faces, partial.faces)
 
 
-def test_a_format_that_cannot_be_loaded_is_told_and_others_work(tmp_path: Path) -> None:
+@pytest.mark.parametrize("content", ["raise OSError('is broken')", "raw = 3"])
+def test_a_format_that_cannot_be_loaded_is_told_and_others_work(
+    content: str, tmp_path: Path
+) -> None:
+    (tmp_path / "broken.py").write_text(content)
     (tmp_path / "broken-1.0.dist-info").mkdir()
     (tmp_path / "broken-1.0.dist-info" / "METADATA").write_text("Name: broken\nVersion: 1.0")
     entry = "[dynmesh.formats]\nraw = broken:raw"
