@@ -136,7 +136,7 @@ def opened(
     template: Faces | PathLike | None = None,
     **source: Unpack[Source],
 ) -> Iterator[Frames]:
-    """Yields a reader of a sequence, wherever it is; a reader is not closed.
+    """Yields the frames of a sequence, wherever it is; frames that are open stay so.
 
     Args:
         sequence: the sequence.

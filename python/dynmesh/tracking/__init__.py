@@ -1,1 +1,1 @@
-"""What tracking and registration of files share: scans, landmarks, rooms, and how well they fit."""
+"""What tracking and registration share: scans, landmarks, the background, and how well they fit."""
