@@ -432,8 +432,8 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_agreement_of_sensors(const dynmesh
 
 /// Writes the standard error of the distance of each vertex from the true surface to `values`, in
 /// the unit of the positions, as dynmesh_standard_error does: about 90 % of the vertices are
-/// within 1.645 of it. How far they are off along the surface is not known. Refused without
-/// `uncertainty`.
+/// within 1.645 of it, fewer of cloth that is not seen. How far they are off along the surface is
+/// not known. Refused without `uncertainty`.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_standard_error(const dynmesh_tracker* tracker,
                                                              void* values, int64_t count,
                                                              int32_t type);
