@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from meshes import EVENTS, Array, masks, meshes, sheet, turned
 from reference import directed_edges, edges_to
-from test_interface import COPIES
+from streams import COPIES
 
 import dynmesh
 from dynmesh import _core

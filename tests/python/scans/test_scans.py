@@ -5,10 +5,9 @@ from typing import Any
 import meshes
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from meshes import Array, Mesh
+from meshes import Array, Mesh, potato
 from tracking_reference import places
 
 from dynmesh import degrade
@@ -62,13 +61,6 @@ def seen_by_rays(mesh: Mesh, camera: Camera) -> Array:
     own = (mesh.faces == np.arange(len(mesh.vertices))[:, None, None]).any(axis=2)
     hidden = (between(mesh, camera, mesh.vertices) & ~own).any(axis=1)
     return np.asarray(in_image(mesh.vertices, camera) & ~hidden)
-
-
-def potato(rng: np.random.Generator) -> Mesh:
-    """A closed surface with dents: a sphere with random radii."""
-    sphere: Any = trimesh.creation.icosphere(subdivisions=1)
-    radii = rng.uniform(0.5, 1.3, (len(sphere.vertices), 1))
-    return Mesh(np.array(sphere.faces), np.array(sphere.vertices) * radii)
 
 
 def square(x: float, size: float = 1.0, n: int = 12) -> Mesh:

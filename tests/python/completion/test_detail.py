@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from meshes import EVENTS, Array, Mesh, bumpy_torus, sheet
 from numpy.typing import DTypeLike
-from test_training import errors_of
+from streams import errors_of
 
 import dynmesh
 from dynmesh.calibration import Calibrating

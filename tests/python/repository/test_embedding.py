@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import REPOSITORY
-from test_documents import PROGRAMS, blocks, build, run
+from documents import PROGRAMS, blocks, build, run
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ import meshes
 import numpy as np
 import pytest
 import to_file
-from test_documents import DOCS, cells
+from documents import DOCS, cells
 
 import dynmesh
 from benchmarks import __main__ as benchmarks

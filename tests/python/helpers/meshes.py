@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+import trimesh
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -96,3 +97,10 @@ def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
     share = draw(st.sampled_from([0.0, 0.05, 0.2, 0.5, 0.9, 1.0]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return rng.random(k) < share
+
+
+def potato(rng: np.random.Generator) -> Mesh:
+    """A closed surface with dents: a sphere with random radii."""
+    sphere: Any = trimesh.creation.icosphere(subdivisions=1)
+    radii = rng.uniform(0.5, 1.3, (len(sphere.vertices), 1))
+    return Mesh(np.array(sphere.faces), np.array(sphere.vertices) * radii)

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 import to_file
 import whole_frame_reference as reference
+from bending_sheet import poses
 from commands import dynmesh_command as run
 from meshes import join, sheet, turned
 from numpy.typing import NDArray
 from plain_files import XYZ, ply
 from scans_of_meshes import bent
 from sequences import assert_same, sea
-from test_training import poses
 
 import dynmesh
 from dynmesh import whole_frames

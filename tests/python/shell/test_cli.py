@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import to_file
 from commands import dynmesh_command as run
-from commands import dynmesh_process, run_here
+from commands import dynmesh_process, hide, run_here
 from conftest import REPOSITORY
 from meshes import sheet
 from sequences import sea
@@ -202,14 +202,6 @@ def test_quiet_prints_errors_alone() -> None:
     assert run("evaluate", "out.npz", "truth.npz", "-q").stdout  # what was asked for
     assert run(*words, "--overwrite").stderr
     assert re.search(r"a.png: \d+ x \d+ pixels", run("picture", "out.npz", "-o", "a.png").stderr)
-
-
-def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
-    """Makes a module impossible to import."""
-    for name in [*sys.modules]:
-        if name == module or name.startswith(f"{module}."):
-            monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, module, None)
 
 
 def refuse_work(*_: Any, **__: Any) -> NoReturn:

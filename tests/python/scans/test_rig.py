@@ -14,9 +14,8 @@ import to_file
 from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
-from meshes import turned
+from meshes import potato, turned
 from scan_files import error, moving_body, room_around, scanned_in_a_room
-from test_scans import potato
 
 import dynmesh
 from dynmesh import degrade

@@ -9,9 +9,9 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 from browser import Page, in_colour, middle, page_of
+from commands import hide
 from meshes import Array, Mesh, join, sheet
 from reference import directed_edges, mean_edge
-from test_cli import hide
 
 import dynmesh
 from dynmesh import Sequence, metrics, view, write

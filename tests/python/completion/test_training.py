@@ -6,31 +6,13 @@ import meshes
 import numpy as np
 import pytest
 import to_file
+from bending_sheet import poses, swinging
 from conftest import recorded
-from meshes import Array, Mesh
+from meshes import Array
+from streams import completed, errors_of
 from training_reference import Learned, Trained
 
 import dynmesh
-
-
-def bent(vertices: Array, amounts: Any) -> Array:
-    """Frames of a sheet that bends and twists by these amounts."""
-    x, y, z = vertices.T
-    frames = []
-    for bend, twist in amounts:
-        height = 0.05 * bend * (x - x.mean()) ** 2 + 0.08 * twist * x * np.sin(0.7 * y)
-        frames.append(np.stack([x, y + 0.1 * bend * x, z + height], axis=1))
-    return np.stack(frames)
-
-
-def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
-    """By random amounts."""
-    return bent(vertices, rng.normal(size=(n, 2)))
-
-
-def swinging(vertices: Array, n: int) -> Array:
-    """Each with its own period, again and again."""
-    return bent(vertices, [(np.sin(0.7 * time), np.cos(0.45 * time) - 1) for time in range(n)])
 
 
 @pytest.mark.parametrize(
@@ -78,11 +60,6 @@ def test_frames_equal_the_transcription(
     assert max(weights) > 0.5
 
 
-def completed(mesh: Mesh, frames: Array, masks: Any, **settings: Any) -> list[Array]:
-    completer = dynmesh.Completer(mesh.faces, frames[0], **settings)
-    return [completer.push(*frame) for frame in zip(frames[1:], masks, strict=True)]
-
-
 def test_any_stream_of_frames_is_a_training_wherever_they_were(rng: np.random.Generator) -> None:
     sheet = meshes.sheet(12)
     frames, training = poses(sheet.vertices, 12, rng), poses(sheet.vertices, 10, rng)
@@ -97,15 +74,6 @@ def test_any_stream_of_frames_is_a_training_wherever_they_were(rng: np.random.Ge
     moved = training @ np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]) + [10, 20, 30]
     there = completed(sheet, frames, masks, training=moved)
     np.testing.assert_allclose(np.stack(there), np.stack(expected), atol=1e-5)
-
-
-def errors_of(
-    sequence: dynmesh.Sequence, frames: Array, masks: Any, *settings: dict[str, Any]
-) -> list[float]:
-    """The mean NMSVE of frames completed with each of the settings."""
-    mesh = Mesh(faces=sequence.faces.astype(np.int64), vertices=frames[0])
-    made = [np.stack(completed(mesh, frames, masks, **each)) for each in settings]
-    return [dynmesh.metrics.nmsve(sequence.faces, frames[1:], each).mean() for each in made]
 
 
 def test_poses_beyond_the_training_do_no_harm_where_nothing_is_seen() -> None:

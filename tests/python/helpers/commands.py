@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from unittest import mock
 
+import pytest
+
 from dynmesh import cli
 
 Result = subprocess.CompletedProcess[str]
@@ -49,3 +51,11 @@ def dynmesh_process(*arguments: str | Path, code: int = 0) -> Result:
     assert result.returncode == code, result.stderr
     assert "Traceback" not in result.stderr
     return result
+
+
+def hide(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
+    """Makes a module impossible to import."""
+    for name in [*sys.modules]:
+        if name == module or name.startswith(f"{module}."):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)

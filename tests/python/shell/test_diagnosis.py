@@ -12,10 +12,10 @@ import pytest
 import to_file
 from commands import dynmesh_command as run
 from conftest import REPOSITORY
+from documents import cells
 from hypothesis import given, settings
 from meshes import Mesh, join, meshes, sheet
 from reference import directed_edges, mean_edge
-from test_documents import cells
 
 import dynmesh
 from dynmesh import Sequence, degrade, synth

@@ -1,6 +1,5 @@
 """The Python interface: arguments, settings, reports, errors, and copies of streams."""
 
-import copy
 import inspect
 import json
 import math
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import Mesh, sheet, turned
+from streams import COPIES, pickled
 
 import dynmesh
 from dynmesh import _core, _progress
@@ -126,13 +126,6 @@ def test_frames_are_completed_when_they_are_gone_through(
 
 MESH: Mesh = sheet(7)
 FRAMES = np.stack([turned(MESH.vertices, 0.05 * i) for i in range(5)])
-
-
-def pickled(subject: Any) -> Any:
-    return pickle.loads(pickle.dumps(subject))
-
-
-COPIES = (pickled, copy.copy, copy.deepcopy)
 
 
 def test_what_the_caller_does_with_its_arrays_later_has_no_effect() -> None:

@@ -2,13 +2,11 @@
 
 import argparse
 import contextlib
-import csv
 import io
 import os
 import re
 import runpy
 import shlex
-import subprocess
 import sys
 import tomllib
 from itertools import groupby
@@ -19,12 +17,10 @@ import numpy as np
 import pytest
 from commands import run_here
 from conftest import REPOSITORY
+from documents import DOCS, PROGRAMS, README, blocks, cells, run
 
 from dynmesh.cli import VERBS
 
-README = (REPOSITORY / "README.md").read_text()
-DOCS = REPOSITORY / "docs"
-PROGRAMS = DOCS / "programs"
 TABLE = re.compile(r"^\[[^\]]+\]\(([^)\s]+\.csv)\)$", re.MULTILINE)
 """A reference to a table of measurements, in whose place the site shows it."""
 
@@ -38,20 +34,6 @@ SHORTER = {
     "d.read('walker.npz')[:20]": "d.read('walker.npz')[:5]",
 }
 """Commands of the pages that are run with less data here; pages quote nothing else of them."""
-
-
-def blocks(language: str, document: str = README) -> list[str]:
-    """Returns the code blocks of one language in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.DOTALL | re.MULTILINE)
-
-
-def run(*command: str | Path, cwd: Path) -> str:
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-    result = subprocess.run(
-        command, cwd=cwd, env=environment, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    return result.stdout
 
 
 SIMPLE = re.compile(r"(dynmesh|script/reproduce|python -m benchmarks\.\S+)( [^$|<>;&*?`(){}\\]*)?")
@@ -107,20 +89,6 @@ def test_shell(tmp_path: Path) -> None:
     (nmsve,) = re.findall(r"^NMSVE x 1e4\s+([\d.]+)", shown, re.MULTILINE)
     assert f"{float(nmsve):.3g}" == quoted
     assert (tmp_path / "errors.html").exists()
-
-
-def build(folder: Path, programs: Path) -> Path:
-    """Builds the CMake project in `folder` against an installed dynmesh."""
-    run("cmake", "--install", programs, "--prefix", folder / "prefix", cwd=folder)
-    run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={folder / 'prefix'}", cwd=folder)
-    run("cmake", "--build", "build", cwd=folder)
-    return folder / "build"
-
-
-def cells(table: Path) -> list[list[str]]:
-    """Returns the rows of a table of measurements, the head first."""
-    with table.open(newline="") as file:
-        return list(csv.reader(file))
 
 
 def with_tables(page: Path) -> str:

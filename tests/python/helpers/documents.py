@@ -1,0 +1,42 @@
+"""The pages of the documentation, their blocks of code, and their tables."""
+
+import csv
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from conftest import REPOSITORY
+
+README = (REPOSITORY / "README.md").read_text()
+DOCS = REPOSITORY / "docs"
+PROGRAMS = DOCS / "programs"
+
+
+def blocks(language: str, document: str = README) -> list[str]:
+    """Returns the code blocks of one language in order."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.DOTALL | re.MULTILINE)
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    result = subprocess.run(
+        command, cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+def build(folder: Path, programs: Path) -> Path:
+    """Builds the CMake project in `folder` against an installed dynmesh."""
+    run("cmake", "--install", programs, "--prefix", folder / "prefix", cwd=folder)
+    run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={folder / 'prefix'}", cwd=folder)
+    run("cmake", "--build", "build", cwd=folder)
+    return folder / "build"
+
+
+def cells(table: Path) -> list[list[str]]:
+    """Returns the rows of a table of measurements, the head first."""
+    with table.open(newline="") as file:
+        return list(csv.reader(file))
