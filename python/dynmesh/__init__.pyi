@@ -2,10 +2,10 @@
 
 from . import arrays as arrays
 from . import baselines as baselines
-from . import calibration as calibration
 from . import degrade as degrade
 from . import diagnosis as diagnosis
 from . import draw as draw
+from . import evaluation as evaluation
 from . import formats as formats
 from . import frames as frames
 from . import metrics as metrics
@@ -23,7 +23,8 @@ from .completer import FrameReport as FrameReport
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import Finding as Finding
 from .diagnosis import diagnose as diagnose
-from .diagnosis.true_errors import FrameErrors as FrameErrors
+from .evaluation.report import Evaluation as Evaluation
+from .evaluation.true_errors import FrameErrors as FrameErrors
 from .formats import Written as Written
 from .formats import open as open
 from .formats import write as write
@@ -55,7 +56,6 @@ from .verbs.complete import CompletionReport as CompletionReport
 from .verbs.complete import complete as complete
 from .verbs.convert import convert as convert
 from .verbs.degrade import degraded as degraded
-from .verbs.evaluate import Evaluation as Evaluation
 from .verbs.evaluate import evaluate as evaluate
 from .verbs.info import InfoReport as InfoReport
 from .verbs.info import info as info

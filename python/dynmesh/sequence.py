@@ -10,11 +10,12 @@ from ._extras import require
 from .arrays import ArrayFrames
 from .draw.notebook import shown
 from .draw.page import Page
+from .evaluation.report import Evaluation
 from .formats import PathLike, Source, Written
 from .frames import ComputedFrames, Frames, checked
 from .polygons import as_polygons
 from .verbs.complete import CompletionReport, complete
-from .verbs.evaluate import Evaluation, evaluate
+from .verbs.evaluate import evaluate
 from .verbs.picture import picture
 from .verbs.view import view
 

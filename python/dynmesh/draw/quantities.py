@@ -13,9 +13,9 @@ from .._errors import locating
 from .._extras import require
 from ..attributes import FUSED
 from ..degrade.shared import round_up
+from ..evaluation.metrics import bounding_box_diagonal
 from ..frames import Frame, Frames, check_whole
 from ..geometry import mean_edge_of
-from ..metrics import bounding_box_diagonal
 from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 from .scales import Scale, Values, count_scale, measure_scale, step_scale

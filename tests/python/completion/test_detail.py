@@ -20,7 +20,7 @@ from numpy.typing import DTypeLike
 from streams import errors_of
 
 import dynmesh
-from dynmesh.calibration import Calibrating
+from dynmesh.evaluation.calibration import Calibrating
 
 
 def bent(vertices: Array, amount: float) -> Array:

@@ -16,7 +16,7 @@ from conftest import REPOSITORY
 PACKAGE = REPOSITORY / "python" / "dynmesh"
 CPP = REPOSITORY / "cpp"
 
-WITH = {"arrays": ("metrics", "geometry", "calibration", "baselines")}
+WITH = {"arrays": ("geometry", "baselines")}
 """Modules that stand with another one."""
 
 

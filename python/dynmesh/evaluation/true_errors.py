@@ -9,13 +9,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import metrics
 from .._errors import InputError, locating
 from .._progress import tracked
-from ..calibration import Calibrating, Calibration
 from ..formats.comparison import check_comparable, check_same_size
 from ..formats.times import frame_numbers, indices_of
 from ..frames import Frame, Frames, check_whole
+from . import metrics
+from .calibration import Calibrating, Calibration
 
 _FRAMES_AT_ONCE = 32  # measured together, because each call builds the cells anew
 

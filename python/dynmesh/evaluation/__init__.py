@@ -1,0 +1,1 @@
+"""How far a completed sequence is from the true one."""
