@@ -54,6 +54,14 @@ TEST_CASE("points turn about a line unless they are nearer to it than rounding")
   }
 }
 
+TEST_CASE("points whose squares are out of range move without a turn") {
+  const std::vector<Index> chosen = {0, 1, 2, 3};
+  const std::vector<Vector3> far = {{1e200, 0, 0}, {0, 1e200, 0}, {0, 0, 1e200}, {}};
+  const auto motion = fit_rigid_motion(chosen, far, far);
+  CHECK(motion.rotation == Eigen::Matrix3d::Identity());
+  CHECK(motion.squared_across == 0);
+}
+
 #if !defined(_WIN32) && defined(__cpp_lib_to_chars)
 TEST_CASE("numbers are read alike with and without std::from_chars") {
   std::istringstream texts(

@@ -81,6 +81,7 @@ void FrameStream::Parts::put(Points<Real> completed) const {
 void FrameStream::Parts::check() {
   check_memory(memory, largest_coordinate);
   memory.generations.classify(mesh->topology.cells, memory.known);
+  next = memory;  // numbers that no step writes would otherwise differ from frame to frame
 }
 
 void FrameStream::Parts::measure_state() {

@@ -17,6 +17,8 @@ constexpr double collinear = 1e-10;
 RigidMotion fit_rigid_motion(const Moments& moments) {
   const Eigen::Vector3d& from = moments.before;
   const Eigen::Vector3d& to = moments.now;
+  // The decomposition of what is not finite would be that of memory never written.
+  if (!moments.arms.now.allFinite()) return {.from = from, .to = to};
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moments.arms.now,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   const Eigen::Vector3d& spread = svd.singularValues();
