@@ -205,6 +205,16 @@ class Header(Description):
         return replace(self, n_frames=len(numbers), start=start, times=times)
 
     @property
+    def stated(self) -> dict[str, Any]:
+        """What is said beside the mesh and the frames, by name; nothing that is left open."""
+        is_subdivided = self.subdivision not in (None, "none")
+        result = {**self.described(), "start": self.start or None}
+        result["subdivision"] = self.subdivision if is_subdivided else None
+        if not self.has_standard_error:
+            del result["standard_error_of"]
+        return {name: value for name, value in result.items() if value is not None}
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """What of the motion is not read, for the user."""
         if not self.moved_by:

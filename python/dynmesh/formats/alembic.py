@@ -23,7 +23,7 @@ from ..frames import FileFrames, Frame, Indices
 from ..header import TEXTURE, Header, MeshFile
 from ..polygons import Polygons, as_polygons, reversal, split_polygons, turned
 from .comments import comments_of, metadata_in
-from .format import OTHER_MESHES, Format, check_same_faces, choose_mesh, not_written
+from .format import OTHER_MESHES, STATED, Format, check_same_faces, choose_mesh, not_written
 from .output import bytes_of
 from .times import Timing, broadcast, frame_number, frame_numbers, spacing, uneven
 
@@ -342,7 +342,7 @@ alembic = Format(
     (".abc",),
     AlembicFrames,
     write_alembic,
-    frozenset({"known", "provenance", "texture"}),
+    frozenset({"known", "provenance", "texture", *STATED}) - {"subdivision"},
     frozenset({"prim"}),
     library=("alembic3d", "alembic"),
     meshes=lambda path: moves(meshes_in(path)[1]),

@@ -20,6 +20,21 @@ Gaps: TypeAlias = Literal["refuse", "lost"]
 """What becomes of frames whose file is missing: an error, or frames without observations."""
 
 
+STATED = {
+    "fps": "frame rate",
+    "polygons": "faces of more than three corners",
+    "up_axis": "up axis",
+    "name": "path of the mesh",
+    "start": "number of the first frame",
+    "times": "times of the frames",
+    "metres_per_unit": "unit of length",
+    "subdivision": "subdivision scheme",
+}
+"""What a header may state and a format keeps or not, by name, in words."""
+
+ARRAYS = frozenset({"known", "provenance", "float64"})
+"""What formats keep that store arrays as they are."""
+
 OTHER_MESHES = (
     "missing vertices keep their places, as NaN or zeros; dynmesh track follows one mesh through "
     "frames that are not of the same vertices"
@@ -97,9 +112,11 @@ class Format:
         write: writes frames to a path, in a folder that is moved to where it belongs when all
             frames are written (see :func:`destination_of`), and returns remarks for the user; None
             if the format can only be read.
-        keeps: what the format stores beside faces and positions of float32: "known", masks, without
-            which unknown positions are stored as NaN; "provenance", generation, age and standard
-            errors; "texture", texture coordinates; and "float64".
+        keeps: what the format stores beside triangles and positions of float32: "known", masks,
+            without which unknown positions are stored as NaN; "provenance", generation, age and
+            standard errors; "texture", texture coordinates; "float64"; and the attributes of a
+            :class:`dynmesh.Header` "fps", "polygons", "up_axis", "name", "start", "times",
+            "metres_per_unit" and "subdivision". What is not kept, writing says.
         takes: which keywords `read` takes: "faces", a `Template`; "prim", the path of one mesh
             among several; "gaps", what becomes of missing frames, of one file per frame.
         library: the module that the format needs, and the extra that installs it; None if it needs

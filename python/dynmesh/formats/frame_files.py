@@ -19,6 +19,9 @@ from .numbered import find_files, names_to_write, numbered_like
 from .output import destination_of
 from .times import numbers_of_files, timing_of
 
+IN_FILES = frozenset({"polygons", "up_axis", "metres_per_unit", "start", "times"})
+"""What these formats keep, in each file or as its number."""
+
 
 class FilePerFrame(FileFrames):
     """A sequence in one file per frame.

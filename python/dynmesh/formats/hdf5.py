@@ -19,7 +19,7 @@ from .._errors import InputError, of_library
 from .._extras import require
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
-from .format import Format
+from .format import ARRAYS, STATED, Format
 from .named import arrays_once, header_of, kinds_per_frame, per_frame, rows_of, single
 from .rows import native
 
@@ -121,6 +121,6 @@ hdf5 = Format(
     (".h5", ".hdf5"),
     Hdf5Frames,
     write_hdf5,
-    frozenset({"known", "provenance", "float64"}),
+    ARRAYS | {*STATED} - {"subdivision"},
     library=("h5py", "hdf5"),
 )

@@ -88,10 +88,8 @@ def rows_of(frame: Frame) -> dict[str, NDArray[Any]]:
 
 def arrays_once(header: Header) -> dict[str, Any]:
     """Returns the arrays that exist once."""
-    arrays: dict[str, Any] = {"faces": header.faces, **header.described()}
-    arrays["start"] = header.start or None
-    if not header.has_standard_error:
-        del arrays["standard_error_of"]
-    if polygons := arrays.pop("polygons"):
+    arrays = {"faces": header.faces, **header.stated}
+    arrays.pop("subdivision", None)
+    if polygons := arrays.pop("polygons", None):
         arrays["polygon_sizes"], arrays["polygon_corners"] = polygons
-    return {name: array for name, array in arrays.items() if array is not None}
+    return arrays

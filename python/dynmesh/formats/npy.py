@@ -17,7 +17,7 @@ from .._errors import naming
 from ..attributes import ATTRIBUTES, check_needed, flags_of
 from ..frames import Frame
 from ..header import Header, check_faces, check_vertices
-from .format import Format, Template, find_template
+from .format import ARRAYS, Format, Template, find_template
 from .named import per_frame
 from .rows import Rows, RowsFrames, load_array, open_rows, write_rows
 
@@ -89,7 +89,7 @@ npy = Format(
     (".npy",),
     NpyFrames,
     write_npy,
-    frozenset({"known", "provenance", "float64"}),
+    ARRAYS,
     frozenset({"faces"}),
     existing=_existing,
 )

@@ -20,7 +20,7 @@ from .._errors import DynmeshError, InputError
 from .._report import listed
 from ..frames import Frame, Indices
 from ..header import Header
-from .format import Format
+from .format import ARRAYS, STATED, Format
 from .named import arrays_once, header_of, kinds_per_frame, per_frame
 from .rows import Rows, RowsFrames, write_rows
 
@@ -137,4 +137,4 @@ def explaining() -> Iterator[None]:
         raise ValueError(f"is damaged or not an .npz archive: {error}") from error
 
 
-npz = Format("npz", (".npz",), NpzFrames, write_npz, frozenset({"known", "provenance", "float64"}))
+npz = Format("npz", (".npz",), NpzFrames, write_npz, ARRAYS | {*STATED} - {"subdivision"})

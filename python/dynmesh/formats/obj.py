@@ -18,7 +18,7 @@ from ..header import TEXTURE, Header
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written
-from .frame_files import FilePerFrame, mesh_file_of, write_frames
+from .frame_files import IN_FILES, FilePerFrame, mesh_file_of, write_frames
 from .output import destination_of, seen_from
 
 _KINDS = {
@@ -128,6 +128,6 @@ obj = Format(
     (".obj",),
     ObjFrames,
     write_obj,
-    frozenset({"texture", "float64"}),
+    frozenset({"texture", "float64"}) | IN_FILES,
     frozenset({"faces", "gaps"}),
 )

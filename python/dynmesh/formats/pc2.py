@@ -130,4 +130,12 @@ def _is_kept(path: Path, header: Header) -> bool:
     )
 
 
-pc2 = Format("pc2", (".pc2",), Pc2Frames, write_pc2, takes=frozenset({"faces"}), existing=_existing)
+pc2 = Format(
+    "pc2",
+    (".pc2",),
+    Pc2Frames,
+    write_pc2,
+    frozenset({"polygons", "up_axis", "metres_per_unit", "start"}),
+    frozenset({"faces"}),
+    existing=_existing,
+)

@@ -19,8 +19,8 @@ from ..frames import Frame
 from ..header import Header
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
-from .format import Format, not_written
-from .frame_files import FilePerFrame, mesh_file_of, write_frames
+from .format import ARRAYS, Format, not_written
+from .frame_files import IN_FILES, FilePerFrame, mesh_file_of, write_frames
 
 Integers = NDArray[np.integer[Any]]
 
@@ -191,6 +191,6 @@ ply = Format(
     (".ply",),
     PlyFrames,
     write_ply,
-    frozenset({"known", "provenance", "float64"}),
+    ARRAYS | IN_FILES,
     frozenset({"faces", "gaps"}),
 )

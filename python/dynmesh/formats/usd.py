@@ -22,7 +22,7 @@ from .._report import some_of
 from ..frames import Frame
 from ..header import TEXTURE, Header
 from ..polygons import as_polygons
-from .format import Format, not_written
+from .format import STATED, Format, not_written
 from .output import destination_of, seen_from
 from .times import frame_numbers
 from .usd_stage import (
@@ -278,7 +278,7 @@ usd = Format(
     (".usd", ".usdc", ".usda"),
     UsdFrames,
     write_usd,
-    frozenset({"known", "provenance", "texture"}),
+    frozenset({"known", "provenance", "texture", *STATED}),
     frozenset({"prim"}),
     library=("pxr.Usd", "usd"),
     meshes=lambda path: UsdScene(path).moves,

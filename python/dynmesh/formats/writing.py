@@ -20,7 +20,7 @@ from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
 from ..frames import Frame, Frames, check_any, checked
 from ..header import TEXTURE, Header
-from .format import Format, not_written
+from .format import STATED, Format, not_written
 from .output import blaming, bytes_of, check_space, making
 from .place import Place
 from .table import PathLike, all_formats, format_of_output, named_like
@@ -138,28 +138,35 @@ def _texture(chosen: Format, header: Header) -> list[str]:
 def _held(
     chosen: Format, path: Path, header: Header, provenance: bool | None, wanted: Iterable[str]
 ) -> tuple[Header, list[str]]:
-    """The header without what is not written of it, and a sentence about what cannot be.
+    """The header without attributes of vertices that are not written, and remarks on what is lost.
 
     Attributes that are `wanted` must be held.
     """
     if provenance and not header.has_provenance:
         raise InputError("is of frames that have none", argument="provenance", value=True)
+    lost = [STATED[name] for name in STATED if name in {*header.stated} - chosen.keeps]
     bare = replace(header, has_provenance=False, has_standard_error=False)
+    consequence = ""
     if provenance is False and not header.has_standard_error:
-        return bare, []
-    if "provenance" in chosen.keeps or not header.has_provenance:
+        header = bare
+    elif header.has_provenance and "provenance" not in chosen.keeps:
+        for name in [*(["generation"] if provenance else []), *wanted]:
+            able = (
+                one for one in all_formats().values() if one.write and "provenance" in one.keeps
+            )
+            raise InputError(
+                f"this format cannot hold {ATTRIBUTES[name].what}; "
+                f"{listed(one.suffixes[0] for one in able)} can",
+                file=path,
+            )
+        dropped = {row.what for row in header.attributes.values()}
+        lost += sorted(dropped - {row.what for row in bare.attributes.values()})
+        consequence = "; what was estimated counts as observed there"
+        header = bare
+    if not lost:
         return header, []
-    for name in [*(["generation"] if provenance else []), *wanted]:
-        able = (one for one in all_formats().values() if one.write and "provenance" in one.keeps)
-        raise InputError(
-            f"this format cannot hold {ATTRIBUTES[name].what}; "
-            f"{listed(one.suffixes[0] for one in able)} can",
-            file=path,
-        )
-    return bare, [
-        "generation and age are not written, as this format cannot hold them; what was estimated "
-        "counts as observed there"
-    ]
+    remark = f"not written, as format {chosen.name} cannot hold it: {', '.join(lost)}"
+    return header, [remark + consequence]
 
 
 def _prepared(

@@ -23,6 +23,7 @@ from sequences import assert_named, assert_refused, sea
 
 import dynmesh
 from dynmesh import formats
+from dynmesh.formats.format import STATED
 from dynmesh.polygons import Polygons, split_polygons
 
 KEPT = {name: format.keeps for name, format in formats.FORMATS.items() if format.write}
@@ -109,15 +110,12 @@ def as_kept(kept: dynmesh.Sequence, format: str) -> dynmesh.Sequence:
     if format not in MASKED and kept.known is not None:
         vertices = np.where(kept.known[..., None], vertices, np.nan)
         kept = replace(kept, known=None)
-    if format not in TIMED:
-        kept = replace(kept, fps=None, name=None)
     if format in ("usd", "alembic") and kept.name is None:
         kept = replace(kept, name="/mesh")
-    if format == "npy" or (format in NUMBERED and kept.start % 1):
-        kept = replace(kept, start=0)
-    if format == "npy":
-        kept = replace(kept, up_axis=None, metres_per_unit=None, polygons=None)
-    return replace(kept, vertices=vertices)
+    lost = {*kept.described()} & {*STATED} - KEPT[format]
+    lost |= {"start"} if format in NUMBERED and kept.start % 1 else set()
+    changes: Any = {name: 0 if name == "start" else None for name in lost}
+    return replace(kept, vertices=vertices, **changes)
 
 
 @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -127,8 +125,13 @@ def test_any_sequence_survives(
 ) -> None:
     path = place(tmp_path_factory.mktemp("some [2]"), format, "a body [1] é")
     sequence = data.draw(sequences(format))
-    dynmesh.write(path, sequence)
+    remarks = " ".join(dynmesh.write(path, sequence).remarks)
     again = vars(dynmesh.read(path))
+    stated = sequence.header.stated
+    for name in {*stated} & {*STATED}:
+        is_lost = again[name] is None or (name == "start" and again[name] != stated[name])
+        renumbered = name == "start" and "numbered from 0" in remarks
+        assert is_lost == (STATED[name] in remarks or renumbered), name
     for name, value in vars(as_kept(sequence, format)).items():
         if name == "fps" and value is not None:
             assert again["fps"] == pytest.approx(value, rel=1e-5)

@@ -652,7 +652,7 @@ def test_texture_coordinates_go_from_format_to_format(tmp_path: Path, of_vertice
         path = tmp_path / name
         np.testing.assert_array_equal(texture_in(path), expected)
     for name, made in (("f_%d.obj", "f_2.obj"), ("g.pc2", "g.obj")):
-        assert to_file.convert(path, tmp_path / name).remarks == ()
+        assert "texture" not in " ".join(to_file.convert(path, tmp_path / name).remarks)
         found = corners_in_obj(tmp_path / made)
         assert [vertex for face in found for _, vertex in face] == corners
         assert list(map(len, found)) == [4, 3]

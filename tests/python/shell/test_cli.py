@@ -90,7 +90,8 @@ def test_what_a_format_cannot_hold_is_reported(job: Path, tmp_path: Path) -> Non
     completed = dynmesh.read(tmp_path / "a.npz").vertices
     for name in ("a.pc2", "o/f_%02d.obj", "a.npy"):
         shown = run("convert", tmp_path / "a.npz", tmp_path / name).stderr
-        assert (f"{name}: generation and age are not written" in shown) == (name != "a.npy")
+        assert f"{name}: not written, as format" in shown
+        assert ("frame rate, generation and age; what" in shown) == (name != "a.npy")
         again = dynmesh.read(tmp_path / name)
         np.testing.assert_array_equal(again.vertices, completed)
         assert (again.generation is None) == (name != "a.npy")
