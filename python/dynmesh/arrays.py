@@ -116,6 +116,9 @@ class ArrayFrames(Description, VertexAttributes, Stored):
         vars(other).update(called=name, files=files)
         return other
 
+    def close(self) -> None:
+        """Does nothing: frames in memory stay there."""
+
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         rows: dict[str, Any] = self.attributes()
         for number in numbers:

@@ -128,6 +128,7 @@ class Frames(ABC):
     files: Sequence[Path] = ()
     lost: Container[int] = ()
     wanted: Sequence[str] = ()
+    _is_closed = False
 
     @property
     def n_frames(self) -> int:
@@ -161,8 +162,19 @@ class Frames(ABC):
         """
         yield from islice(self, start, stop, step)
 
-    def close(self) -> None:  # noqa: B027 (most keep nothing open)
-        """Closes what they are read from."""
+    def close(self) -> None:
+        """Closes what they are read from. Frames that are asked for later are refused."""
+        self._is_closed = True
+        self._close()
+
+    def _close(self) -> None:  # noqa: B027 (most keep nothing open)
+        """Closes what is open."""
+
+    def _check_open(self) -> None:
+        """Refuses to read frames that are closed."""
+        if self._is_closed:
+            message = "is closed, so that no frame can be read; open it again"
+            raise InputError(message, file=self.path)
 
     def __enter__(self) -> Self:
         """Returns the frames themselves."""
@@ -195,10 +207,15 @@ class Stored(Frames):
     def frames_at(self, numbers: Indices) -> Generator[Frame, None, None]:
         """Yields the frames with these indices, which ascend and exist."""
         with naming(self.path):
-            for number, frame in zip(numbers, self._frames(numbers), strict=True):
+            for number, frame in zip(self._while_open(numbers), self._frames(numbers), strict=True):
                 with locating(frame=self.header.number(number)):
                     known = None if frame.known is None else as_mask(frame.known)
                 yield replace(frame, known=known)
+
+    def _while_open(self, numbers: Indices) -> Iterator[int]:
+        for number in numbers:
+            self._check_open()
+            yield number
 
     @abstractmethod
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
@@ -344,7 +361,7 @@ class ComputedFrames(Frames, Generic[R]):
         self.path, self.files, self.wanted = Path("frames"), files, wanted
         if source is not None:
             self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
-        self._make, self._close = make, close
+        self._make, self._opened = make, close
         self._report: Any = None
 
     def __iter__(self) -> Iterator[Frame]:
@@ -352,6 +369,7 @@ class ComputedFrames(Frames, Generic[R]):
 
         The report is there before the last one is yielded, after which nobody may ask for more.
         """
+        self._check_open()
         frames = iter(self._make())
         yield from islice(frames, self.n_frames - 1)
         last = next(frames, None)
@@ -381,6 +399,9 @@ class ComputedFrames(Frames, Generic[R]):
         report: R = self._report
         return report
 
+    def _close(self) -> None:
+        self._opened()
+
     def __getitem__(self, frames: object) -> NoReturn:
         """Refuses to make some of the frames: see :func:`dynmesh.read`."""
         raise KindError("frames are made one after another; dynmesh.read(frames) gives all of them")
@@ -393,10 +414,6 @@ class ComputedFrames(Frames, Generic[R]):
         """Describes the frames without their numbers."""
         counts = summary(self.n_frames, self.n_vertices, len(self.faces), self.dtype)
         return f"{type(self).__name__}({str(self.path)!r}: {counts}, made when gone through)"
-
-    def close(self) -> None:
-        """Closes what was opened for the frames."""
-        self._close()
 
 
 def report_of(frames: Frames) -> Report:

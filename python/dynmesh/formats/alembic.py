@@ -310,7 +310,7 @@ class AlembicFrames(FileFrames):
             )
         return np.array(values)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Closes the archive."""
         self._positions = None
         self._parameters = {}

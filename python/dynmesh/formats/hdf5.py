@@ -88,7 +88,7 @@ class Hdf5Frames(FileFrames):
                 rows = {name: native(dataset[number]) for name, dataset in self._rows.items()}
                 yield Frame(rows.pop("vertices"), **rows)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Closes the file."""
         self._file.close()
 

@@ -64,7 +64,7 @@ class MaskedFrames(FileFrames):
                 known = np.zeros_like(known)
             yield replace(frame, known=known)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Closes the file."""
         self._reader.close()
 

@@ -67,7 +67,7 @@ class NpzFrames(RowsFrames):
         with explaining():
             yield from super()._frames(numbers)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Closes the archive."""
         self._archive.close()
 

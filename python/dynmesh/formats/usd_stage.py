@@ -348,7 +348,7 @@ class UsdFrames(FileFrames):
                 }
             yield Frame(points, **values)
 
-    def close(self) -> None:
+    def _close(self) -> None:
         """Releases the stage."""
         self._scene = self._mesh = self._points = None
         self._primvars = {}

@@ -46,6 +46,29 @@ def test_a_file_and_a_sequence_answer_to_the_same_words(files: Path) -> None:
                 frames[[3, 1]]
 
 
+@pytest.mark.parametrize(
+    "name", ["a.npz", "a.h5", "a.npy", "a.pc2", "a_%d.ply", "a_%d.obj", "a.usdc", "a.abc"]
+)
+def test_frames_that_are_closed_say_so(tmp_path: Path, name: str) -> None:
+    dynmesh.write(tmp_path / name, PARTIAL)
+    frames = dynmesh.open(tmp_path / name, missing="zero" if name == "a.npz" else None)
+    done, part, begun = dynmesh.convert(frames), frames[1:3], iter(frames)
+    next(begun)
+    frames.close()
+    frames.close()
+    for use in (lambda: next(begun), lambda: frames[2], lambda: part[0], lambda: [*done]):
+        with pytest.raises(ValueError, match=r"is closed.*open it again") as caught:
+            use()
+        assert str(caught.value).startswith(f"{frames.path}: ")
+    with dynmesh.convert(PARTIAL) as made:
+        pass
+    with pytest.raises(ValueError, match="is closed"):
+        next(iter(made))
+    with PARTIAL:
+        pass
+    assert len([*PARTIAL]) == N
+
+
 def test_a_report_is_there_however_frames_are_gone_through(files: Path) -> None:
     done = dynmesh.complete(files)
     with pytest.raises(ValueError, match="report: is there when"):
