@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from ._skin import Flesh, Floats, Skin, rigid_motions, wrapped
+
 Point = tuple[float, float, float]
 Bone = tuple[str, int]  # name, and LEFT, RIGHT or MIDLINE
 
@@ -86,7 +85,6 @@ _BOXES = (
     ((0, 3), (-4, 3), (97, 103)),  # neck
     ((0, 5), (-5, 7), (103, 117)),  # head
 )
-_RELAXATIONS = 20
 _WEIGHT_DIFFUSIONS = 45  # a standard deviation of about four edges, the bend of a joint
 
 
@@ -124,168 +122,30 @@ class Pose:
         """Return where (n, 3) the rest pose `point` (3,) is when it moves with `bone`."""
         return self.joints[bone] + self.rotations[bone] @ (point - JOINTS[bone])
 
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """The figure at rest.
-
-    `vertices` (10002, 3) in metres, `faces` (20000, 3) oriented outward, and skinning `weights`
-    (10002, b), one column per bone in the order of `JOINTS`, rows summing to one.
-    """
-
-    vertices: Floats
-    faces: NDArray[np.int32]
-    weights: Floats
-
-    def skinned(self, pose: Pose) -> NDArray[np.float32]:
-        """Return the vertices (n, 10002, 3) in `pose`, by dual quaternions (Kavan et al. 2007)."""
-        bones = _dual_quaternions(pose)
-        points = np.ascontiguousarray(self.vertices.T)
-        weights = np.ascontiguousarray(self.weights.T)
-        frames = np.empty((len(bones), *self.vertices.shape), dtype=np.float32)
-        for frame, dual_quaternions in zip(frames, bones, strict=True):
-            blend = dual_quaternions.T @ weights
-            blend /= np.linalg.norm(blend[:4], axis=0)
-            w, v, dual_w, dual_v = blend[0], blend[1:4], blend[4], blend[5:]
-            turned = np.cross(v, np.cross(v, points, axis=0) + w * points + dual_v, axis=0)
-            frame[:] = (points + 2.0 * (turned + w * dual_v - dual_w * v)).T
-        return frames
+    def motions(self) -> Floats:
+        """Return what moves each bone from rest, as dual quaternions (n, b, 8)."""
+        bones = list(JOINTS)
+        return rigid_motions(
+            [self.rotations[bone] for bone in bones],
+            [self.carried(bone, np.zeros(3)) for bone in bones],
+            [bones.index(parent) if parent else None for parent in PARENTS.values()],
+        )
 
 
 @lru_cache(maxsize=4)
-def body_of_girth(girth: float) -> Body:
+def body_of_girth(girth: float) -> Skin:
     """Return the figure with all its flesh `girth` times as thick as usual.
 
-    All calls share its arrays, which are read-only.
+    It has 10002 vertices in metres, 20000 faces, and a weight for each of `JOINTS` in their order.
     """
-    corners, squares = _lattice_surface()
-    neighbours = _neighbour_table(squares)
-    flesh = _Flesh(girth)
-    vertices = corners.astype(np.float64) * _CELL
-    for _ in range(_RELAXATIONS):
-        vertices = flesh.project(_averaged(vertices, neighbours))
+    rows = [
+        ((bone, side), (_on_side(start, side), _on_side(end, side), (r0 * girth, r1 * girth)))
+        for bone, start, end, r0, r1 in _CAPSULES
+        for side in _sides(start)
+    ]
     bones = list(JOINTS)
-    owners = np.array([bones.index(bone) for bone in flesh.bones])
-    weights = np.eye(len(bones))[owners[flesh.nearest(vertices)]]
-    for _ in range(_WEIGHT_DIFFUSIONS):
-        weights = _averaged(weights, neighbours)
-    triangles = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
-    body = Body(vertices, triangles.astype(np.int32), weights)
-    for array in (body.vertices, body.faces, body.weights):
-        array.flags.writeable = False
-    return body
-
-
-def _lattice_surface() -> tuple[Integers, Integers]:
-    """Return the lattice figure's corners (k, 3) in cells and its squares (q, 4), outward."""
-    boxes = np.array(_BOXES)
-    high = boxes[:, :, 1].max(axis=0) + 1
-    low = np.array([-high[0], *(boxes[:, 1:, 0].min(axis=0) - 1)])
-    filled = np.zeros(high - low, dtype=np.int8)
-    for x, y, z in boxes:
-        for x0, x1 in (x, -x[::-1]):
-            filled[x0 - low[0] : x1 - low[0], slice(*y - low[1]), slice(*z - low[2])] = 1
-    unit = np.eye(3, dtype=np.int64)
-    squares = []
-    for axis in range(3):
-        a, b = unit[(axis + 1) % 3], unit[(axis + 2) % 3]
-        outward_up = np.array([0 * a, a, a + b, b])
-        for step, ring in ((-1, outward_up), (1, outward_up[::-1])):
-            cells = np.argwhere(np.diff(filled, axis=axis) == step) + unit[axis]
-            squares.append(cells[:, None] + ring)
-    corners, index = np.unique(np.concatenate(squares).reshape(-1, 3), axis=0, return_inverse=True)
-    return corners + low, index.reshape(-1, 4)
-
-
-def _neighbour_table(squares: Integers) -> Integers:
-    """Return each vertex's neighbours (k, valence), short rows filled up with the vertex itself."""
-    source = squares.ravel()
-    order = np.argsort(source, kind="stable")
-    valence = np.bincount(source)
-    rank = np.arange(len(source)) - np.repeat(np.cumsum(valence) - valence, valence)
-    table = np.repeat(np.arange(len(valence))[:, None], valence.max(), axis=1)
-    table[source[order], rank] = np.roll(squares, -1, axis=1).ravel()[order]
-    return table
-
-
-def _averaged(values: Floats, neighbours: Integers) -> Floats:
-    """Return each vertex's mean over its row of `neighbours`: one step of diffusion."""
-    return np.asarray(np.mean([values[column] for column in neighbours.T], axis=0))
-
-
-class _Flesh:
-    """The smooth union of the capsules: the zero level of a soft minimum of their distances."""
-
-    def __init__(self, girth: float) -> None:
-        rows = [
-            ((bone, side), _on_side(start, side), _on_side(end, side), (r0 * girth, r1 * girth))
-            for bone, start, end, r0, r1 in _CAPSULES
-            for side in _sides(start)
-        ]
-        bones, starts, ends, radii = zip(*rows, strict=True)
-        # Paired flesh may belong to a bone on the midline.
-        self.bones = [bone if bone in JOINTS else (bone[0], MIDLINE) for bone in bones]
-        self._starts, self._radii = np.array(starts), np.array(radii)
-        self._spans = np.array(ends) - self._starts
-
-    def nearest(self, points: Floats) -> Integers:
-        """Return the index of the capsule nearest to each of `points` (k, 3)."""
-        return np.asarray(np.argmin(self._distances(points)[0], axis=1))
-
-    def project(self, points: Floats) -> Floats:
-        """Return `points` (k, 3) moved by one Newton step towards the surface."""
-        distances, lengths, along = self._distances(points)
-        nearest = distances.min(axis=1, keepdims=True)
-        shares = np.exp((nearest - distances) / _BLEND)
-        total = shares.sum(axis=1, keepdims=True)
-        level = nearest - _BLEND * np.log(total)
-        pull = shares / (total * lengths)
-        axis_points = pull @ self._starts + (pull * along) @ self._spans
-        gradient = points * pull.sum(axis=1, keepdims=True) - axis_points
-        return np.asarray(points - level * gradient / np.sum(gradient**2, axis=1, keepdims=True))
-
-    def _distances(self, points: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return (k, c) distances to the capsules and their axes, and places in 0..1 on these."""
-        squared_span = np.sum(self._spans**2, axis=1)
-        projected = points @ self._spans.T - np.sum(self._starts * self._spans, axis=1)
-        along = np.clip(projected / squared_span, 0.0, 1.0)
-        to_start = (
-            np.sum(points**2, axis=1, keepdims=True)
-            - 2.0 * points @ self._starts.T
-            + np.sum(self._starts**2, axis=1)
-        )
-        squared = to_start + along * (along * squared_span - 2.0 * projected)
-        lengths = np.sqrt(np.maximum(squared, 1e-12))
-        growth = self._radii[:, 1] - self._radii[:, 0]
-        return lengths - self._radii[:, 0] - along * growth, lengths, along
-
-
-def _dual_quaternions(pose: Pose) -> Floats:
-    """Return the bones' rigid motions (n, b, 8), each on its parent's side of the hypersphere."""
-    real: dict[Bone, Floats] = {}
-    motions = []
-    for bone, parent in PARENTS.items():
-        q = _quaternions(pose.rotations[bone])
-        if parent is not None:
-            q[np.sum(q * real[parent], axis=1) < 0.0] *= -1.0
-        real[bone] = q
-        shift = pose.carried(bone, np.zeros(3))
-        w, v = q[:, :1], q[:, 1:]
-        dual_w = -np.sum(shift * v, axis=1, keepdims=True)
-        dual_v = w * shift + np.cross(shift, v)
-        motions.append(np.concatenate([q, 0.5 * dual_w, 0.5 * dual_v], axis=1))
-    return np.stack(motions, axis=1)
-
-
-def _quaternions(rotations: Floats) -> Floats:
-    """Return unit quaternions (n, 4), scalar first, of `rotations` (n, 3, 3)."""
-    trace = np.trace(rotations, axis1=1, axis2=2)
-    outer = np.empty((len(rotations), 4, 4))  # four times the quaternion's outer square
-    outer[:, 0, 0] = 1.0 + trace
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        outer[:, i + 1, i + 1] = 1.0 - trace + 2.0 * rotations[:, i, i]
-        outer[:, 0, i + 1] = outer[:, i + 1, 0] = rotations[:, k, j] - rotations[:, j, k]
-        outer[:, i + 1, j + 1] = outer[:, j + 1, i + 1] = rotations[:, i, j] + rotations[:, j, i]
-    longest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    rows = outer[np.arange(len(outer)), longest]
-    return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    # Paired flesh may belong to a bone on the midline.
+    owners = [bones.index(bone if bone in JOINTS else (bone[0], MIDLINE)) for bone, _ in rows]
+    flesh = Flesh([capsule for _, capsule in rows], _BLEND)
+    boxes = [(side, y, z) for x, y, z in _BOXES for side in (x, (-x[1], -x[0]))]
+    return wrapped(flesh, owners, boxes, _CELL, _WEIGHT_DIFFUSIONS)

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Bone, Floats, Pose, body_of_girth
+from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Bone, Pose, body_of_girth
+from ._skin import Floats
 
 _DURATION = 5.83  # seconds
 _STEP_TIME = 0.42  # seconds from footfall to footfall
@@ -143,7 +144,7 @@ def walk(frames: int, seed: int) -> tuple[NDArray[np.float32], NDArray[np.int32]
     body = body_of_girth(gait.girth)
     around = np.linspace(0.0, 2.0 * np.pi, frames)
     seconds = _DURATION / (2.0 * np.pi) * (around + (gait.pace - 1.0) * np.sin(around))
-    vertices = body.skinned(_pose(seconds, gait))
+    vertices = body.posed(_pose(seconds, gait).motions())
     vertices *= np.float32(gait.stature)
     return vertices, body.faces.copy()
 
