@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._body import JOINTS, LEFT, MIDLINE, RIGHT, SIDES, Bone, Pose, body_of_girth
+from ._motion import Keys, track, turn
 from ._skin import Floats
 
 _DURATION = 5.83  # seconds
 _STEP_TIME = 0.42  # seconds from footfall to footfall
 _STEP_LENGTH = 0.5  # metres
 _WALK_END = 6.0  # steps
-
-Keys = tuple[tuple[float, ...], ...]  # time, then the values at that time
 
 # Steps, then the pelvis: x (m), y (step lengths), y (m), heading, share of the walk's swings.
 _PELVIS_PATH: Keys = (
@@ -160,30 +159,30 @@ def _pose(seconds: Floats, gait: Gait) -> Pose:
 
 def _move_trunk(pose: Pose, seconds: Floats, gait: Gait) -> None:
     steps, after = _clocks(seconds)
-    x, strides, y, heading, walking = _track(steps, _PELVIS_PATH)
-    advance, height, pitch, curl, nod = _track(after, _TRUNK)
+    x, strides, y, heading, walking = track(steps, _PELVIS_PATH)
+    advance, height, pitch, curl, nod = track(after, _TRUNK)
     x = x + _HIP_SWAY * gait.bounce * walking * np.sin(np.pi * steps)
     y = y + _STEP_LENGTH * gait.stride * strides - advance  # the walk's end faces against y
     bob = _HIP_BOB * gait.bounce * np.cos(2.0 * np.pi * steps)
     height = height - walking * (_HIP_DROP + bob)
     twist = _HIP_TWIST * gait.swing * walking * np.cos(np.pi * steps)
-    (balancing,) = _track(after, _BALANCING)
+    (balancing,) = track(after, _BALANCING)
     sway = balancing * np.sin(2.0 * np.pi * after / _SWAY_PERIOD)
     pose.joints["pelvis", MIDLINE] = np.stack([x, y, height], axis=1)
-    pose.rotations["pelvis", MIDLINE] = _turn(2, heading - twist) @ _turn(0, -pitch - 2.0 * sway)
-    for bone, parent, turn, bend in (
+    pose.rotations["pelvis", MIDLINE] = turn(2, heading - twist) @ turn(0, -pitch - 2.0 * sway)
+    for bone, parent, turned, bend in (
         ("spine", "pelvis", 0.8 * twist, 0.5 * curl),
         ("chest", "spine", 0.8 * twist, 0.5 * curl - 3.0 * sway),
         ("neck", "chest", -0.4 * twist, 0.5 * nod),
         ("head", "neck", -0.2 * twist, 0.5 * nod),
     ):
-        local = _turn(2, turn) @ _turn(0, -bend)
+        local = turn(2, turned) @ turn(0, -bend)
         _attach(pose, (bone, MIDLINE), (parent, MIDLINE), local)
 
 
 def _move_leg(pose: Pose, side: int, seconds: Floats, gait: Gait) -> None:
     steps, after = _clocks(seconds)
-    hold, flexion, reach, pitch = _track(after, _LEGS[side])
+    hold, flexion, reach, pitch = track(after, _LEGS[side])
     ankle, sole = _foot_on_floor(side, steps, pitch, gait)
     pelvis = pose.rotations["pelvis", MIDLINE]
     hip = pose.carried(("pelvis", MIDLINE), JOINTS["thigh", side])
@@ -193,35 +192,35 @@ def _move_leg(pose: Pose, side: int, seconds: Floats, gait: Gait) -> None:
     target = _mixed(free, ankle, hold)
     hinge = pelvis[:, :, 0] + hold[:, None] * sole[:, :, 0]
     _bend_limb(pose, bones, hip, target, np.cross(hinge, target - hip), _FORWARD)
-    pointed = pose.rotations["shin", side] @ _turn(0, np.full(len(seconds), _TOES_POINTED))
+    pointed = pose.rotations["shin", side] @ turn(0, np.full(len(seconds), _TOES_POINTED))
     pose.rotations["foot", side] = _between(pointed, sole, hold)
 
 
 def _foot_on_floor(side: int, steps: Floats, pitch: Floats, gait: Gait) -> tuple[Floats, Floats]:
     """Return the ankle (n, 3) and rotation (n, 3, 3) of a foot rolling over heel and ball."""
-    x, strides, y, heading = _track(steps, _FOOT_PATHS[side])
+    x, strides, y, heading = track(steps, _FOOT_PATHS[side])
     lifts: list[tuple[float, ...]] = []
     rolls: list[tuple[float, ...]] = []
     for step, roll in _SWINGS[side]:
         lifts += [(step + 0.1, 0.0), (step + 0.5, _FOOT_LIFT), (step + 0.9, 0.0)]
         rolls += [(step - 0.2, 0.0), (step + 0.14, _HEEL_OFF * roll)]
         rolls += [(step + 0.84, _HEEL_STRIKE * roll), (step + 1.04, 0.0)]
-    (lift,), (rolled,) = _track(steps, tuple(lifts)), _track(steps, tuple(rolls))
+    (lift,), (rolled,) = track(steps, tuple(lifts)), track(steps, tuple(rolls))
     pitch = pitch + rolled
     on_heel = 0.5 + 0.5 * np.tanh(pitch / 5.0)
     pivot = on_heel[:, None] * _HEEL + (1.0 - on_heel)[:, None] * _BALL
-    turn, roll_over = _turn(2, heading), _turn(0, pitch)
+    facing, roll_over = turn(2, heading), turn(0, pitch)
     ankle = np.stack([x, y + _STEP_LENGTH * gait.stride * strides, lift - _BALL[2]], axis=1)
-    return ankle + _applied(turn, pivot - _applied(roll_over, pivot)), turn @ roll_over
+    return ankle + _applied(facing, pivot - _applied(roll_over, pivot)), facing @ roll_over
 
 
 def _move_arm(pose: Pose, side: int, seconds: Floats, gait: Gait) -> None:
     steps, after = _clocks(seconds)
-    hold, lift, elbow_out, shrug = _track(after, _ARMS)
-    walking = _track(steps, _PELVIS_PATH)[-1]
+    hold, lift, elbow_out, shrug = track(after, _ARMS)
+    walking = track(steps, _PELVIS_PATH)[-1]
     lift = lift - side * _ARM_SWING * gait.swing * walking * np.cos(np.pi * steps)
     chest = pose.rotations["chest", MIDLINE]
-    _attach(pose, ("clavicle", side), ("chest", MIDLINE), _turn(1, -side * shrug))
+    _attach(pose, ("clavicle", side), ("chest", MIDLINE), turn(1, -side * shrug))
     shoulder = pose.carried(("clavicle", side), JOINTS["upper arm", side])
     bones = [("upper arm", side), ("forearm", side), ("hand", side)]
     arm = _limb_direction(chest, side, lift, _ARM_SPREAD)
@@ -232,34 +231,13 @@ def _move_arm(pose: Pose, side: int, seconds: Floats, gait: Gait) -> None:
     target = _mixed(free, planted, hold)
     elbow = np.stack([side * elbow_out, elbow_out - 1.0, 0.0 * elbow_out], axis=1)
     _bend_limb(pose, bones, shoulder, target, _applied(chest, elbow), -_FORWARD)
-    fingers_ahead = _turn(2, np.full(len(seconds), -90.0 * side))
+    fingers_ahead = turn(2, np.full(len(seconds), -90.0 * side))
     pose.rotations["hand", side] = _between(pose.rotations["forearm", side], fingers_ahead, hold)
 
 
 def _clocks(seconds: Floats) -> tuple[Floats, Floats]:
     """Return the time in steps and in seconds after the walk."""
     return seconds / _STEP_TIME, seconds - _WALK_END * _STEP_TIME
-
-
-def _track(times: Floats, keys: Keys) -> Floats:
-    """Return (values, n) smooth paths through `keys`, held constant before and after.
-
-    Piecewise cubic, monotone between keys (Fritsch and Butland 1984): constant values stay
-    constant.
-    """
-    table = np.array(keys)
-    knots, values = table[:, 0], table[:, 1:].T
-    widths = np.diff(knots)
-    secants = np.diff(values) / widths
-    before, after = secants[:, :-1], secants[:, 1:]
-    turning = before * after <= 0.0
-    slopes = np.zeros_like(values)
-    slopes[:, 1:-1] = 2.0 * before * after / np.where(turning, np.inf, before + after)
-    i = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(widths) - 1)
-    u = np.clip((times - knots[i]) / widths[i], 0.0, 1.0)
-    eased = values[:, i] + np.diff(values)[:, i] * u * u * (3.0 - 2.0 * u)
-    bulge = slopes[:, i] * (1.0 - u) - slopes[:, i + 1] * u
-    return np.asarray(eased + widths[i] * u * (1.0 - u) * bulge)
 
 
 def _attach(pose: Pose, bone: Bone, parent: Bone, local: Floats) -> None:
@@ -326,15 +304,3 @@ def _mixed(start: Floats, end: Floats, share: Floats) -> Floats:
 def _applied(rotations: Floats, vectors: Floats) -> Floats:
     """Return `vectors` (n, 3) rotated."""
     return np.asarray((rotations @ vectors[:, :, None])[:, :, 0])
-
-
-def _turn(axis: int, degrees: Floats) -> Floats:
-    """Return rotations (n, 3, 3) about a coordinate axis."""
-    angle = np.radians(degrees)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrices = np.zeros((len(angle), 3, 3))
-    matrices[:, axis, axis] = 1.0
-    matrices[:, i, i] = matrices[:, j, j] = np.cos(angle)
-    matrices[:, j, i] = np.sin(angle)
-    matrices[:, i, j] = -np.sin(angle)
-    return matrices
