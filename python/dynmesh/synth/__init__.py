@@ -1,11 +1,20 @@
 """Built-in animated meshes, which are generated from a seed and need no download."""
 
+from collections.abc import Callable
 from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from .._checks import check_integer, check_positive
 from .._options import Input
 from ..sequence import Sequence
+from ._beetle import march
+from ._bust import speak
 from ._choreography import walk
+from ._cloth import fall
+from ._hand import count
+from ._heart import beat
 from ._waves import waves
 
 
@@ -22,12 +31,9 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
         TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
-    check_integer("frames", frames, 1)
+    _check(frames, seed, fps)
     check_integer("grid", grid, 2)
-    check_integer("seed", seed, 0)
-    check_positive("fps", fps)
-    vertices, faces = waves(frames, grid, seed, fps)
-    return Sequence(vertices, faces, fps=float(fps), up_axis="z")
+    return _sequence(*waves(frames, grid, seed, fps), fps)
 
 
 def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
@@ -45,25 +51,128 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
         TypeError: an argument has the wrong kind.
         ValueError: an argument is out of range.
     """
+    _check(frames, seed, fps)
+    return _sequence(*walk(frames, seed), fps)
+
+
+def bust(frames: int = 150, *, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a head with neck and shoulders, which looks about and speaks, z up, in metres.
+
+    It is a closed surface, skinned with dual quaternions; the lips part as the jaw goes down.
+
+    Args:
+        frames: number of frames, at least 1.
+        seed: varies where it looks and what it says; equal seeds give equal sequences.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check(frames, seed, fps)
+    return _sequence(*speak(frames, seed, fps), fps)
+
+
+def hand(frames: int = 97, *, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a hand that closes and counts to five on its fingers, z up, in metres.
+
+    It is a closed surface with 16 bones, skinned with dual quaternions.
+
+    Args:
+        frames: number of frames, at least 1.
+        seed: varies how fast and how far the fingers bend; equal seeds give equal sequences.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check(frames, seed, fps)
+    return _sequence(*count(frames, seed, fps), fps)
+
+
+def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a square of cloth of 1.2 m that falls over a ball and hangs there, z up, in metres.
+
+    The ball, of a radius of 0.25 m around (0, 0, 0.5), is not part of the mesh.
+
+    Args:
+        frames: number of frames, at least 1.
+        grid: vertices along either side, at least 2; there are 2 (grid - 1)^2 triangles.
+        seed: varies how the cloth lies over the ball; equal seeds give equal sequences.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check(frames, seed, fps)
+    check_integer("grid", grid, 2)
+    return _sequence(*fall(frames, grid, seed, fps), fps)
+
+
+def beetle(frames: int = 90, *, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a stag beetle that walks and opens its jaws and wings, z up, in metres.
+
+    Each of its 31 parts is a closed surface of its own, of equally many vertices, which follow each
+    other, and moves as a rigid body.
+
+    Args:
+        frames: number of frames, at least 1.
+        seed: varies stride and pace; equal seeds give equal sequences.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check(frames, seed, fps)
+    return _sequence(*march(frames, seed, fps), fps)
+
+
+def heart(frames: int = 81, *, seed: int = 0, fps: float = 30.0) -> Sequence:
+    """Return a heart that beats beside a lung that breathes, z up, in metres.
+
+    Either is a closed surface, of equally many vertices, the heart first; they never touch.
+
+    Args:
+        frames: number of frames, at least 1.
+        seed: varies the rates of the heart and of the breath; equal seeds give equal sequences.
+        fps: frames per second; a higher rate samples the same motion more finely.
+
+    Raises:
+        TypeError: an argument has the wrong kind.
+        ValueError: an argument is out of range.
+    """
+    _check(frames, seed, fps)
+    return _sequence(*beat(frames, seed, fps), fps)
+
+
+def _check(frames: int, seed: int, fps: float) -> None:
     check_integer("frames", frames, 1)
     check_integer("seed", seed, 0)
     check_positive("fps", fps)
-    vertices, faces = walk(frames, seed)
+
+
+def _sequence(vertices: NDArray[np.float32], faces: NDArray[np.int32], fps: float) -> Sequence:
     return Sequence(vertices, faces, fps=float(fps), up_axis="z")
 
 
-def sequence(
-    name: Literal["ocean", "walker"], *, frames: Input[int | None] = None, seed: Input[int] = 0
-) -> Sequence:
-    """Makes a built-in sequence: an ocean, or a figure that walks and does a handstand.
+Name = Literal["ocean", "walker", "bust", "hand", "cloth", "beetle", "heart"]
+
+
+def sequence(name: Name, *, frames: Input[int | None] = None, seed: Input[int] = 0) -> Sequence:
+    """Makes a built-in sequence.
 
     Args:
-        name: which sequence: ocean or walker.
+        name: which one: ocean, a sea; walker, a figure that walks and does a handstand; bust, a
+            head that turns and speaks; hand, which counts on its fingers; cloth, which falls over
+            a ball; beetle, of 31 rigid parts; or heart, which beats beside a lung.
         frames: number of frames; with fewer, the walker moves faster.
         seed: equal seeds give equal results.
 
     Raises:
         TypeError, ValueError: an argument is refused.
     """
-    make = {"ocean": ocean, "walker": walker}[name]
+    make: Callable[..., Sequence] = globals()[name]
     return make(seed=seed) if frames is None else make(frames, seed=seed)

@@ -38,7 +38,7 @@ def waves(
         phases = np.exp(-1j * (number / fps) * frequencies)
         points = rest + np.fft.ifft2(spectra * phases, norm="forward").real
         vertices[number] = points.reshape(3, -1).T
-    return vertices, _faces(grid)
+    return vertices, sheet_faces(grid)
 
 
 def _amplitudes(k: Floats, length: Floats, seed: int) -> NDArray[np.complex128]:
@@ -55,8 +55,8 @@ def _amplitudes(k: Floats, length: Floats, seed: int) -> NDArray[np.complex128]:
     return np.asarray(drawn * _HEIGHT / np.sqrt(np.sum(np.abs(drawn) ** 2) / 2.0))
 
 
-def _faces(grid: int) -> NDArray[np.int32]:
-    """Return the triangles, anticlockwise seen from above."""
+def sheet_faces(grid: int) -> NDArray[np.int32]:
+    """Return the triangles of a square grid of vertices, anticlockwise seen from above."""
     corners = np.arange(grid * grid, dtype=np.int32).reshape(grid, grid)
     a, b, c, d = corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]
     return np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
