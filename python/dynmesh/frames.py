@@ -158,9 +158,11 @@ class Frames(ABC):
     ) -> Generator[Frame, None, None]:
         """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
 
-        Frames are counted from 0, independently of the numbers in a file.
+        Frames are counted from 0, independently of the numbers in a file. Those that are made while
+        they are gone through are all made, because their report is of all.
         """
-        yield from islice(self, start, stop, step)
+        wanted = range(self.n_frames)[start:stop:step]
+        yield from (frame for index, frame in enumerate(self) if index in wanted)
 
     def close(self) -> None:
         """Closes what they are read from. Frames that are asked for later are refused."""
@@ -333,8 +335,8 @@ class _Chosen(Stored):
 class ComputedFrames(Frames, Generic[R]):
     """Frames that are made while they are gone through, each time anew: by a verb, or by a caller.
 
-    When all were made, `report` says how. A result that is doubtful is a :class:`DoubtfulWarning`
-    as well.
+    When all were made, `report` says how; what is made of doubtful frames is doubtful. A result
+    that is doubtful is a :class:`DoubtfulWarning` as well.
     """
 
     def __init__(
@@ -361,7 +363,7 @@ class ComputedFrames(Frames, Generic[R]):
         self.path, self.files, self.wanted = Path("frames"), files, wanted
         if source is not None:
             self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
-        self._make, self._opened = make, close
+        self._make, self._source, self._opened = make, source, close
         self._report: Any = None
 
     def __iter__(self) -> Iterator[Frame]:
@@ -378,7 +380,11 @@ class ComputedFrames(Frames, Generic[R]):
         try:
             further = next(frames)
         except StopIteration as end:
-            self._report = Report() if end.value is None else end.value
+            done = Report() if end.value is None else end.value
+            before = Report() if self._source is None else report_of(self._source)
+            if done.quality == "good":
+                done = replace(done, quality=before.quality, reason=before.reason)
+            self._report = done
             if self._report.reason:
                 warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
         else:

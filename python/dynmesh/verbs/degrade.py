@@ -21,7 +21,7 @@ from ..formats.conversion import Axis
 from ..formats.numbered import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
-from ..frames import ComputedFrames, Frame, Frames, report_of
+from ..frames import ComputedFrames, Frame, Frames
 from ..geometry import likely_up, mean_edge_of
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
@@ -207,9 +207,7 @@ def degraded(
                 for number, (points, kept) in enumerate(watched):
                     yield Frame(points, kept)
                     n_known += int(kept.sum()) if number else 0
-            before = report_of(source)
-            remarks = (*_left(source, n_known, losses), *guess)
-            return Report(quality=before.quality, reason=before.reason, remarks=remarks)
+            return Report(remarks=(*_left(source, n_known, losses), *guess))
 
         return ComputedFrames(header, make, source, close=stack.pop_all().close)
 

@@ -91,9 +91,16 @@ def test_a_doubt_is_told_and_goes_on(tmp_path: Path) -> None:
     with pytest.warns(dynmesh.DoubtfulWarning, match="probably ruined"):
         dynmesh.evaluate(wrong, TRUTH)
     assert wrong.report.quality == "ruined"
-    with pytest.warns(dynmesh.DoubtfulWarning, match="probably ruined"):
-        written = dynmesh.write(tmp_path / "b.npz", dynmesh.convert(wrong, scale=2.0))
-    assert (written.quality, written.reason) == (wrong.report.quality, wrong.report.reason)
+    verbs: list[Any] = [
+        lambda done: dynmesh.convert(done, scale=2.0),
+        lambda done: dynmesh.convert(done, frames=slice(0, 2)),  # which are good
+        lambda done: dynmesh.degraded(done, known=0.9),
+        dynmesh.complete,
+    ]
+    for verb in verbs:
+        with pytest.warns(dynmesh.DoubtfulWarning, match="probably ruined"):
+            written = dynmesh.write(tmp_path / "b.npz", verb(dynmesh.complete(SHUFFLED)))
+        assert (written.quality, written.reason) == (wrong.report.quality, wrong.report.reason)
 
 
 def test_frames_that_are_made_are_no_array() -> None:
