@@ -252,7 +252,7 @@ def refusal(error: Any) -> InputError:
     if isinstance(error, UnusedCliTokensError):
         first, *others = error.unused_tokens or [""]
         more = f" and {len(others)} more" if others else ""
-        message = f"too many arguments: {first}{more}; put patterns in quotes and repeat options"
+        message = f"too many arguments: {first}{more}; put patterns in quotes"
     return InputError(message)
 
 
@@ -279,7 +279,9 @@ def _annotation(option: Option) -> Any:
         more["converter"] = _whole
     if {Path, list[Path]} & {*_members(_of_shell(hint))}:
         more["converter"] = _path
-    if str in _members(hint):
+    if any(typing.get_origin(kind) is list for kind in _members(_of_shell(hint))):
+        more["consume_multiple"] = True  # up to the next option
+    elif str in _members(hint):
         more["allow_leading_hyphen"] = True  # of numbers
     if default is False or bool not in _members(hint):
         more["negative"] = ""

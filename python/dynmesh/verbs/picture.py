@@ -41,8 +41,7 @@ def picture(
     Args:
         sequence: the sequence.
         out: the PNG file to write; without it, Python returns the picture alone.
-        frames: the number of a frame, or of several, for which a command repeats the option; else,
-            `count` frames, evenly spaced.
+        frames: the number of a frame, or of several; else, `count` frames, evenly spaced.
         count: the number of frames, at most.
         reference: the true sequence; colours then show the error.
         source: how to read the sequence; faces and the mesh are those of the reference, too.

@@ -152,9 +152,21 @@ def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
         assert f'"caption": "{caption}"' in made.html
     with pytest.raises(FileExistsError):
         dynmesh.view(COMPLETED, tmp_path / "page.html")
-    drawn = dynmesh.picture(COMPLETED, tmp_path / "a.png", frames=3, reference=TRUTH, title="A")
+    drawn = dynmesh.picture(
+        COMPLETED, tmp_path / "a.png", frames=[2, 3], reference=TRUTH, title="A"
+    )
     own, reference = tmp_path / "completed.npz", tmp_path / "truth.npz"
-    words = ("--reference", reference, "--frame", "3", "--title", "A", "-o", tmp_path / "b.png")
+    words = (
+        "--reference",
+        reference,
+        "--frame",
+        "2",
+        "3",
+        "--title",
+        "A",
+        "-o",
+        tmp_path / "b.png",
+    )
     run("picture", own, *words)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     assert drawn.size[0] > 480

@@ -82,5 +82,5 @@ cases = [
     _completed("a template as output", lambda _: to_file.complete("body.npz", "single.npz", template="single.npz", overwrite=True), ValueError, "single.npz:", "input"),
     _completed("a training file without the mesh of that path", lambda _: _file("two.usda", "scene.usda"), ValueError, "two.usda:", "'/mesh'", "/one, /two"),
     _convert("a file with another up axis", lambda _: to_file.convert("z_up.npz", "new.npz", up="y"), ValueError, "z_up.npz: up:", "z, not y"),
-    refused("complete body.npz new.npz --training training.npz --training fewer.npz", "fewer.npz:", "body.npz has 49"),
+    refused("complete body.npz new.npz --training training.npz fewer.npz", "fewer.npz:", "body.npz has 49"),
 ]  # fmt: skip
