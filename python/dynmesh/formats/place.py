@@ -120,10 +120,10 @@ class Place:
         names = some_of([file.name for file in outdated], 3)
         return [f"older files that no new ones replace are removed ({len(outdated)}): {names}"]
 
-    def _order(self, file: Path) -> tuple[float, bool, str]:
+    def _order(self, file: Path) -> tuple[float, bool]:
         """Sorts the frames by number, and last the file with the name that was given."""
         number = None if self._names is None else self._names.number(file.name)
-        return (0 if number is None else number, file.name == self.name, file.name)
+        return (0 if number is None else number, file.name == self.name)
 
     def _holds_frames_alone(self) -> bool:
         """Whether nothing else is in the folder that is made anew."""
