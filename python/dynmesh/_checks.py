@@ -47,7 +47,11 @@ def check_between(name: str, value: float, low: float, high: float) -> None:
 def check_finite(name: str, value: float) -> None:
     """Raises an error if the value is infinite or NaN."""
     check_number(name, value)
-    if not abs(value) <= sys.float_info.max:
+    try:
+        is_finite = math.isfinite(value)
+    except OverflowError:  # an integer
+        is_finite = False
+    if not is_finite:
         raise InputError(f"must be finite, not {value!s:.40}", argument=name, value=value)
 
 
