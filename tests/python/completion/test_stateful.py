@@ -2,9 +2,7 @@
 
 The twin is a second one that works in another unit, on one thread and with packed arrays, and that
 receives only the calls that counted: none that was refused, and none that a restored state undid.
-Since units differ by powers of two, it must agree bit for bit. Another twin is elsewhere in the
-scene and must agree up to rounding, as long as inputs that are moved by as little as rounding give
-the same frames.
+Since units differ by powers of two, it must agree bit for bit.
 """
 
 from collections.abc import Callable
@@ -27,22 +25,17 @@ Subject = dynmesh.Completer | dynmesh.Tracker
 
 
 class Place(NamedTuple):
-    """Where a scene is, in which unit its lengths are, and how far each point is off."""
+    """Where a scene is, and in which unit its lengths are."""
 
     unit: float = 1.0
     angle: float = 0.0
     shift: float = 0.0
-    jitter: float = 0.0
-    seed: int = 0
 
     def points(self, points: Array) -> Array:
         with np.errstate(invalid="ignore", over="ignore"):  # what is not known may be infinite
             if self.angle or self.shift:
                 points = turned(points.astype(np.float64), self.angle) + self.shift
             scaled: Array = points * points.dtype.type(self.unit)
-        if self.jitter:
-            off = np.random.default_rng(self.seed).uniform(-1, 1, points.shape)
-            scaled = scaled.astype(np.float64) + self.jitter * off
         return scaled
 
 
@@ -84,9 +77,6 @@ def sharing(make: Callable[[], Subject]) -> Subject:
 class AnyCalls(RuleBasedStateMachine):
     """What holds for completers and trackers alike."""
 
-    turns = True
-    """Whether results turn with the scene."""
-
     def make(self, place: Place, threads: int) -> Subject:
         raise NotImplementedError
 
@@ -110,8 +100,6 @@ class AnyCalls(RuleBasedStateMachine):
         self.accepted: list[Accepted] = []
         self.saved: list[tuple[bytes, Array, int]] = []
         self.twin_unit = data.draw(units) / self.unit
-        angle = data.draw(ANGLES) if self.turns else 0.0
-        self.elsewhere = Place(1.0, angle, self.unit * data.draw(SHIFTS))
 
     def draw_settings(self, data: st.DataObject) -> None:
         self.uncertainty = data.draw(st.booleans())
@@ -164,7 +152,7 @@ class AnyCalls(RuleBasedStateMachine):
         return subject.standard_error.copy() if self.uncertainty else None, numbers
 
     def teardown(self) -> None:
-        """Repeats what counted, in another unit and at another place."""
+        """Repeats what counted, in another unit."""
         if not hasattr(self, "accepted"):
             return
         twin = Place(self.twin_unit)
@@ -179,8 +167,6 @@ class AnyCalls(RuleBasedStateMachine):
             np.testing.assert_array_equal(numbers_again, numbers)
             if lengths is not None and lengths_again is not None:
                 self.check_scaled(lengths_again, lengths)
-        if self.tame and self.dtype == np.float64:
-            self.repeat_elsewhere()
 
     def check_scaled(self, again: Array, values: Array) -> None:
         """Checks that lengths agree bit for bit, but for those too small to be a normal float32."""
@@ -189,28 +175,6 @@ class AnyCalls(RuleBasedStateMachine):
             np.where(np.abs(scaled) < 2.0**-60 * self.unit, 0.0, scaled),
             np.where(np.abs(values) < 2.0**-60 * self.unit, 0.0, values),
         )
-
-    def repeat_elsewhere(self) -> None:
-        """Compares frames while the problem is well posed, which jittered twins show."""
-        size = np.abs(self.first).max() + abs(self.elsewhere.shift) + self.unit
-        jittered = [Place(jitter=1e-15 * size, seed=seed) for seed in range(3)]
-        twins = [self.make(place, 1) for place in (*jittered, self.elsewhere)]
-        for call, frame, *_ in self.accepted:
-            try:
-                near = [call(*twin) for twin in zip(twins[:-1], jittered, strict=True)]
-            except ValueError as error:
-                if "is far from the first scan" not in str(error):
-                    raise
-                return
-            again = call(twins[-1], self.elsewhere)
-            if frame is None:
-                continue
-            if any(one is None or np.abs(one - frame).max() > 1e-11 * size for one in near):
-                return
-            assert again is not None
-            np.testing.assert_allclose(
-                again, self.elsewhere.points(frame), rtol=0, atol=1e-6 * size
-            )
 
     def accept_reset(self, points: Array) -> None:
         """Starts anew, as one does that is made with these points."""
@@ -296,8 +260,6 @@ class CompleterCalls(AnyCalls):
             self.noise = data.draw(st.sampled_from([None, 0.01 * self.unit]))
             self.settings |= {"method": "detail", "uncertainty": self.uncertainty}
             self.settings["reject_outliers"] = data.draw(st.booleans())
-            if self.settings["reject_outliers"]:  # by the medians of coordinates
-                self.turns = False
             self.settings["learn"] = self.training is None and data.draw(st.booleans())
         else:
             extra = data.draw(st.sampled_from([0, 3]))
@@ -414,8 +376,6 @@ class CompleterCalls(AnyCalls):
 
 class TrackerCalls(AnyCalls):
     """Sequences of calls of a tracker."""
-
-    turns = False  # what the sensors see is found in images, the rows of which do not turn
 
     @initialize(data=st.data())
     def begin(self, data: st.DataObject) -> None:

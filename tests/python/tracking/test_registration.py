@@ -62,20 +62,6 @@ def test_all_that_can_be_given(rng: np.random.Generator) -> None:
     assert error(TORUS, truth, trained.vertices) < 0.5
 
 
-def test_numbers_of_vertices_points_and_landmarks_mean_nothing(rng: np.random.Generator) -> None:
-    truth = bent(TORUS.vertices, 0.3) + 1.0
-    points, normals = scan(TORUS, truth, rng)
-    marks = np.array([5, 120, 260, 400])
-    found = register(TORUS, points, normals, landmarks=(marks, truth[marks]))
-    order = rng.permutation(len(TORUS.vertices))
-    new = np.argsort(order)
-    of_marks = rng.permutation(len(marks))
-    other = Mesh(new[TORUS.faces], TORUS.vertices[order])
-    other_marks = new[marks][of_marks], truth[marks][of_marks]
-    again = register(other, points, normals, landmarks=other_marks)
-    assert np.abs(again.vertices[new] - found.vertices).max() < 0.01 * edge(TORUS)
-
-
 @pytest.mark.parametrize("ratio", [0.5, 25.4])
 def test_any_scale_is_found(ratio: float, rng: np.random.Generator) -> None:
     mesh, truth = person()

@@ -62,21 +62,6 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     assert np.mean(errors[-4:]) < 1.3 * np.mean(errors[1:4])
 
 
-def test_axes_unit_winding_and_order_mean_nothing(
-    rng: np.random.Generator,
-) -> None:
-    mesh = bumpy_torus(24)
-    turn = np.array([[0.0, -1, 0], [0.6, 0, -0.8], [0.8, 0, 0.6]])
-    here = Tracker(mesh.faces, mesh.vertices)
-    there = Tracker(mesh.faces[:, ::-1], 1000 * (mesh.vertices @ turn.T + 3))
-    for n in range(1, 4):
-        points, normals = scan_of(mesh, bent(mesh.vertices, 0.2 * n), 500, rng)
-        order = rng.permutation(len(points))
-        tracked = there.push(1000 * (points[order] @ turn.T + 3), normals[order] @ turn.T)
-        expected = here.push(points, normals)
-        assert np.abs((tracked / 1000 - 3) @ turn - expected).max() < 1e-3 * edge(mesh)
-
-
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
     """Without normals and viewpoints, of the planes through the nearest points."""
     mesh = bumpy_torus(14)
