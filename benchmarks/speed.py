@@ -1,6 +1,6 @@
 """Measures the time of a frame over the size of the mesh, beside libigl.
 
-    script/bench [--quick] [--docs] [--out FOLDER]
+    script/dev/bench [--quick] [--docs] [--out FOLDER]
 
 The table is printed in Markdown. It is also written to FOLDER, as CSV, and with --docs to
 docs/tables. What cannot run here is left out, and standard error names the reason.

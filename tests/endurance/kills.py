@@ -1,6 +1,6 @@
 """Ends commands that write outputs at any moment, and checks that no output is lost or damaged.
 
-    script/kill-test [N]
+    script/dev/kill-test [N]
 
 An older output must be whole until the new one is, nothing else may be left but a hidden folder,
 and the next run must remove it. The commands are forks of this process. Each is ended before every
@@ -220,7 +220,9 @@ def end_at_change(n: int, how: How, counted: Path | None = None) -> None:
 
 def main() -> None:
     """Ends commands and prints what was wrong."""
-    parser = argparse.ArgumentParser(prog="script/kill-test", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="script/dev/kill-test", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("every", nargs="?", type=int, default=4, metavar="N", help="which changes")
     every, ended, wrong = parser.parse_args().every, 0, 0
     with tempfile.TemporaryDirectory() as name:

@@ -1,4 +1,4 @@
-"""Frames that script/try-platforms completes and tracks on every platform, and their differences.
+"""Frames that script/dev/try-platforms completes and tracks on each platform, and differences.
 
 platform_frames.py write FOLDER          body.obj, partial.raw, cameras.txt and depth.raw
 platform_frames.py compare FOLDER A B    the largest distance of a vertex of two results

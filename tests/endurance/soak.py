@@ -1,6 +1,6 @@
 """Runs completers and trackers for a long time, as a live capture does.
 
-    script/soak [FRAMES]
+    script/dev/soak [FRAMES]
 
 The exit code is 1 if memory grows, frames become slower, a position is not finite, or a tracker
 loses the surface. What single calls must keep is checked by
@@ -87,7 +87,7 @@ def resident() -> float:
 
 def main() -> None:
     """Runs all and prints what failed."""
-    parser = argparse.ArgumentParser(prog="script/soak", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="script/dev/soak", description=__doc__.split("\n")[0])
     parser.add_argument("frames", nargs="?", type=int, default=1_000_000, metavar="FRAMES")
     frames = parser.parse_args().frames
     sea = dynmesh.synth.ocean(60, grid=8, seed=3)

@@ -24,7 +24,7 @@ from dynmesh.draw import figures
 REPOSITORY = Path(__file__).parents[2]
 
 LONGER = int(os.environ.get("DYNMESH_FUZZ", "1"))
-"""Factor for the number of random examples, which script/fuzz increases."""
+"""Factor for the number of random examples, which script/dev/fuzz increases."""
 
 SWIFT_SHADER = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SILENT = [
@@ -49,7 +49,7 @@ settings.load_profile("dynmesh")
 
 SKIPS = (
     r"the recorded sequences are not here",  # they may not be redistributed
-    r"Blender is not here",  # script/interchange takes 1 GB for it
+    r"Blender is not here",  # script/dev/interchange takes 1 GB for it
     r"the extension is not here",
     r"rustc is not here",
 )

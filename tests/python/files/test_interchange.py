@@ -1,6 +1,6 @@
 """Files written by Blender are read, and written files are read by Blender.
 
-The second half needs a Python with Blender in it: script/interchange installs and uses one.
+The second half needs a Python with Blender in it: script/dev/interchange installs and uses one.
 """
 
 import os
@@ -48,7 +48,7 @@ def blender() -> str:
     own = REPOSITORY / ".venv-blender" / "bin" / "python"
     path = Path(os.environ.get("DYNMESH_BLENDER_PYTHON", own))
     if not path.exists():
-        pytest.skip("Blender is not here: script/interchange installs it and runs these tests")
+        pytest.skip("Blender is not here: script/dev/interchange installs it and runs these tests")
     return str(path)
 
 
@@ -99,7 +99,7 @@ def test_blender_shows_a_completed_scene_as_it_was(tmp_path: Path, blender: str)
 def test_the_extension_completes(tmp_path: Path, blender: str) -> None:
     (extension, *_) = [*sorted((REPOSITORY / "dist").glob("dynmesh-blender-*.zip")), None]
     if extension is None:
-        pytest.skip("the extension is not here: script/blender-extension makes it")
+        pytest.skip("the extension is not here: script/dev/blender-extension makes it")
     files = [extension, tmp_path / "out.npz"]
     script = ELSEWHERE / "extension_in_blender.py"
     own = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path / "user")}

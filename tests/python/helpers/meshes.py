@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-import trimesh
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -101,6 +100,8 @@ def masks(draw: st.DrawFn, k: int) -> NDArray[np.bool_]:
 
 def potato(rng: np.random.Generator) -> Mesh:
     """A closed surface with dents: a sphere with random radii."""
+    import trimesh  # which tests on other platforms do without
+
     sphere: Any = trimesh.creation.icosphere(subdivisions=1)
     radii = rng.uniform(0.5, 1.3, (len(sphere.vertices), 1))
     return Mesh(np.array(sphere.faces), np.array(sphere.vertices) * radii)

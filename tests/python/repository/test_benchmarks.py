@@ -1,4 +1,4 @@
-"""What script/reproduce and script/bench make, on a small sequence; no measurement is tested."""
+"""What script/reproduce and script/dev/bench make of a small sequence; no time is tested."""
 
 import re
 import sys

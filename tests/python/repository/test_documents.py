@@ -218,7 +218,7 @@ def test_the_constants_in_the_pages_are_those_of_the_code() -> None:
 
 
 DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
-MEASURING = {"script/reproduce": "benchmarks", "script/bench": "benchmarks.speed"}
+MEASURING = {"script/reproduce": "benchmarks", "script/dev/bench": "benchmarks.speed"}
 """The modules of scripts that take too long to be run by a test."""
 
 
@@ -250,7 +250,9 @@ def test_long_commands_are_understood(command: str) -> None:
 
 def test_the_scripts_that_pages_name_exist() -> None:
     named = {
-        name for page in DOCUMENTS for name in re.findall(r"\bscript/[\w-]+", page.read_text())
+        name
+        for page in DOCUMENTS
+        for name in re.findall(r"\bscript/(?:dev/)?[\w-]+", page.read_text())
     }
     assert len(named) > 10
     assert not [name for name in named if not os.access(REPOSITORY / name, os.X_OK)]
