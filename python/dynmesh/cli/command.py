@@ -171,10 +171,9 @@ class Command:
             stack.enter_context(warnings.catch_warnings())
             warnings.simplefilter("ignore", DoubtfulWarning)  # the report says it
             if self._reads:
-                template = own.get("template")
-                path = opening.pop("path")
-                source = stack.enter_context(formats.opened(path, "path", template, **opening))
-                result = self._verb(source, **own)
+                shared: formats.Source = {"faces": own.get("template")}
+                opened = formats.opened(opening.pop("path"), "path", shared, **opening)
+                result = self._verb(stack.enter_context(opened), **own)
             else:
                 result = self._verb(**own)
             return formats.write(writing.pop("path"), stack.enter_context(result), **writing)

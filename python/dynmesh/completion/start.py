@@ -123,7 +123,7 @@ def open_with_template(
         OSError, ImportError, TypeError, ValueError: the errors of :func:`dynmesh.open`; also if the
             template has another mesh or is not whole.
     """
-    with formats.opened(frames, "sequence", template) as source:
+    with formats.opened(frames, "sequence", {"faces": template}) as source:
         if template is None:
             yield source, None
             return

@@ -3,6 +3,7 @@
 import contextlib
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -111,11 +112,13 @@ def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frame
     return sources
 
 
-@contextlib.contextmanager
-def _opened(source: Path | Frames, like: Frames) -> Iterator[Frames]:
-    """Opens a training file, which may lack faces; frames stay open."""
-    if isinstance(source, Frames):
-        yield source.named("training") if isinstance(source, ArrayFrames) else source
-        return
-    with formats.open_like(source, like) as frames:
-        yield frames
+def _opened(source: Path | Frames, like: Frames) -> AbstractContextManager[Frames]:
+    """Opens training frames, of which a file may lack faces; frames stay open.
+
+    Of a scene, it is the mesh at the same path, or else the only one that moves.
+    """
+    shared: formats.Source = {"faces": like.faces}
+    if not isinstance(source, Frames):
+        meshes, name = formats.meshes_of(source), like.header.name
+        shared["prim"] = name if name in meshes or sum(meshes.values()) > 1 else None
+    return formats.opened(source, "training", shared)

@@ -4,7 +4,6 @@ Each format is a module with a :class:`dynmesh.formats.format.Format`: two funct
 keeps. They process one frame at a time, so memory does not grow with the length of a sequence.
 """
 
-import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 
 from .._checks import check_path
 from .._errors import InputError, naming
-from .._report import some_of
 from ..arrays import ArrayFrames
 from ..frames import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
@@ -46,9 +44,7 @@ __all__ = [
     "named_like",
     "naming",
     "open",
-    "open_like",
     "opened",
-    "opened_beside",
     "write",
 ]
 
@@ -133,7 +129,7 @@ OneSequence: TypeAlias = PathLike | Frames
 def opened(
     sequence: OneSequence,
     name: str = "sequence",
-    template: Faces | PathLike | None = None,
+    shared: Source | None = None,
     **source: Unpack[Source],
 ) -> Iterator[Frames]:
     """Yields the frames of a sequence, wherever it is; frames that are open stay so.
@@ -141,7 +137,8 @@ def opened(
     Args:
         sequence: the sequence.
         name: what messages call a sequence in memory.
-        template: the faces of a file that holds none, or a mesh file with them.
+        shared: `faces` for a file that holds none, and `prim` for one with several meshes; others
+            do without them.
         **source: how to read a file, the keywords of :func:`open`.
     """
     if isinstance(sequence, Frames):
@@ -150,52 +147,19 @@ def opened(
         yield frames
         return
     check_path(name, sequence, "a path, frames, or a Sequence(vertices, faces)")
-    theirs = _template(template)
+    shared = shared or {}
+    template = _template(shared.get("faces"))
+    if shared.get("prim") and format_of(sequence, source.get("format")).meshes is not None:
+        source["prim"] = shared["prim"]
     try:
         reader = open(sequence, **source)
     except NoFacesError:
-        if theirs is None:
+        if template is None:
             raise
-        source["faces"] = template
+        source["faces"] = shared["faces"]
         reader = open(sequence, **source)
     with reader:
         yield reader
-
-
-@contextmanager
-def opened_beside(sequence: OneSequence, name: str, source: Source) -> Iterator[Frames]:
-    """As :func:`opened`, for one of several files that share faces and the path of their mesh.
-
-    The faces are for a file that holds none, and the path for one with several meshes.
-    """
-    own: Source = {**source}
-    faces, prim = own.pop("faces", None), own.pop("prim", None)
-    if isinstance(sequence, str | os.PathLike) and format_of(sequence).meshes is not None:
-        own["prim"] = prim
-    with opened(sequence, name, faces, **own) as reader:
-        yield reader
-
-
-def open_like(path: PathLike, like: Frames) -> Stored:
-    """Opens a file that is to have the mesh of other frames, whose faces it may lack.
-
-    Of a scene, it is the mesh at the same path, or else the only one that moves.
-    """
-    if not (meshes := meshes_of(path)):
-        try:
-            return open(path)
-        except NoFacesError:
-            return open(path, faces=like.faces)
-    wanted = like.header.name
-    if wanted in meshes:
-        return open(path, prim=wanted)
-    moving = [mesh for mesh, moves in meshes.items() if moves]
-    if len(moving) > 1:
-        raise InputError(
-            f"has no mesh '{wanted}', as {like.path} has; those that move are {some_of(moving)}",
-            file=Path(path),
-        )
-    return open(path)
 
 
 def _template(faces: Any) -> Template | None:

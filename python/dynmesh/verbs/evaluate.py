@@ -10,7 +10,7 @@ from .._errors import InputError
 from .._options import Input, Output
 from ..evaluation.report import Evaluation
 from ..evaluation.true_errors import Only, measured, suspicions
-from ..formats import OneSequence, PathLike, Source, opened_beside
+from ..formats import OneSequence, PathLike, Source, opened
 from ..formats.comparison import check_comparable, remarks_of
 from ..formats.output import check_output, new_output
 from ..frames import Frames
@@ -66,12 +66,12 @@ def evaluate(
     source: Source = {"faces": faces, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
-            stack.enter_context(opened_beside(given, name, source))
+            stack.enter_context(opened(given, name, source))
             for given, name in ((completed, "completed"), (reference, "reference"))
         )
         observed: Frames | None = None
         if input is not None:
-            observed = stack.enter_context(opened_beside(input, "input", source))
+            observed = stack.enter_context(opened(input, "input", source))
             check_comparable(observed, truth)
         elif only == "missing" and not ours.header.has_provenance:
             raise InputError(

@@ -168,12 +168,13 @@ def opened_together(
     source: Source,
 ) -> Iterator[tuple[Frames, Frames | None, Frames | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
-    shared: Source = {"faces": source.get("faces"), "prim": source.get("prim")}
+    how: Source = {**source}
+    shared: Source = {"faces": how.pop("faces", None), "prim": how.pop("prim", None)}
     with ExitStack() as stack:
-        how = source if given is None else shared
-        own = stack.enter_context(formats.opened_beside(sequence, "sequence", how))
-        truth, partial = (
-            None if one is None else stack.enter_context(formats.opened_beside(one, name, how))
-            for name, one, how in (("reference", reference, shared), ("input", given, source))
-        )
-        yield own, truth, partial
+
+        def enter(which: OneSequence, name: str, own: Source) -> Frames:
+            return stack.enter_context(formats.opened(which, name, shared, **own))
+
+        frames = enter(sequence, "sequence", how if given is None else {})
+        truth = None if reference is None else enter(reference, "reference", {})
+        yield frames, truth, None if given is None else enter(given, "input", how)

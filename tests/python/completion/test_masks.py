@@ -190,7 +190,6 @@ PLAIN = {"Frame", "Description", "PointScan.only", "DepthScan.only", "ScanCamera
 
 
 FILES = {("open", "faces"), ("open", "known"), ("complete", "training"), ("track", "training")}
-FILES |= {("opened", "template")}
 """Arrays in place of files, which are checked as those of files are."""
 
 

@@ -39,7 +39,8 @@ def complete(
 ) -> SimpleNamespace:
     """Completes a file."""
     writing = {name: options.pop(name) for name in _WRITING if name in options}
-    with dynmesh.formats.opened(path, "path", options.get("template"), **(source or {})) as frames:
+    shared: Any = {"faces": options.get("template")}
+    with dynmesh.formats.opened(path, "path", shared, **(source or {})) as frames:
         return write(dynmesh.complete(frames, **options), output, **writing)
 
 
