@@ -16,6 +16,8 @@ from . import synth as synth
 from ._core import __version__ as __version__
 from ._errors import DynmeshError as DynmeshError
 from ._report import DoubtfulWarning as DoubtfulWarning
+from .alignment import Alignment as Alignment
+from .alignment import find_alignment as find_alignment
 from .cli.jobs import BatchReport as BatchReport
 from .cli.jobs import batch as batch
 from .completer import Completer as Completer
@@ -48,10 +50,8 @@ from .topology import adjacency as adjacency
 from .topology import cells as cells
 from .topology import laplacian as laplacian
 from .tracker import Agreement as Agreement
-from .tracker import Alignment as Alignment
 from .tracker import Tracker as Tracker
 from .tracker import TrackingReport as TrackingReport
-from .tracker import find_alignment as find_alignment
 from .verbs.complete import CompletionReport as CompletionReport
 from .verbs.complete import complete as complete
 from .verbs.convert import convert as convert

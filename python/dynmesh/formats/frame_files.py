@@ -14,8 +14,8 @@ from ..frames import FileFrames, Frame, Indices
 from ..header import Header, MeshFile, numbers_of
 from ..polygons import Polygons, as_polygons, split_polygons
 from .comments import Metadata
+from .folders import find_files, names_to_write, numbered_like
 from .format import HOLDS_FACES, OTHER_MESHES, Gaps, Template, find_template
-from .numbered import find_files, names_to_write, numbered_like
 from .output import destination_of
 from .times import numbers_of_files, timing_of
 

@@ -14,11 +14,12 @@ from .._extras import require
 from .._report import listed
 from ..frames import Frames
 from .alembic import alembic
+from .folders import files_in, matching, pattern_like
 from .format import Format
+from .frame_names import FrameNames
 from .hdf5 import hdf5
 from .npy import npy
 from .npz import npz
-from .numbered import FrameNames, files_in, matching, pattern_like
 from .obj import obj
 from .pc2 import pc2
 from .ply import ply

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .._checks import check_integer, check_number
 from .._errors import InputError, KindError
 from ..header import Header, numbers_of
-from .numbered import FrameNames, Number, first_missing
+from .frame_names import FrameNames, Number, first_missing
 
 broadcast = (23.976, 29.97, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001)
 """Common frame rates that need more digits than some files store."""

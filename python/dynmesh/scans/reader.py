@@ -3,7 +3,7 @@
 import errno
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,23 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._errors import DynmeshError, InputError, naming
+from ..formats.folders import files_in, find_files, number_in
 from ..formats.format import Gaps
-from ..formats.numbered import (
-    FrameNames,
-    Number,
-    by_number,
-    files_by_number,
-    files_in,
-    find_files,
-    matching,
-    number_in,
-    with_missing,
-)
+from ..formats.frame_names import Number, with_missing
 from ..formats.table import PathLike
 from ..formats.units import agreed
 from ..scan import DepthScan, PointScan, Scan
 from .cameras import Rig, ScanCamera, read_cameras
 from .depth_files import SUFFIX, along_axis, read_depth, require_png, size_of, undistortion
+from .image_files import image_names, images_by_camera, images_in
 from .point_files import point_formats, read_points
 
 CAMERAS = "cameras.json"
@@ -151,11 +143,11 @@ class DepthReader(ScanReader):
                     f"{stated if camera.within else ''}"
                 )
         require_png()
-        by_camera = _by_camera(path, rig)
+        by_camera = images_by_camera(path, rig)
         numbers = sorted(set().union(*by_camera.values()))
         if not numbers:
             raise ValueError(
-                f"holds no depth image of a camera; their names would be {_names(rig.cameras)}"
+                f"holds no depth image of a camera; their names would be {image_names(rig.cameras)}"
             )
         every = [*with_missing(numbers)]
         missing = [(n, c) for n in every for c in rig.cameras if n not in by_camera[c.name]]
@@ -163,7 +155,7 @@ class DepthReader(ScanReader):
             number, camera = missing[0]
             raise ValueError(
                 f"there is no image of camera {camera.name!r} for frame {number}, which would be "
-                f"named {_names([camera])}; with `gaps` lost, it is not needed"
+                f"named {image_names([camera])}; with `gaps` lost, it is not needed"
             )
         result, self._undistort = list[ScanCamera](), dict[str, Any]()
         for camera in rig.cameras:
@@ -275,7 +267,7 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
             raise ValueError(f"unknown format {path.suffix!r}; scans are {', '.join(suffixes)}")
         return path.suffix.lower()
     results = [suffix for suffix in suffixes if files_in(path, suffix)]
-    if not results and rig is not None and _images_in(path, rig):
+    if not results and rig is not None and images_in(path, rig):
         return SUFFIX
     if len(results) > 1:
         message = f"is a folder with {' and '.join(results)} files; name one kind by a pattern"
@@ -283,73 +275,3 @@ def _suffix_in(path: Path, rig: Rig | None) -> str:
     if not results:
         raise ValueError(f"is a folder without scans, which are {', '.join(suffixes)}")
     return results[0]
-
-
-def _images_in(path: Path, rig: Rig) -> list[Path]:
-    """Returns the images in a folder and those of the cameras in it, or that a glob names."""
-    if path.is_dir():  # also the folders of cameras in it
-        folders = [path, *(path / camera.name for camera in rig.cameras)]
-        return [file for folder in folders for file in files_in(folder, SUFFIX)]
-    if (names := FrameNames.of(path)).numbered:
-        among = files_in(path.parent, SUFFIX)
-        return [file for file in among if _number_by(names, file, rig) is not None]
-    return sorted(matching(path))
-
-
-def _by_camera(path: Path, rig: Rig) -> dict[str, dict[Number, Path]]:
-    """Returns the images of each camera by their numbers.
-
-    The camera is named at the end of a file's name, or else is the folder's name, or, if there is
-    only one, need not be named at all.
-    """
-    images, cameras = _images_in(path, rig), {camera.name for camera in rig.cameras}
-    owners = [_owner(file, path, cameras) for file in images]
-    if len(cameras) == 1 and not any(name for name, _ in owners):
-        owners = [(next(iter(cameras)), file.stem) for file in images]
-    others = [f for f, (name, _) in zip(images, owners, strict=True) if name is None]
-    parts = [(file, *file.stem.rpartition("_")[::2]) for file in others]
-    not_described = {name: file for file, before, name in parts if before[-1:].isdigit()}
-    if not_described:
-        message = " and of ".join(
-            f"{name!r} ({f.name})" for name, f in sorted(not_described.items())
-        )
-        raise ValueError(
-            f"holds images of camera {message}, which the cameras file does not describe; describe "
-            "it there, or move its images elsewhere"
-        )
-    names, result = FrameNames.of(path), dict[str, dict[Number, Path]]()
-    is_pattern = names.numbered and not path.is_dir()
-    for camera in cameras:
-        own = {file: stem for file, (of, stem) in zip(images, owners, strict=True) if of == camera}
-        try:
-            if is_pattern:
-                result[camera] = by_number(
-                    (_number_by(names, file, rig) or 0, file) for file in own
-                )
-            else:
-                result[camera] = files_by_number([*own], [*own.values()]) if own else {}
-        except ValueError as error:
-            raise ValueError(f"images of camera {camera!r}: {error}") from error
-    return result
-
-
-def _number_by(names: FrameNames, file: Path, rig: Rig) -> Number | None:
-    """Returns the number of an image by a pattern, which may leave out the camera."""
-    ends = "", *(f"_{camera.name}" for camera in rig.cameras)
-    numbers = (names.number(file.stem.removesuffix(end) + file.suffix) for end in ends)
-    return next((number for number in numbers if number is not None), None)
-
-
-def _owner(file: Path, path: Path, names: Container[str]) -> tuple[str | None, str]:
-    """Returns the name of the camera that an image is of, or None, and the stem without it."""
-    folder = file.parent.name
-    before, _, end = file.stem.rpartition("_")
-    is_named = bool(before) and end in names
-    if folder in names and (not is_named or file.parent not in (path, path.parent)):
-        return folder, before if end == folder and before[-1:].isdigit() else file.stem
-    return (end, before) if is_named else (None, file.stem)
-
-
-def _names(cameras: Iterable[ScanCamera]) -> str:
-    """Says how images of these cameras would be named."""
-    return " or ".join(f"*_{camera.name}{SUFFIX}, {camera.name}/*{SUFFIX}" for camera in cameras)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._checks import check_finite, check_positive
-from ..formats.numbered import files_by_number
+from ..formats.folders import files_by_number
 from .matrices import pose_of
 
 OPENGL = np.diag([1.0, -1, -1, 1])

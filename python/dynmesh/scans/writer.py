@@ -9,7 +9,7 @@ from pathlib import Path
 from .._arrays import plain
 from .._errors import InputError
 from ..formats import all_formats
-from ..formats.numbered import Number
+from ..formats.frame_names import Number
 from ..formats.output import check_folder, exchange, exists_already, making
 from ..scan import PointScan, Scan
 from .cameras import Rig, write_cameras

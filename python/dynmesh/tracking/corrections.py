@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..alignment import find_alignment
 from ..scans import DepthScan
-from ..tracker import find_alignment
 from .surface import Surface, subject_of, without_jumps
 
 _Floats = NDArray[np.float64]

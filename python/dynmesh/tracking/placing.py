@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from .._arrays import Positions
 from .._errors import InputError, locating
+from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frames import Frames
 from ..geometry import size_of
 from ..registration import Landmarks, Registration, register, register_depth
 from ..scan import inside_out
 from ..scans import DepthScan, PointScan, Scan, ScanReader
-from ..tracker import Alignment, Tracker, TrackingReport, find_alignment
+from ..tracker import Tracker, TrackingReport
 from .background import Background
 from .corrections import wrong_camera
 from .landmarks import exchanged

@@ -17,11 +17,11 @@ from .. import formats
 from .._arrays import Positions
 from .._errors import InputError
 from .._report import Report
+from ..alignment import find_alignment
 from ..completion.start import template_of
 from ..formats import PathLike
 from ..scans import DepthScan, Rig, open_scans
 from ..scans.reader import DepthReader
-from ..tracker import find_alignment
 from .background import Background
 from .corrections import LEAST, MEASURED, wrong_camera
 from .misreadings import READINGS, READINGS_OF_IMAGES, Reading, exchanged

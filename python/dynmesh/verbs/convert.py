@@ -16,8 +16,8 @@ from .._progress import tracked
 from .._report import Report
 from ..formats import PathLike, Written
 from ..formats.conversion import Axis, Changes, Unit
+from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
-from ..formats.numbered import files_in, find_files
 from ..formats.output import check_output, making
 from ..formats.ply import read_elements
 from ..frames import ComputedFrames, Frame, Frames, report_of

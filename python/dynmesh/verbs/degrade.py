@@ -18,7 +18,7 @@ from ..completion.start import frame_at
 from ..degrade.recordings import Vector, degraded_frames, scanned
 from ..formats import PathLike, Source
 from ..formats.conversion import Axis
-from ..formats.numbered import FrameNames
+from ..formats.frame_names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frames import ComputedFrames, Frame, Frames

@@ -13,10 +13,11 @@ from .._errors import locating
 from .._options import Input, Method, Output
 from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
+from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
-from ..formats.numbered import Number
+from ..formats.frame_names import Number
 from ..formats.output import check_output, new_output
 from ..formats.times import timing_of
 from ..frames import ComputedFrames, Frame
@@ -24,7 +25,7 @@ from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader
-from ..tracker import Alignment, Tracker
+from ..tracker import Tracker
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import Placed, placed_in, push_scan

@@ -18,8 +18,8 @@ from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
 from sequences import assert_refused, sea
 
 import dynmesh
-from dynmesh.cli.command import slice_of
-from dynmesh.formats.numbered import FrameNames
+from dynmesh.cli.options import slice_of
+from dynmesh.formats.frame_names import FrameNames
 from dynmesh.formats.times import frame_numbers, indices_of
 
 
