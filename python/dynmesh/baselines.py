@@ -1,7 +1,4 @@
-"""The methods that the paper compares with, which complete each frame separately (section 4).
-
-The classes can be reused for many frames of one mesh; the functions complete a single frame.
-"""
+"""The methods that the paper compares with, which complete each frame separately (section 4)."""
 
 from typing import Any, Literal
 
@@ -13,12 +10,7 @@ from ._arrays import Mask, Positions
 from ._checks import check_integer
 from .polygons import Faces
 
-__all__ = [
-    "LaplacianInterpolation",
-    "LeastSquaresMesh",
-    "laplacian_interpolation",
-    "least_squares_mesh",
-]
+__all__ = ["LaplacianInterpolation", "LeastSquaresMesh"]
 
 
 class _Baseline:
@@ -94,39 +86,3 @@ class LaplacianInterpolation(_Baseline):
 def _mesh(faces: Faces, n_vertices: int) -> tuple[NDArray[np.int32], int]:
     check_integer("n_vertices", n_vertices, 0, np.iinfo(np.int32).max)
     return _arrays.triangles(faces, n_vertices), n_vertices
-
-
-def least_squares_mesh(
-    faces: Faces,
-    points: Positions,
-    known: Mask,
-    *,
-    previous: Positions | None = None,
-) -> NDArray[np.float64]:
-    """Completes a frame as :class:`LeastSquaresMesh` does, which also moves known vertices.
-
-    The arguments and errors are those of the class and of its method `complete`.
-    """
-    points = _arrays.points("points", points, np.float64)
-    return LeastSquaresMesh(faces, len(points)).complete(points, known, previous=previous)
-
-
-def laplacian_interpolation(
-    faces: Faces,
-    points: Positions,
-    known: Mask,
-    *,
-    objective: Literal["least_squares", "harmonic"] = "least_squares",
-    weights: Literal["uniform", "inverse_distance"] = "uniform",
-    reference: Positions | None = None,
-    previous: Positions | None = None,
-) -> NDArray[np.float64]:
-    """Completes a frame as :class:`LaplacianInterpolation` does, without moving known vertices.
-
-    The arguments and errors are those of the class and of its method `complete`.
-    """
-    points = _arrays.points("points", points, np.float64)
-    system = LaplacianInterpolation(
-        faces, len(points), objective=objective, weights=weights, reference=reference
-    )
-    return system.complete(points, known, previous=previous)

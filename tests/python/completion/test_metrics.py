@@ -89,13 +89,12 @@ def problems(draw: st.DrawFn) -> tuple[Mesh, Array, Array, Array]:
 def test_least_squares_meshes_are_dense_least_squares(problem: Any, on_motion: bool) -> None:
     mesh, points, known, previous = problem
     origin = previous if on_motion else np.zeros_like(points)
-    system = np.concatenate([dense_laplacian(mesh), np.eye(len(known))[known]])
+    rows = np.concatenate([dense_laplacian(mesh), np.eye(len(known))[known]])
     right = np.concatenate([np.zeros_like(points), (points - origin)[known]])
-    expected = origin + np.linalg.lstsq(system, right, rcond=None)[0]
+    expected = origin + np.linalg.lstsq(rows, right, rcond=None)[0]
     holed = np.where(known[:, None], points, np.nan)
-    completed = dynmesh.baselines.least_squares_mesh(
-        mesh.faces, holed, known, previous=previous if on_motion else None
-    )
+    system = dynmesh.baselines.LeastSquaresMesh(mesh.faces, len(known))
+    completed = system.complete(holed, known, previous=previous if on_motion else None)
     np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
 
 
@@ -120,15 +119,14 @@ def test_laplacian_interpolation_is_dense_algebra(
     expected = points.copy()
     expected[~known] = origin[~known] + unknown
     holed = np.where(known[:, None], points, np.nan)
-    completed = dynmesh.baselines.laplacian_interpolation(
+    system = dynmesh.baselines.LaplacianInterpolation(
         mesh.faces,
-        holed,
-        known,
+        len(known),
         objective=objective,
         weights=weights,
         reference=mesh.vertices if weights == "inverse_distance" else None,
-        previous=previous if on_motion else None,
     )
+    completed = system.complete(holed, known, previous=previous if on_motion else None)
     np.testing.assert_array_equal(completed[known], points[known])
     np.testing.assert_allclose(completed, expected, rtol=0, atol=1e-9)
 
@@ -136,17 +134,14 @@ def test_laplacian_interpolation_is_dense_algebra(
 def test_systems_can_be_reused(rng: np.random.Generator) -> None:
     mesh = meshes.sheet(9)
     k = len(mesh.vertices)
-    squares = dynmesh.baselines.LeastSquaresMesh(mesh.faces, k)
-    smooth = dynmesh.baselines.LaplacianInterpolation(mesh.faces, k)
+    methods = dynmesh.baselines.LeastSquaresMesh, dynmesh.baselines.LaplacianInterpolation
+    systems = [method(mesh.faces, k) for method in methods]
     masks = rng.random((3, k)) < 0.3
     for known in (masks[0], masks[1], masks[1], masks[2], np.ones(k, bool)):
         points = mesh.vertices + 0.1 * rng.normal(size=mesh.vertices.shape)
-        for system, once in [
-            (squares, dynmesh.baselines.least_squares_mesh),
-            (smooth, dynmesh.baselines.laplacian_interpolation),
-        ]:
-            again = system.complete(points, known)
-            np.testing.assert_array_equal(again, once(mesh.faces, points, known))
+        for method, system in zip(methods, systems, strict=True):
+            fresh = method(mesh.faces, k).complete(points, known)
+            np.testing.assert_array_equal(system.complete(points, known), fresh)
 
 
 @given(

@@ -109,10 +109,12 @@ CALLS: dict[str, Callable[[Any, Any], Any]] = {
     "vertex_error": lambda _, p: metrics.vertex_error(p, FRAMES[::-1].tolist()),
     "summary": lambda _, p: metrics.summary(np.array(p)[0, 0].tolist()).rms,
     "bounding_box_diagonal": lambda _, p: metrics.bounding_box_diagonal(p[0]),
-    "LeastSquaresMesh": lambda f, p: baselines.least_squares_mesh(f, p[1], KNOWN[1].tolist()),
-    "LaplacianInterpolation": lambda f, p: baselines.laplacian_interpolation(
-        f, p[1], KNOWN[1].tolist(), reference=p[0], weights="inverse_distance"
+    "LeastSquaresMesh": lambda f, p: baselines.LeastSquaresMesh(f, N * N).complete(
+        p[1], KNOWN[1].tolist()
     ),
+    "LaplacianInterpolation": lambda f, p: baselines.LaplacianInterpolation(
+        f, N * N, reference=p[0], weights="inverse_distance"
+    ).complete(p[1], KNOWN[1].tolist()),
     "add_noise": lambda f, p: list(degrade.add_noise(p, f, 0.1)),
     "add_outliers": lambda f, p: list(degrade.add_outliers(p, f, 0.1)),
     "camera_known": lambda f, p: list(degrade.camera_known(p, f, CAMERAS)),

@@ -113,7 +113,7 @@ def test_the_figures_and_tables_of_the_paper(run: Run, folder: Path, tmp_path: P
     completed = {
         "motion (dynmesh)": to_file.pushed(faces, vertices, masks, method="motion"),
         "LIA, least squares": (
-            dynmesh.baselines.laplacian_interpolation(faces, points, known)
+            dynmesh.baselines.LaplacianInterpolation(faces, 81).complete(points, known)
             for points, known in zip(vertices, masks, strict=True)
         ),
     }

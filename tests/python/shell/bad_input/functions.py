@@ -68,36 +68,35 @@ measures = [
     _summary("NaN in it", lambda _: metrics.summary(np.array([0, np.nan])), ValueError, "errors: position 1"),
 ]  # fmt: skip
 
-_lsm = of("baselines.least_squares_mesh")
-_lia = of("baselines.laplacian_interpolation")
-_class = of("baselines.LeastSquaresMesh")
+_lsm = of("baselines.LeastSquaresMesh")
+_lia = of("baselines.LaplacianInterpolation")
 
 
 def _mesh(world: World, points: Any, known: Any, **more: Any) -> Any:
-    return baselines.least_squares_mesh(world.faces, points, known, **more)
+    return baselines.LeastSquaresMesh(world.faces, 49).complete(points, known, **more)
 
 
 def _two_parts(call: Any, known: Any) -> Any:
     """`call` for a mesh of 49 vertices and one of 16, where the vertices of one part are known."""
     mesh = join(sheet(7), sheet(4, 10.0))
-    return call(mesh.faces, mesh.vertices, known(np.arange(65)))
+    return call(mesh.faces, 65).complete(mesh.vertices, known(np.arange(65)))
 
 
 def _interpolation(world: World, **more: Any) -> Any:
-    return baselines.laplacian_interpolation(world.faces, world.points, world.known, **more)
+    return baselines.LaplacianInterpolation(world.faces, 49, **more)
 
 
 other_methods = [
     _lsm("nothing known", lambda w: _mesh(w, w.points, ~_whole), ValueError, "known: component 0", "49 vertices"),
-    _lsm("the second component not known", lambda _: _two_parts(baselines.least_squares_mesh, lambda v: v < 49), ValueError, "known: component 1", "16 vertices", "49"),
-    _lia("the first component not known", lambda _: _two_parts(baselines.laplacian_interpolation, lambda v: v > 48), ValueError, "known: component 0", "49 vertices"),
+    _lsm("the second component not known", lambda _: _two_parts(baselines.LeastSquaresMesh, lambda v: v < 49), ValueError, "known: component 1", "16 vertices", "49"),
+    _lia("the first component not known", lambda _: _two_parts(baselines.LaplacianInterpolation, lambda v: v > 48), ValueError, "known: component 0", "49 vertices"),
     _lsm("`points`: NaN, marked known", lambda w: _mesh(w, w.with_value(np.nan), w.known), ValueError, "points: row 4"),
     _lsm("`previous`: NaN in it", lambda w: _mesh(w, w.points, w.known, previous=w.with_value(np.nan)), ValueError, "previous: vertex 4"),
     _lia("`objective='x'`", lambda w: _interpolation(w, objective="x"), ValueError, "objective:", "'x'", "'harmonic'"),
     _lia("`weights='x'`", lambda w: _interpolation(w, weights="x"), ValueError, "weights:", "'x'", "'uniform'"),
     _lia("inverse distances of nothing", lambda w: _interpolation(w, weights="inverse_distance"), ValueError, "reference:", "is required"),
     _lia("a reference for nothing", lambda w: _interpolation(w, reference=w.points), ValueError, "reference:", "inverse_distance"),
-    _class("`n_vertices`: -1", lambda w: baselines.LeastSquaresMesh(w.faces, -1), ValueError, "n_vertices:", "-1"),
+    _lsm("`n_vertices`: -1", lambda w: baselines.LeastSquaresMesh(w.faces, -1), ValueError, "n_vertices:", "-1"),
 ]  # fmt: skip
 
 _whole_frame = of("whole_frame")
