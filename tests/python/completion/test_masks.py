@@ -155,14 +155,6 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         _of(lambda: baselines.LaplacianInterpolation(MESH.faces, K), "complete"),
         SEEN | {"previous": FRAME},
     ),
-    "least_squares_mesh": (
-        _once(baselines.least_squares_mesh),
-        SEEN | {"faces": MESH.faces, "previous": FRAME},
-    ),
-    "laplacian_interpolation": (
-        _once(baselines.laplacian_interpolation),
-        SEEN | BY_DISTANCE | {"faces": MESH.faces, "previous": FRAME},
-    ),
     "orbit": (_once(degrade.orbit), {"first_frame": FRAME}),
     "add_noise": (_all(degrade.add_noise), OF_FRAMES | {"sigma": 0.1}),
     "add_outliers": (_all(degrade.add_outliers), OF_FRAMES | {"share": 0.1}),
@@ -279,15 +271,8 @@ def _measured(sequence: dynmesh.Sequence) -> Any:
     return dynmesh.evaluate(completed, whole, input=sequence, only="missing").to_dict()
 
 
-def _in_file(sequence: dynmesh.Sequence, folder: Path) -> Any:
-    dynmesh.write(folder / "a.npz", sequence)
-    to_file.complete(folder / "a.npz", folder / "b.npz", overwrite=True)
-    return dynmesh.read(folder / "b.npz").vertices
-
-
 CARRYING: dict[str, Callable[[dynmesh.Sequence, Path], Any]] = {
     "complete": lambda s, _: dynmesh.read(dynmesh.complete(s)).vertices,
-    "complete_file": _in_file,
     "whole_frame": lambda s, _: dynmesh.whole_frame(s.faces, s).positions,
     "convert": lambda s, _: (
         dynmesh.read(dynmesh.complete(dynmesh.read(dynmesh.convert(s, scale=2)))).vertices

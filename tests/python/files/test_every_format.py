@@ -198,28 +198,6 @@ def test_what_float32_cannot_hold_is_refused(tmp_path: Path, format: str) -> Non
         assert np.isnan(dynmesh.read(path).vertices[2, 7]).all()
 
 
-def test_completion_is_the_same_through_each(tmp_path: Path, format: str) -> None:
-    source, target = place(tmp_path, format), place(tmp_path, format, "completed")
-    dynmesh.write(source, PARTIAL)
-    to_file.complete(source, target, provenance=format in TRACED)
-    completed = dynmesh.read(target)
-    dtype = np.float64 if format == "obj" else np.float32
-    first = PARTIAL.vertices[0].astype(dtype)
-    completer = dynmesh.Completer(PARTIAL.faces, first, method="detail")
-    for i in range(7):
-        expected = first
-        if i:
-            expected = completer.push(PARTIAL.vertices[i], KNOWN[i])
-        np.testing.assert_array_equal(completed.vertices[i], expected)
-        if format in TRACED:
-            np.testing.assert_array_equal(completed.generation[i], completer.generation)  # type: ignore[index]
-            np.testing.assert_array_equal(completed.age[i], completer.age)  # type: ignore[index]
-    assert completed.known is None
-    assert (completed.polygons is None) == (format == "npy")
-    read = dynmesh.read(source)
-    assert (completed.fps, completed.start) == (read.fps, read.start)
-
-
 @pytest.mark.parametrize("format", sorted({*FORMATS} - TRACED))
 def test_provenance_is_refused_by_formats_without_it(tmp_path: Path, format: str) -> None:
     source = tmp_path / "in.npz"

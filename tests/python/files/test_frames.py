@@ -134,13 +134,6 @@ def test_a_completer_takes_frames() -> None:
     assert dynmesh.Completer(PARTIAL.faces, PARTIAL[0]).push(PARTIAL[3]).shape == (100, 3)
 
 
-def test_frames_of_other_numbers_are_compared_with_a_remark() -> None:
-    (remark,) = dynmesh.evaluate(TRUTH[::2], TRUTH[:3]).remarks
-    assert (
-        "frame 1 from the first on of completed is number 2, and that of reference is 1" in remark
-    )
-
-
 @pytest.mark.parametrize(
     ("n", "points", "message"),
     [

@@ -16,7 +16,7 @@ from meshes import sheet
 from sequences import assert_same, sea
 
 import dynmesh
-from dynmesh.header import StandardErrorOf, numbers_of
+from dynmesh.header import numbers_of
 from dynmesh.scans import read_points
 
 N = 8
@@ -38,39 +38,11 @@ OPTIONS: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
-def test_a_sequence_is_completed_as_its_file_is(tmp_path: Path, options: dict[str, Any]) -> None:
-    training = options.get("training")
-    given = dict(options) | ({"training": TRUTH.vertices[2:6]} if training else {})
-    made = dynmesh.read(dynmesh.complete(PARTIAL, **given))
-    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
-    dynmesh.write(tmp_path / "training.npz", TRUTH[2:6])
-    of_file = dict(options) | ({"training": tmp_path / "training.npz"} if training else {})
-    output = tmp_path / "out.npz"
-    to_file.complete(tmp_path / "partial.npz", output, provenance=True, **of_file)
-    assert_same(made, dynmesh.read(output))
-
-
-@pytest.mark.parametrize("options", OPTIONS, ids=str)
 def test_what_was_estimated_is_estimated_again(options: dict[str, Any]) -> None:
     """A completed sequence is completed as that of which it was made."""
     options = options | ({"training": TRUTH.vertices[2:6]} if "training" in options else {})
     completed = dynmesh.read(dynmesh.complete(PARTIAL, **options))
     assert_same(dynmesh.read(dynmesh.complete(completed, **options)), completed)
-
-
-@pytest.mark.parametrize("suffix", [".npz", ".h5", ".npy", ".usda", ".abc", "_%02d.ply"])
-def test_a_completed_file_is_completed_again_as_in_memory(tmp_path: Path, suffix: str) -> None:
-    for needed, library in ((".h5", "h5py"), (".usda", "pxr"), (".abc", "alembic3d")):
-        if suffix == needed:
-            pytest.importorskip(library)
-    dynmesh.write(tmp_path / "partial.npz", PARTIAL)
-    once, twice = tmp_path / f"once{suffix}", tmp_path / f"twice{suffix}"
-    to_file.complete(tmp_path / "partial.npz", once)
-    to_file.complete(once, twice)
-    for name in ("vertices", "generation", "age"):
-        one, other = (getattr(dynmesh.read(path), name) for path in (once, twice))
-        np.testing.assert_array_equal(one, other, err_msg=name)
-    assert dynmesh.read(twice).known is None
 
 
 def test_estimates_are_no_observations_elsewhere(tmp_path: Path) -> None:
@@ -172,13 +144,6 @@ def test_pages_and_pictures_are_those_of_the_file(tmp_path: Path) -> None:
     assert drawn.size[0] > 480
     with pytest.raises(ValueError, match="frame 99"):
         dynmesh.picture(COMPLETED, frames=99)
-
-
-@pytest.mark.parametrize("kind", ["position", "surface"])
-def test_a_sequence_is_described_as_its_file_is(tmp_path: Path, kind: StandardErrorOf) -> None:
-    sequence = replace(PARTIAL, standard_error_of=kind)
-    dynmesh.write(tmp_path / "partial.npz", sequence)
-    assert dynmesh.info(sequence).to_dict() == dynmesh.info(tmp_path / "partial.npz").to_dict()
 
 
 SHOT = sea(6, start=10)
@@ -367,23 +332,6 @@ def test_units_and_scale() -> None:
     np.testing.assert_array_equal(inches.age, made.age)
     with pytest.raises(ValueError, match=r"scale: .*float32"):
         dynmesh.read(dynmesh.convert(made, scale=1e38))
-
-
-CONVERSIONS: list[dict[str, Any]] = [
-    {"to_up": "y", "to_unit": "m"},
-    {"scale": 3.0, "fps": 25.0},
-    {"frames": slice(1003, 1008)},
-    {"frames": slice(1003, None, 3), "to_up": "x"},
-]
-
-
-@pytest.mark.parametrize("options", CONVERSIONS, ids=str)
-def test_files_are_converted_as_sequences_are(tmp_path: Path, options: dict[str, Any]) -> None:
-    dynmesh.write(tmp_path / "in.npz", HOLED)
-    report = to_file.convert(tmp_path / "in.npz", tmp_path / "out.npz", **options)
-    made = dynmesh.read(tmp_path / "out.npz")
-    assert_same(made, dynmesh.read(dynmesh.convert(HOLED, **options)))
-    assert (report.frames, report.vertices) == made.vertices.shape[:2]
 
 
 def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
