@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from conftest import REPOSITORY
 from documents import PROGRAMS, blocks, build, run
+
+import dynmesh
 
 pytestmark = pytest.mark.slow
 
@@ -54,6 +57,30 @@ def test_cpp_and_c(tmp_path: Path, programs: Path) -> None:
         "frame 4 refused: indices: position 0 holds 9, but the mesh has 4 vertices, counted from 0",
         "vertex 3 is at height 3, disconnected for 4 frames",
     ]
+
+
+@pytest.mark.usefixtures("strict_compilers")
+def test_the_program_of_the_readme(tmp_path: Path, programs: Path) -> None:
+    (project,) = blocks("cmake", DOCUMENT)
+    before, _, _ = project.partition("add_executable")
+    (program,) = blocks("cpp")
+    (tmp_path / "readme.cpp").write_text(program)
+    (tmp_path / "CMakeLists.txt").write_text(
+        f"{before}add_executable(readme readme.cpp)\n"
+        "target_link_libraries(readme PRIVATE dynmesh::dynmesh)\n"
+    )
+    body = dynmesh.synth.ocean(2, grid=10)
+    dynmesh.write(tmp_path / "body.obj", body[:1])
+    frame = body.vertices[1].astype(np.float32)
+    frame[:40] = np.nan
+    result = subprocess.run(
+        [build(tmp_path, programs) / "readme"],
+        cwd=tmp_path,
+        input=frame.tobytes(),
+        check=True,
+        capture_output=True,
+    )
+    assert result.stdout.startswith(b"40 filled in, ")
 
 
 @pytest.mark.usefixtures("strict_compilers")
