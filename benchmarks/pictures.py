@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_hex
+from matplotlib.colors import ListedColormap, LogNorm, to_hex
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -20,19 +20,8 @@ from dynmesh.draw.figures import SURFACE_COLOUR, View
 from .style import new_figure, save
 from .subjects import Subject
 
-ERRORS = ScalarMappable(
-    LogNorm(0.1, 5, clip=True),
-    LinearSegmentedColormap.from_list(
-        "errors",
-        [
-            (0, SURFACE_COLOUR),
-            (0.3, "#f6c65b"),
-            (0.6, "#e4572e"),
-            (0.85, "#9b1d3a"),
-            (1, "#4a0d3a"),
-        ],
-    ),
-)
+HEATMAP = ListedColormap(figures.heatmap(256))
+ERRORS = ScalarMappable(LogNorm(0.1, 5, clip=True), HEATMAP)
 """The colours of errors in per cent of the bounding-box diagonal; the ends hold what is beyond."""
 
 _WIDTH = 3.0  # of a panel, in inches

@@ -7,10 +7,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 
 from dynmesh.draw import figures
-from dynmesh.draw.figures import HEATMAP, HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
+from dynmesh.draw.figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
 
 from ..methods import LIA, LSM, MOTION
-from ..pictures import Panel, sheet, surface, view_of
+from ..pictures import HEATMAP, Panel, sheet, surface, view_of
 from ..runner import vertex_error
 from ..style import nmsve_caption
 from ..subjects import PAPER_SHARES, percent, random_masks

@@ -25,8 +25,20 @@ Image = NDArray[np.uint8]
 SURFACE_COLOUR = "#d7dce3"
 KNOWN_COLOUR = "#0072b2"
 MISSING_COLOUR = "#cc3311"
-HEATMAP = "viridis"
+DISCONNECTED_COLOUR = "#009e73"
+HEATMAP = (SURFACE_COLOUR, "#f6c65b", "#e4572e", "#9b1d3a", "#4a0d3a")
+"""From small to large, evenly spaced, so that what is right looks like a plain surface."""
 HEATMAP_RANGE = 1e-2  # first to last colour: errors in a frame vary by decades
+
+
+def heatmap(n: int) -> list[str]:
+    """Returns `n` colours of the heatmap, from its first to its last one."""
+    ends = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in HEATMAP])
+    places = np.linspace(0, len(HEATMAP) - 1, n)
+    shades = [np.interp(places, np.arange(len(HEATMAP)), channel) for channel in ends.T]
+    return [
+        f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in np.rint(shades).astype(int).T
+    ]
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def drawn(
         ValueError: no vertex is visible in any of them, or see
             :class:`dynmesh.draw.heatmap.Heatmap`.
     """
-    require_all("PIL.Image", "matplotlib", extra="view")
+    require_all("PIL.Image", extra="view")
     figures.load_pyvista()
     if reference is not None and colour not in (None, "error", "standard_error"):
         raise ValueError(f"reference: requires the colour error or standard_error, not {colour}")

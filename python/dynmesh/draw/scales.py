@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._extras import require
-from .figures import HEATMAP, MISSING_COLOUR, SURFACE_COLOUR
+from .figures import DISCONNECTED_COLOUR, heatmap
 
 Values = NDArray[np.number[Any]]
 
@@ -62,7 +61,7 @@ def measure_scale(title: str, sign: str, low: float, high: float) -> Scale:
     ]
     first = Tick(0.0, f"{_plain(low)} {sign} or less" if low > 0 else f"0 {sign}")
     last = Tick(1.0, f"{_plain(high)} {sign} or more")
-    return Scale(title, _heatmap(64), [first, *ticks, last], position)
+    return Scale(title, heatmap(64), [first, *ticks, last], position)
 
 
 def step_scale(
@@ -96,20 +95,13 @@ def count_scale(title: str, largest: int, *, zero: str, minus_one: str | None = 
         for start, end in zip(starts, ends, strict=True)
     ]
     labels[0] = f"0, {zero}"
-    colours = [SURFACE_COLOUR, *_heatmap(len(starts) - 1)]
+    colours = heatmap(len(starts))
     if minus_one is not None:
         labels.append(minus_one)
-        colours.append(MISSING_COLOUR)
+        colours.append(DISCONNECTED_COLOUR)
     return step_scale(title, starts, labels, colours)
 
 
 def _plain(value: float) -> str:
     """Formats a number with three digits and without an exponent, such as 0.0002."""
     return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
-
-
-def _heatmap(n: int) -> list[str]:
-    """Returns `n` colours from Matplotlib, which is installed with pyvista."""
-    matplotlib = require("matplotlib", extra="view")
-    colours = matplotlib.colormaps[HEATMAP](np.linspace(0, 1, n), bytes=True)
-    return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue, _ in colours]

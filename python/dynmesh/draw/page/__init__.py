@@ -87,7 +87,7 @@ def framed(html: str) -> str:
 
 def require_page(*, scans: bool) -> None:
     """Imports what a page needs, so that a missing library is reported before any work begins."""
-    require_all("k3d", "matplotlib", *(["pyvista"] if scans else []), extra="view")
+    require_all("k3d", *(["pyvista"] if scans else []), extra="view")
 
 
 def page(
