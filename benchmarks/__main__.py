@@ -11,6 +11,7 @@ from . import (
     calibration,
     cases,
     paper,
+    rivals,
     tracking_baselines,
     tracking_conditions,
     tracking_errors,
@@ -30,6 +31,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, ...]]] = {
     "paper": (paper.tables, ("--azimuth", "--quick")),
     "two-readings": (cases.two_readings, ("--known",)),
+    "rivals": (rivals.tables, ()),
     "drift": (cases.drift, ("--known",)),
     "methods": (cases.relative_to_motion, ("--known",)),
     "training": (cases.training, ("--known",)),
@@ -50,7 +52,7 @@ def main() -> None:
     for name, (tables, options) in TABLES.items():
         words = (tables.__doc__ or "").partition("\n")[0]
         command = commands.add_parser(name, help=words, description=words)
-        add_arguments(command)
+        add_arguments(command, folder=name != "rivals")
         for option in options:
             command.add_argument(option, **OPTIONS[option])
     first = [*sys.argv, "--"][1]
