@@ -5,7 +5,7 @@ import os
 import sys
 from itertools import pairwise
 from numbers import Real
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,13 @@ def check_between(name: str, value: float, low: float, high: float) -> None:
         raise InputError(
             f"must be above {low} and below {high}, not {value}", argument=name, value=value
         )
+
+
+def check_choice(name: str, value: object, choices: Any) -> None:
+    """Raises an error unless the value is one of a Literal."""
+    if value not in get_args(choices):
+        message = " or ".join(map(repr, get_args(choices)))
+        raise InputError(f"must be {message}, not {value!r}", argument=name, value=value)
 
 
 def check_finite(name: str, value: float) -> None:

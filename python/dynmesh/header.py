@@ -3,12 +3,19 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._checks import check_array, check_integer, check_number, check_positive, check_times
+from ._checks import (
+    check_array,
+    check_choice,
+    check_integer,
+    check_number,
+    check_positive,
+    check_times,
+)
 from ._errors import InputError, KindError
 from ._report import listed
 from .attributes import ATTRIBUTES, Attribute
@@ -20,6 +27,8 @@ from .polygons import (
     split_faces,
     split_polygons,
 )
+
+Axis: TypeAlias = Literal["x", "y", "z"]
 
 StandardErrorOf: TypeAlias = Literal["position", "surface"]
 """What standard errors are of: a coordinate of the position of a vertex, as
@@ -94,15 +103,13 @@ class Description:
             check_polygons(self.polygons)
         if not isinstance(self.name, str | None):
             raise KindError(f"must be a string or None, not {self.name!r}", argument="name")
-        if self.up_axis not in (None, "x", "y", "z"):
-            raise InputError(f"must be 'x', 'y' or 'z', not {self.up_axis!r}", argument="up_axis")
+        if self.up_axis is not None:
+            check_choice("up_axis", self.up_axis, Axis)
         check_number("start", self.start)
         if not abs(self.start) <= largest_start:
             raise InputError(f"must be from -2**53 to 2**53, not {self.start}", argument="start")
         check_times(self.times, n_frames)
-        if self.standard_error_of not in get_args(StandardErrorOf):
-            message = f"must be 'position' or 'surface', not {self.standard_error_of!r}"
-            raise InputError(message, argument="standard_error_of")
+        check_choice("standard_error_of", self.standard_error_of, StandardErrorOf)
 
 
 TEXTURE = "texture coordinates"

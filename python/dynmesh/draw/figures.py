@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Mask, Positions
-from .._checks import check_complete
+from .._checks import check_choice, check_complete
 from .._errors import InputError
 from .._extras import require
 from ..geometry import unit
+from ..header import Axis
 from ..topology import cells
 
 Image = NDArray[np.uint8]
@@ -67,8 +68,7 @@ class View:
         the angle around it in degrees, from the next axis (in the order x, y, z, x) towards the one
         after it.
         """
-        if up not in ("x", "y", "z"):
-            raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up")
+        check_choice("up", up, Axis)
         points = frames.reshape(-1, 3)
         box = np.stack([points.min(axis=0), points.max(axis=0)])
         axis = "xyz".index(up)

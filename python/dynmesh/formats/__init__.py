@@ -12,8 +12,8 @@ from typing import Any, Literal, TypeAlias, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from .._checks import check_path
-from .._errors import InputError, naming
+from .._checks import check_choice, check_path
+from .._errors import naming
 from ..arrays import ArrayFrames
 from ..frames import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
@@ -92,10 +92,9 @@ def open(
     """
     check_path("path", path)
     path = Path(path)
-    if missing not in (None, "zero"):
-        raise InputError(f"must be 'zero' or None, not {missing!r}", argument="missing")
-    if gaps not in ("refuse", "lost"):
-        raise InputError(f"must be 'refuse' or 'lost', not {gaps!r}", argument="gaps")
+    if missing is not None:
+        check_choice("missing", missing, Literal["zero"])
+    check_choice("gaps", gaps, Gaps)
     with naming(path):
         template, chosen = _template(faces), format_of(path, format)
         path = existing_file(path, chosen)

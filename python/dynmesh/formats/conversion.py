@@ -2,20 +2,19 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Positions
-from .._checks import check_positive
+from .._checks import check_choice, check_positive
 from .._errors import InputError, locating
 from ..frames import Frame
-from ..header import Header
+from ..header import Axis, Header
 from .times import check_slice, frame_numbers, indices_of
 from .units import agreed, metres_of
 
-Axis: TypeAlias = Literal["x", "y", "z"]
 Unit: TypeAlias = float | str
 """The name of a unit of length, or its metres."""
 
@@ -41,10 +40,8 @@ class Changes:
         if self.frames is not None:
             check_slice("frames", self.frames)
         for name in ("up", "to_up"):
-            axis = getattr(self, name)
-            if axis not in (None, "x", "y", "z"):
-                message = f"must be 'x', 'y' or 'z', not {axis!r}"
-                raise InputError(message, argument=name, value=axis)
+            if getattr(self, name) is not None:
+                check_choice(name, getattr(self, name), Axis)
         for name in ("unit", "to_unit"):
             if getattr(self, name) is not None:
                 metres_of(getattr(self, name), name)

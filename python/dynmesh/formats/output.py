@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from .._checks import check_path
 from .._errors import InputError
 from .._report import listed
 from ..header import Header
@@ -139,6 +140,17 @@ def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[P
         refuse_inputs([path], inputs)
         if not overwrite:
             raise exists_already(path)
+
+
+def output_path(
+    argument: str, path: str | os.PathLike[str] | None, overwrite: bool, *suffixes: str
+) -> Path | None:
+    """The path of an output that may be wanted, which is refused before any work begins."""
+    if path is None:
+        return None
+    check_path(argument, path)
+    check_output(Path(path), overwrite, *suffixes)
+    return Path(path)
 
 
 @contextmanager

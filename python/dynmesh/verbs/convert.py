@@ -15,13 +15,13 @@ from .._options import Input, Method
 from .._progress import tracked
 from .._report import Report
 from ..formats import PathLike, Written
-from ..formats.conversion import Axis, Changes, Unit
+from ..formats.conversion import Changes, Unit
 from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
 from ..formats.output import check_output, making
 from ..formats.ply import read_elements
 from ..frames import ComputedFrames, Frame, Frames, report_of
-from ..header import Header
+from ..header import Axis, Header
 from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS

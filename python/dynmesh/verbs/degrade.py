@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from .. import formats
-from .._checks import check_between, check_integer, check_not_negative
+from .._checks import check_between, check_choice, check_integer, check_not_negative
 from .._errors import InputError, numbering
 from .._options import Input, Method, Output
 from .._progress import tracked
@@ -17,12 +17,12 @@ from .._report import OutputReport, Report, counted
 from ..completion.start import frame_at
 from ..degrade.recordings import Vector, degraded_frames, scanned
 from ..formats import PathLike, Source
-from ..formats.conversion import Axis
 from ..formats.frame_names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
 from ..frames import ComputedFrames, Frame, Frames
 from ..geometry import likely_up, mean_edge_of
+from ..header import Axis
 from ..scans import scan_folder
 from ..scans.depth_files import require_png
 
@@ -253,8 +253,8 @@ def _size_of(depth: str | None, scan: bool) -> tuple[int, int] | None:
 
 def _axis(reader: Frames, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     """Returns the axis that cameras stand around, and says if it is a guess."""
-    if up not in (None, "x", "y", "z"):
-        raise InputError(f"must be 'x', 'y' or 'z', not {up!r}", argument="up", value=up)
+    if up is not None:
+        check_choice("up", up, Axis)
     said = up or reader.header.up_axis
     result = said or likely_up(frame_at(reader, 0).points, None)
     guess = () if said else (f"assuming that {result} is up, as the file does not state it",)

@@ -1,18 +1,17 @@
 """The error of a whole completed sequence."""
 
 import contextlib
-from pathlib import Path
 
 import numpy as np
 
-from .._checks import check_path
+from .._checks import check_choice
 from .._errors import InputError
 from .._options import Input, Output
 from ..evaluation.report import Evaluation
 from ..evaluation.true_errors import Only, measured, suspicions
 from ..formats import OneSequence, PathLike, Source, opened
 from ..formats.comparison import check_comparable, remarks_of
-from ..formats.output import check_output, new_output
+from ..formats.output import new_output, output_path
 from ..frames import Frames
 
 
@@ -58,11 +57,8 @@ def evaluate(
             measured, a position is missing or not finite, or nothing says which vertices were
             missing.
     """
-    if only not in ("all", "missing"):
-        raise InputError(f"must be 'all' or 'missing', not {only!r}", argument="only", value=only)
-    if csv is not None:
-        check_path("csv", csv)
-        check_output(Path(csv), overwrite, ".csv")
+    check_choice("only", only, Only)
+    table = output_path("csv", csv, overwrite, ".csv")
     source: Source = {"faces": faces, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
@@ -95,7 +91,7 @@ def evaluate(
         each=tuple(each),
         remarks=remarks,
     )
-    if csv is not None:
-        with new_output(Path(csv), overwrite, ".csv") as made:
-            result.write_csv(made)
+    if table is not None:
+        with new_output(table, overwrite, ".csv") as hidden:
+            result.write_csv(hidden)
     return result

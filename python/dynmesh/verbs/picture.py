@@ -9,10 +9,10 @@ from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Alone
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
-from ..formats.conversion import Axis
-from ..formats.output import new_output
+from ..formats.output import new_output, output_path
 from ..formats.times import index_of
-from .view import opened_together, output_path
+from ..header import Axis
+from .view import opened_together
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -59,7 +59,7 @@ def picture(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
             not installed, there is no such frame, or an argument is refused.
     """
-    output = output_path(out, overwrite, ".png")
+    output = output_path("out", out, overwrite, ".png")
     check_integer("size", size, 16)
     check_integer("count", count, 1)
     with opened_together(sequence, reference, None, source or {}) as (own, truth, _):

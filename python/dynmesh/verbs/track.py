@@ -18,7 +18,7 @@ from ..completion.training import Training, TrainingFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
 from ..formats.frame_names import Number
-from ..formats.output import check_output, new_output
+from ..formats.output import new_output, output_path
 from ..formats.times import timing_of
 from ..frames import ComputedFrames, Frame
 from ..geometry import mean_edge_of
@@ -201,9 +201,7 @@ def track(
     check_flags(recover=recover, uncertainty=uncertainty)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
-    if csv is not None:
-        check_path("csv", csv)
-        check_output(Path(csv), overwrite, ".csv")
+    table = output_path("csv", csv, overwrite, ".csv")
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(formats.open(template))
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
@@ -254,9 +252,9 @@ def track(
                     names = header.attributes
                     yield Frame(points, **{name: getattr(tracker, name) for name in names})
             report = _report(fits, at, room, reader, is_trained=bool(learnt))
-            if csv is not None:
-                with new_output(Path(csv), overwrite, ".csv") as table:
-                    write_csv(table, FrameQuality, report.each)
+            if table is not None:
+                with new_output(table, overwrite, ".csv") as hidden:
+                    write_csv(hidden, FrameQuality, report.each)
             return report
 
         return ComputedFrames(

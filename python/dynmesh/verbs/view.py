@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .. import formats
 from .._checks import check_integer, check_path
@@ -15,15 +14,12 @@ from ..draw.page.pick import pick_page
 from ..draw.quantities import Colour
 from ..formats import OneSequence, PathLike, Source
 from ..formats.comparison import remarks_of
-from ..formats.conversion import Axis
-from ..formats.output import check_output, new_output
+from ..formats.output import new_output, output_path
 from ..frames import Frames
+from ..header import Axis
 from ..scans import ScanReader, open_scans
 from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.single_scan import open_single
-
-if TYPE_CHECKING:
-    pass
 
 
 def view(
@@ -90,7 +86,7 @@ def view(
         OSError, ImportError, TypeError, ValueError: a file cannot be read or written, an extra is
             not installed, or an argument is refused.
     """
-    output = output_path(out, overwrite, ".html")
+    output = output_path("out", out, overwrite, ".html")
     check_integer("max_frames", max_frames, 1)
     check_integer("max_vertices", max_vertices, 4)
     require_page(scans=scans is not None)
@@ -149,15 +145,6 @@ def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> 
     for name, given in others.items():
         if given is not None:
             raise InputError("cannot be shown where landmarks are picked", argument=name)
-
-
-def output_path(out: PathLike | None, overwrite: bool, *suffixes: str) -> Path | None:
-    """The path of an output, which is refused before any work begins."""
-    if out is None:
-        return None
-    check_path("out", out)
-    check_output(Path(out), overwrite, *suffixes)
-    return Path(out)
 
 
 @contextmanager
