@@ -23,6 +23,8 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 Integers: TypeAlias = NDArray[np.integer[Any]]
 
+Floats: TypeAlias = NDArray[np.float64]
+
 _Frame = TypeVar("_Frame")
 
 _MOST_ROWS = np.iinfo(np.int32).max

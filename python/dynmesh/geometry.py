@@ -5,13 +5,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import Positions
+from ._arrays import Floats, Positions
 from ._checks import check_complete
 from ._errors import InputError, locating
 from .polygons import Faces
 from .topology import cells
-
-Floats = NDArray[np.float64]
 
 
 def mean_edge_of(first_frame: Positions, faces: Faces) -> float:

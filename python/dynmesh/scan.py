@@ -5,9 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import Mask, Positions
-
-_Floats = NDArray[np.float64]
+from ._arrays import Floats, Mask, Positions
 
 _INSIDE_OUT = -0.2
 """The cosine between normals and the directions from the middle: about 0 for flat parts."""
@@ -63,8 +61,8 @@ class DepthScan(NamedTuple):
     """
 
     depth: list[NDArray[np.float32]]
-    intrinsics: list[_Floats]
-    poses: list[_Floats]
+    intrinsics: list[Floats]
+    poses: list[Floats]
 
     @property
     def cloud(self) -> Positions:
@@ -77,7 +75,7 @@ class DepthScan(NamedTuple):
         return any(bool(depth.any()) for depth in self.depth)
 
     @property
-    def clouds(self) -> list[_Floats]:
+    def clouds(self) -> list[Floats]:
         """(n, 3) each: the points of each image."""
         clouds = []
         for depth, intrinsics, pose in zip(*self, strict=True):

@@ -2,12 +2,10 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import Mask, Positions
+from .._arrays import Floats, Integers, Mask, Positions
 from .._checks import check_between, check_integer, check_not_negative, check_positive
 from .._errors import InputError
 from ..geometry import mean_edge_of
@@ -15,9 +13,6 @@ from ..polygons import Faces
 from ..topology import cells
 from .shared import Purpose, check_cameras, numbered, rng_of, triangles_of
 from .visibility import Camera, visible
-
-_Integers = NDArray[np.integer[Any]]
-_Floats = NDArray[np.float64]
 
 
 def random_known(n_frames: int, n_vertices: int, share: float, *, seed: int = 0) -> Iterator[Mask]:
@@ -132,7 +127,7 @@ def patch_known(
     size = max(1, round((1 - (1 - share) ** (1 / patches)) * n_vertices))
 
     @lru_cache(maxsize=patches)
-    def grown(patch: int, life: int) -> _Integers:
+    def grown(patch: int, life: int) -> Integers:
         start = rng_of(Purpose.PATCH, seed, patch, life).integers(n_vertices)
         return _grow(int(start), size, offsets, neighbours)
 
@@ -192,7 +187,7 @@ def add_noise(
     triangles_of(faces)
     check_integer("seed", seed, 0)
 
-    def noise(frame: int, n_vertices: int) -> _Floats:
+    def noise(frame: int, n_vertices: int) -> Floats:
         return sigma * rng_of(Purpose.NOISE, seed, frame).standard_normal((n_vertices, 3))
 
     return _displaced(frames, faces, noise)
@@ -227,7 +222,7 @@ def add_outliers(
     triangles_of(faces)
     check_integer("seed", seed, 0)
 
-    def outliers(frame: int, n_vertices: int) -> _Floats:
+    def outliers(frame: int, n_vertices: int) -> Floats:
         rng = rng_of(Purpose.OUTLIERS, seed, frame)
         chosen = _choose(rng, n_vertices, share)
         directions = rng.standard_normal((len(chosen), 3))
@@ -238,11 +233,11 @@ def add_outliers(
     return _displaced(frames, faces, outliers)
 
 
-def _choose(rng: "np.random.Generator", n_vertices: int, share: float) -> _Integers:
+def _choose(rng: "np.random.Generator", n_vertices: int, share: float) -> Integers:
     return rng.choice(n_vertices, max(1, round(share * n_vertices)), replace=False)
 
 
-def _mask_of(vertices: _Integers, n_vertices: int) -> Mask:
+def _mask_of(vertices: Integers, n_vertices: int) -> Mask:
     return np.asarray(np.bincount(vertices, minlength=n_vertices) > 0)
 
 
@@ -251,7 +246,7 @@ def _whole_first(mask: Callable[[int], Mask], n_frames: int, n_vertices: int) ->
         yield mask(frame) if frame > 0 else np.ones(n_vertices, bool)
 
 
-def _grow(start: int, size: int, offsets: _Integers, neighbours: _Integers) -> _Integers:
+def _grow(start: int, size: int, offsets: Integers, neighbours: Integers) -> Integers:
     """Returns `size` vertices around `start`, or its whole component if that is smaller."""
     patch = {start: None}  # a dict keeps the order, unlike a set
     ring = [start]
@@ -263,7 +258,7 @@ def _grow(start: int, size: int, offsets: _Integers, neighbours: _Integers) -> _
 
 
 def _displaced(
-    frames: Iterable[Positions], faces: Faces, offsets: Callable[[int, int], _Floats]
+    frames: Iterable[Positions], faces: Faces, offsets: Callable[[int, int], Floats]
 ) -> Iterator[Positions]:
     """Adds offsets(number of the frame, k), in mean edges, to all frames but the first."""
     mean_edge = 0.0

@@ -9,12 +9,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import Positions
-
-_Integers = NDArray[np.integer[Any]]
-_Floats = NDArray[np.float64]
+from .._arrays import Floats, Integers, Positions
 
 TOLERANCE = 1e-9
 """Triangles are enlarged by this share of their size, so that no ray slips between two of them."""
@@ -34,7 +30,7 @@ class Triangles:
         depth: (t,) lower bounds of z, wherever a ray meets them.
     """
 
-    def __init__(self, corners: _Floats, least: Any, most: Any) -> None:
+    def __init__(self, corners: Floats, least: Any, most: Any) -> None:
         """Selects those in the image, whose bounds are two numbers or one for both axes.
 
         The corners are (3, m, 3), as numpy is slow along short last axes. A triangle with a corner
@@ -61,9 +57,7 @@ class Triangles:
         self._volumes = np.abs(volumes[self.number])  # both sides are met
         self._normals = normals[:, self.number] * np.sign(volumes[self.number])[:, None]
 
-    def meet(
-        self, triangle: _Integers, ray: _Floats
-    ) -> tuple[_Integers, _Floats, _Floats, _Floats]:
+    def meet(self, triangle: Integers, ray: Floats) -> tuple[Integers, Floats, Floats, Floats]:
         """Compares (n,) of these triangles with (n, 3) rays, pair by pair.
 
         A ray p meets the triangle at p times volume / (u + v + w), where u, v, w are the volumes
@@ -81,7 +75,7 @@ class Triangles:
         return pair, self._volumes[triangle[pair]], whole[pair], shares
 
 
-def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
+def in_axes(points: Positions, origin: Any, axes: Floats) -> Floats:
     """Returns (k, 3) positions in other axes, the columns of a matrix; NaN if one is not finite."""
     x, y, z = np.isfinite(points).T  # numpy is slow along short last axes
     finite = (x & y & z)[:, None]
@@ -89,8 +83,8 @@ def in_axes(points: Positions, origin: Any, axes: _Floats) -> _Floats:
 
 
 def pairs(
-    low: _Integers, high: _Integers, columns: int, starts: _Integers
-) -> Iterator[tuple[_Integers, _Integers]]:
+    low: Integers, high: Integers, columns: int, starts: Integers
+) -> Iterator[tuple[Integers, Integers]]:
     """Yields pairs of a box and an item in one of its cells, a portion at a time.
 
     Boxes reach from the cells `low` to `high`, (n, 2) columns and rows of a grid. The items of its
@@ -110,7 +104,7 @@ def pairs(
         yield np.repeat(box[run], lengths[run]), _ranges(first[run], lengths[run])
 
 
-def _ranges(starts: _Integers, lengths: _Integers) -> _Integers:
+def _ranges(starts: Integers, lengths: Integers) -> Integers:
     """Returns consecutive integers from each start, as many as its length, as one array."""
     before = np.cumsum(lengths) - lengths
     return np.asarray(np.repeat(starts - before, lengths) + np.arange(lengths.sum()))

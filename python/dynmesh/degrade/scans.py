@@ -6,12 +6,12 @@ frame 0: every frame is scanned alike. Surfaces that are nearly edge-on to a cam
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain, repeat
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Mask, Positions
+from .._arrays import Floats, Integers, Mask, Positions
 from .._checks import check_finite, check_integer, check_not_negative
 from .._errors import InputError
 from ..geometry import mean_edge_of, unit
@@ -20,9 +20,6 @@ from ..scan import DepthScan, PointScan
 from .losses import patch_known
 from .shared import Purpose, check_cameras, numbered, rng_of, triangles_of
 from .visibility import Camera, DepthBuffer, depth_buffer, intrinsics_of, orbit, pose_of, visible
-
-_Integers = NDArray[np.integer[Any]]
-_Floats = NDArray[np.float64]
 
 Cameras: TypeAlias = int | Sequence[Camera] | Callable[[int], Sequence[Camera]]
 """A number of cameras that stand around frame 0; cameras; or those of each frame."""
@@ -47,7 +44,7 @@ class _Scene(NamedTuple):
 
     number: int
     points: Positions
-    faces: _Integers
+    faces: Integers
     cameras: Sequence[Camera]
     present: Mask
     """(k,) False in holes."""
@@ -200,7 +197,7 @@ def _scenes_of(
         yield _Scene(number, points, triangles, own, mask, mean_edge)
 
 
-def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[_Floats, _Floats]:
+def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[Floats, Floats]:
     """Returns (n, 3) points on the surface that cameras see, and their normals."""
     faces = scene.faces
     corners = scene.points.astype(np.float64)[faces]
@@ -230,7 +227,7 @@ def _sampled(scene: _Scene, wanted: int, rng: "np.random.Generator") -> tuple[_F
     return np.concatenate(result)[:wanted], np.concatenate(sides)[:wanted]
 
 
-def _seen_from(scene: _Scene, points: _Floats, normals: _Floats) -> NDArray[np.float64]:
+def _seen_from(scene: _Scene, points: Floats, normals: Floats) -> NDArray[np.float64]:
     """Returns for each point 1 or -1, the side from which it is seen best, or 0 if it is not."""
     best = np.zeros(len(points))
     # Points that belong to no triangle hide nothing; all else is as for vertices.

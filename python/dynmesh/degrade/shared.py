@@ -3,20 +3,16 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _arrays
-from .._arrays import Positions
+from .._arrays import Integers, Positions
 from .._checks import check_array
 from .._errors import InputError, KindError, locating
 from ..header import check_faces
 from ..polygons import Faces, split_faces
 from .visibility import Camera
-
-_Integers = NDArray[np.integer[Any]]
 
 
 class Purpose(IntEnum):
@@ -58,7 +54,7 @@ def round_up(value: float) -> float:
     return next(step for step in steps if step >= value * (1 - 1e-9))
 
 
-def triangles_of(faces: Faces) -> _Integers:
+def triangles_of(faces: Faces) -> Integers:
     """Returns the triangles, or raises an error; that all corners are vertices is not checked."""
     triangles, _ = split_faces(faces)
     check_array("faces", triangles)

@@ -10,13 +10,13 @@ bias, and the grid that finds the samples below a triangle has no influence on t
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _arrays
-from .._arrays import Mask, Positions
+from .._arrays import Floats, Integers, Mask, Positions
 from .._checks import (
     check_between,
     check_complete,
@@ -27,9 +27,6 @@ from .._checks import (
 )
 from .._errors import InputError
 from .rays import TOLERANCE, Triangles, in_axes, pairs
-
-_Integers = NDArray[np.integer[Any]]
-_Floats = NDArray[np.float64]
 
 _CONTACT = 1e-6
 """A triangle hides a vertex only if it is nearer by this share of the distance. This exceeds the
@@ -131,7 +128,7 @@ def orbit(
     return cameras
 
 
-def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | None = None) -> Mask:
+def visible(points: Positions, faces: Integers, camera: Camera, among: Mask | None = None) -> Mask:
     """Returns which vertices a camera sees.
 
     It sees the finite vertices in front of it and inside its image that no triangle of other
@@ -162,8 +159,8 @@ def visible(points: Positions, faces: _Integers, camera: Camera, among: Mask | N
 
 
 def _near_in_image(
-    triangles: Triangles, local: _Floats, vertices: _Integers
-) -> Iterator[tuple[_Integers, _Integers]]:
+    triangles: Triangles, local: Floats, vertices: Integers
+) -> Iterator[tuple[Integers, Integers]]:
     """Yields pairs of a triangle and a vertex in the grid cells of its bounding box."""
     # About sixteen cells for each vertex: with fewer, triangles meet more vertices in vain; with
     # more, counting the vertices in them takes longer than what it saves.
@@ -176,13 +173,13 @@ def _near_in_image(
         yield triangle, in_cells[place]
 
 
-def _cell(image: _Floats, grid: int) -> NDArray[np.int64]:
+def _cell(image: Floats, grid: int) -> NDArray[np.int64]:
     """Returns column and row, of the nearest of grid x grid cells for points outside the image."""
     cell = np.floor((image + 1) * (grid / 2))
     return np.clip(cell, 0, grid - 1).astype(np.int64)
 
 
-def axes_of(camera: Camera) -> _Floats:
+def axes_of(camera: Camera) -> Floats:
     """Returns the directions to the right, up and ahead, as the columns of a matrix."""
     ahead = np.subtract(camera.target, camera.position, dtype=np.float64)
     ahead /= np.linalg.norm(ahead)
@@ -191,7 +188,7 @@ def axes_of(camera: Camera) -> _Floats:
     return np.stack([right, np.cross(right, ahead), ahead], axis=1)
 
 
-def horizon(up: tuple[float, float, float]) -> tuple[_Floats, _Floats, _Floats]:
+def horizon(up: tuple[float, float, float]) -> tuple[Floats, Floats, Floats]:
     """Unit vectors at right angles: x as seen from above, counterclockwise of it, and up.
 
     Raises:
@@ -208,12 +205,12 @@ def horizon(up: tuple[float, float, float]) -> tuple[_Floats, _Floats, _Floats]:
     return np.cross(left, axis), left, axis
 
 
-def _triple(vector: _Floats) -> tuple[float, float, float]:
+def _triple(vector: Floats) -> tuple[float, float, float]:
     x, y, z = vector.tolist()
     return x, y, z
 
 
-def _are_parallel(a: _Floats, b: _Floats) -> bool:
+def _are_parallel(a: Floats, b: Floats) -> bool:
     """Whether two vectors are parallel up to rounding, or one of them is zero."""
     return bool(np.linalg.norm(np.cross(a, b)) <= 1e-6 * np.linalg.norm(a) * np.linalg.norm(b))
 
@@ -227,12 +224,12 @@ class DepthBuffer(NamedTuple):
         weights: (h, w, 3) the shares of its corners in the point that was hit.
     """
 
-    depth: _Floats
-    triangle: _Integers
-    weights: _Floats
+    depth: Floats
+    triangle: Integers
+    weights: Floats
 
 
-def intrinsics_of(camera: Camera, width: int, height: int) -> _Floats:
+def intrinsics_of(camera: Camera, width: int, height: int) -> Floats:
     """Returns the (3, 3) matrix from camera coordinates to pixels, with square pixels.
 
     The centre of the first pixel is at (0, 0), and the field of view of the camera is that from the
@@ -242,7 +239,7 @@ def intrinsics_of(camera: Camera, width: int, height: int) -> _Floats:
     return np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
 
 
-def pose_of(camera: Camera) -> _Floats:
+def pose_of(camera: Camera) -> Floats:
     """Returns the (4, 4) matrix from camera coordinates, x right, y down, z ahead, to the world."""
     pose = np.eye(4)
     pose[:3, :3] = axes_of(camera) * [1, -1, 1]
@@ -251,7 +248,7 @@ def pose_of(camera: Camera) -> _Floats:
 
 
 def depth_buffer(
-    points: Positions, faces: _Integers, camera: Camera, width: int, height: int
+    points: Positions, faces: Integers, camera: Camera, width: int, height: int
 ) -> DepthBuffer:
     """Renders a mesh, of which both sides of a triangle are seen.
 

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Positions
+from .._arrays import Floats, Positions
 from ..scans import DepthScan
 from .figures import SURFACE_COLOUR
 from .page.document import FIELD_OF_VIEW, Unit, embedded, new_plot, number_of
-
-_Floats = NDArray[np.float64]
 
 _COLOURS = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9, 0x7A5195, 0x444444)
 _MOST_POINTS = 4000
@@ -95,8 +93,8 @@ def rig_page(
 
 
 def _frustum(
-    shape: Sequence[int], intrinsics: _Floats, pose: _Floats, depth: float
-) -> tuple[_Floats, NDArray[np.uint32]]:
+    shape: Sequence[int], intrinsics: Floats, pose: Floats, depth: float
+) -> tuple[Floats, NDArray[np.uint32]]:
     """Returns the apex and the corners of what a camera sees, and the edges between them."""
     x, y = shape[1] - 0.5, shape[0] - 0.5
     pixels = np.array([[-0.5, -0.5, 1], [x, -0.5, 1], [x, y, 1], [-0.5, y, 1]])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Positions
+from .._arrays import Integers, Positions
 from .._core import parse_ply
 from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..frames import Frame
@@ -21,8 +21,6 @@ from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import ARRAYS, Format, not_written
 from .frame_files import IN_FILES, FilePerFrame, mesh_file_of, write_frames
-
-Integers = NDArray[np.integer[Any]]
 
 corner_lists = ("vertex_indices", "vertex_index")
 

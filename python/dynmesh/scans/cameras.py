@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import Floats
 from .._checks import (
     check_finite,
     check_flags,
@@ -25,8 +25,6 @@ from ..formats.units import UNITS, metres_of
 from .matrices import check_intrinsics, matrix_of, pose_of
 from .trajectory import poses_in
 from .transforms import as_cameras
-
-_Floats = NDArray[np.float64]
 
 _BY_NAME = re.compile("[A-Za-z0-9.-]+")
 _OF_IMAGES = ("depth_scale", "distortion", "flipped", "along_ray")
@@ -60,8 +58,8 @@ class ScanCamera:
     """
 
     name: str
-    camera_to_world: _Floats
-    intrinsics: _Floats | None = None
+    camera_to_world: Floats
+    intrinsics: Floats | None = None
     depth_scale: float | None = None
     size: tuple[int, int] | None = None
     distortion: tuple[float, ...] = ()
@@ -109,7 +107,7 @@ class Rig:
         """Whether a camera does."""
         return any(camera.frames for camera in self.cameras)
 
-    def viewpoints(self, number: Number) -> _Floats:
+    def viewpoints(self, number: Number) -> Floats:
         """Returns (c, 3) the positions of the cameras in a frame; errors are those of `at`."""
         poses = [camera.at(number).camera_to_world for camera in self.cameras]
         return np.array(poses)[:, :3, 3]
@@ -170,7 +168,7 @@ def write_cameras(path: Path, rig: Rig) -> None:
     path.write_text(text + "\n", encoding="utf-8")
 
 
-def _matrices(camera: ScanCamera) -> dict[str, _Floats]:
+def _matrices(camera: ScanCamera) -> dict[str, Floats]:
     pose = {"camera_to_world": camera.camera_to_world}
     return pose if camera.intrinsics is None else {**pose, "intrinsics": camera.intrinsics}
 

@@ -4,17 +4,15 @@ import reprlib
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import Floats
 from .._checks import check_finite
-
-_Floats = NDArray[np.float64]
 
 _ROUNDED = 1e-3
 """By how much a rotation may deviate from an exact one, as it was written with a few digits."""
 
 
-def matrix_of(name: str, value: Any, size: int) -> _Floats:
+def matrix_of(name: str, value: Any, size: int) -> Floats:
     """Returns a square matrix from its rows.
 
     Raises:
@@ -38,7 +36,7 @@ def matrix_of(name: str, value: Any, size: int) -> _Floats:
     return result
 
 
-def pose_of(name: str, value: Any) -> _Floats:
+def pose_of(name: str, value: Any) -> Floats:
     """Returns (4, 4) a rotation and a position from their rows.
 
     Raises:
@@ -64,7 +62,7 @@ def pose_of(name: str, value: Any) -> _Floats:
     return pose
 
 
-def check_intrinsics(matrix: _Floats) -> None:
+def check_intrinsics(matrix: Floats) -> None:
     """Raises an error unless (3, 3) leads from the axes of a camera to its pixels."""
     is_upper = matrix[2].tolist() == [0, 0, 1] and matrix[1, 0] == 0
     if not is_upper or min(matrix[0, 0], matrix[1, 1]) <= 0:
@@ -74,5 +72,5 @@ def check_intrinsics(matrix: _Floats) -> None:
         )
 
 
-def _row(values: _Floats) -> str:
+def _row(values: Floats) -> str:
     return " ".join(f"{value:g}" for value in values)

@@ -11,14 +11,12 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Mask, Positions
+from .._arrays import Floats, Mask, Positions
 from .._checks import check_flags, check_not_negative
 from .._errors import InputError, locating
 from ..frames import Frame, Frames
 from ..geometry import mean_edge_of
 from ..scans import DepthScan, PointScan, Scan, ScanReader
-
-_Floats = NDArray[np.float64]
 
 _TRIALS = 1000
 _EXAMINED = 2000
@@ -31,7 +29,7 @@ hold much less."""
 class Plane(NamedTuple):
     """A plane of a room: the points x with ``abs(normal @ x - offset) <= thickness``."""
 
-    normal: _Floats
+    normal: Floats
     offset: float
     thickness: float
 
@@ -100,14 +98,14 @@ def without_planes(points: Positions, *, thickness: float, size: float) -> Posit
     return points
 
 
-def _is_room(plane: Plane, points: _Floats, size: float) -> bool:
+def _is_room(plane: Plane, points: Floats, size: float) -> bool:
     """Whether so many points are on a plane, over more than the size of the subject."""
     inside = plane.holds(points)
     enough = np.count_nonzero(inside) >= max(3, _SHARE * len(points))
     return bool(enough and extent_of(points[inside]) > size)
 
 
-def _fitted(plane: Plane, points: _Floats, most: float) -> Plane:
+def _fitted(plane: Plane, points: Floats, most: float) -> Plane:
     """Returns the plane of least squares through its points, as thick as they scatter."""
     own = points[plane.holds(points)]
     if len(own) < 3:

@@ -8,13 +8,11 @@ template would leave them where they are.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import Floats
 from ..alignment import find_alignment
 from ..scans import DepthScan
 from .surface import Surface, subject_of, without_jumps
-
-_Floats = NDArray[np.float64]
 
 LEAST = 60
 """Fewer points than this cannot be judged."""
@@ -83,11 +81,11 @@ def wrong_camera(scan: DepthScan, names: Sequence[str], surface: Surface) -> str
     return f"the pose or the intrinsics of camera {' and '.join(wrong)} are wrong"
 
 
-def _median(cloud: _Floats, surface: Surface) -> float:
+def _median(cloud: Floats, surface: Surface) -> float:
     return float(np.median(np.abs(surface.feet(cloud)[0]))) / surface.mean_edge
 
 
-def _moved(cloud: _Floats, surface: Surface, aside: _Floats) -> tuple[float, float]:
+def _moved(cloud: Floats, surface: Surface, aside: Floats) -> tuple[float, float]:
     """Moves points rigidly onto a surface, and makes them larger in some directions.
 
     Returns:

@@ -6,21 +6,19 @@ from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._arrays import Floats
 from ..scans import ScanCamera
 from ..scans.transforms import OPENGL
 
-_Floats = NDArray[np.float64]
 
-
-def _transposed(pose: _Floats) -> _Floats:
+def _transposed(pose: Floats) -> Floats:
     turned = pose.copy()
     turned[..., :3, :3] = np.swapaxes(pose[..., :3, :3], -1, -2)
     return turned
 
 
-def _posed(change: Callable[[_Floats], Any], camera: ScanCamera) -> ScanCamera:
+def _posed(change: Callable[[Floats], Any], camera: ScanCamera) -> ScanCamera:
     return replace(camera, camera_to_world=change(camera.camera_to_world))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import formats
-from .._arrays import Positions
+from .._arrays import Floats, Positions
 from .._errors import InputError
 from .._report import Report
 from ..alignment import find_alignment
@@ -28,8 +28,6 @@ from .misreadings import READINGS, READINGS_OF_IMAGES, Reading, exchanged
 from .quality import FARTHER_THAN_OTHERS, beyond
 from .surface import Surface, subject_of, without_jumps
 from .units import units_of
-
-_Floats = NDArray[np.float64]
 
 _FAR = 0.01
 _FAR_EDGES = 0.5
@@ -92,7 +90,7 @@ def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     return Fit(min(shares), shares[0], far, _medians(each, surface))
 
 
-def _medians(each: list[_Floats], surface: Surface) -> tuple[float, ...]:
+def _medians(each: list[Floats], surface: Surface) -> tuple[float, ...]:
     """The median of the distances of each camera, in mean edges; 0 without points."""
     return tuple(float(np.median(one)) / surface.mean_edge if len(one) else 0.0 for one in each)
 

@@ -5,12 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._arrays import Positions
+from .._arrays import Floats, Positions
 from ..geometry import mean_edge_of, size_of, vertex_normals
 from ..scans import DepthScan
 from .background import without_planes
-
-_Floats = NDArray[np.float64]
 
 _EXAMINED = 10000
 _POINTS = 500
@@ -48,12 +46,12 @@ class Surface:
         self._samples, self._normals = self.points[used[::every]], normals[used[::every]]
         self._reach = self.mean_edge / 2 * np.sqrt(every)  # half of the way between two, about
 
-    def distances(self, points: _Floats) -> _Floats:
+    def distances(self, points: Floats) -> Floats:
         """Returns how far (n, 3) points are from the surface, about."""
         heights, _, aside = self.feet(points)
         return np.asarray(np.hypot(heights, np.maximum(aside - self._reach, 0)))
 
-    def feet(self, points: _Floats) -> tuple[_Floats, _Floats, _Floats]:
+    def feet(self, points: Floats) -> tuple[Floats, Floats, Floats]:
         """Returns the nearest planes of (n, 3) points.
 
         Returns:
@@ -90,7 +88,7 @@ def without_jumps(scan: DepthScan) -> DepthScan:
     return scan._replace(depth=images)
 
 
-def subject_of(cloud: _Floats, surface: Surface) -> _Floats:
+def subject_of(cloud: Floats, surface: Surface) -> Floats:
     """Returns some of the points of a camera, without floor and walls."""
     some = cloud[:: 1 + len(cloud) // _EXAMINED]
     left = without_planes(some, thickness=surface.mean_edge, size=surface.size)
