@@ -30,12 +30,6 @@ from .header import (
 class ArrayFrames(Description, VertexAttributes, Stored):
     """Frames of one fixed connectivity in memory: what a :class:`dynmesh.Sequence` holds.
 
-    ``len(sequence)`` is the number of frames n, and iteration yields one :class:`dynmesh.Frame`
-    after another. ``sequence[7]`` is frame 7, ``sequence[-1]`` the last one, and
-    ``sequence[10:50:2]`` a Sequence of some of the frames, with their masks, generations and ages,
-    which shares the arrays; see :class:`dynmesh.frames.Stored`. NumPy takes a frame as its
-    positions, (k, 3), and a sequence as its vertices, NaN where they are not known.
-
     Attributes:
         vertices: (n, k, 3) float32 or float64. Values are arbitrary where ``known`` is False.
         faces: (m, 3) integers, triangles. Other polygons, as :data:`dynmesh.polygons.Faces`, are

@@ -237,9 +237,7 @@ class Stored(Frames):
         """A frame, or some of the frames; see the class."""
         if isinstance(frames, slice | range | list | np.ndarray):
             return self._chosen(indices_among(frames, self.n_frames))
-        index = frame_index(cast(int, frames), self.n_frames)
-        with contextlib.closing(self.frames(index, index + 1)) as read:
-            return next(read)
+        return frame_at(self, frame_index(cast(int, frames), self.n_frames))
 
     def _chosen(self, indices: Indices) -> "Stored":
         return _Chosen(self, indices)
@@ -274,6 +272,12 @@ class FileFrames(Stored):
         counts = summary(self.n_frames, self.n_vertices, len(header.faces), self.dtype)
         masks = "with masks" if header.has_known else "no masks"
         return f"{type(self).__name__}({str(self.path)!r}: {counts}, {masks}, {rate(header.fps)})"
+
+
+def frame_at(frames: Frames, index: int) -> Frame:
+    """Reads one frame, counted from 0."""
+    with contextlib.closing(frames.frames(index, index + 1)) as one:
+        return next(one)
 
 
 def check_any(frames: Frames) -> None:

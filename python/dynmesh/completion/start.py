@@ -21,7 +21,7 @@ from ..attributes import FUSED
 from ..formats import PathLike
 from ..formats.comparison import check_same_mesh
 from ..formats.times import index_of
-from ..frames import Frame, Frames, check_whole
+from ..frames import Frame, Frames, check_whole, frame_at
 from ..header import Header
 from ..settings import Settings
 from ..whole_frames import WholeFrame, whole_frame
@@ -179,12 +179,6 @@ def start_in(
             progress=progress,
         )
     return StartFrame(result.positions, result.frame, made=result)
-
-
-def frame_at(reader: Frames, number: int) -> Frame:
-    """Reads one frame."""
-    with contextlib.closing(reader.frames(number, number + 1)) as frames:
-        return next(frames)
 
 
 def template_of(reader: Frames) -> Positions:

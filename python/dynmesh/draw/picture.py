@@ -9,7 +9,7 @@ import numpy as np
 
 from .._extras import require, require_all
 from .._progress import tracked
-from ..frames import Frames
+from ..frames import Frames, frame_at
 from ..geometry import likely_up
 from . import figures
 from .figures import SURFACE_COLOUR, Image, View
@@ -67,7 +67,7 @@ def drawn(
     if not len(seen):
         raise ValueError(f"{reader.path}: no vertex is known in these frames")
     scale = heatmap.scale(heatmap.colour, frames)
-    up = up or likely_up(next(iter(reader)).points, stated_up(reader, reference))
+    up = up or likely_up(frame_at(reader, 0).points, stated_up(reader, reference))
     captions = [f"frame {reader.header.number(frame.number)}" for frame in frames]
     view = View.of(seen, up, azimuth, (size, size))
     images = figures.cropped([_draw(heatmap, frame, scale, view) for frame in frames])

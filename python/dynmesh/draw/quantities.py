@@ -14,7 +14,7 @@ from .._extras import require
 from ..attributes import FUSED
 from ..degrade.shared import round_up
 from ..evaluation.metrics import bounding_box_diagonal
-from ..frames import Frame, Frames, check_whole
+from ..frames import Frame, Frames, check_whole, frame_at
 from ..geometry import mean_edge_of
 from ..scans import ScanReader
 from .figures import HEATMAP_RANGE, KNOWN_COLOUR, MISSING_COLOUR
@@ -56,12 +56,12 @@ class Sources:
     @cached_property
     def diagonal(self) -> float:
         """Of the bounding box of frame 0, of the reference if there is one."""
-        return bounding_box_diagonal(next(iter(self.reference or self.reader)).points)
+        return bounding_box_diagonal(frame_at(self.reference or self.reader, 0).points)
 
     @cached_property
     def mean_edge(self) -> float:
         """Of frame 0 of the sequence."""
-        return mean_edge_of(next(iter(self.reader)).points, self.reader.faces)
+        return mean_edge_of(frame_at(self.reader, 0).points, self.reader.faces)
 
     @cached_property
     def unit(self) -> LengthUnit:

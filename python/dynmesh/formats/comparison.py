@@ -1,12 +1,11 @@
 """Comparisons of sequences that are to have one mesh."""
 
-import contextlib
 import math
 
 import numpy as np
 
 from .._errors import InputError
-from ..frames import Frames
+from ..frames import Frames, frame_at
 from .units import explaining
 
 _SAME = 1.05
@@ -62,8 +61,7 @@ def check_same_size(completed: Frames, reference: Frames) -> None:
     """Refuses a sequence that is as much larger or smaller than its reference as another unit."""
     sizes = []
     for reader in (completed, reference):
-        with contextlib.closing(reader.frames(0, 1)) as frames:
-            frame = next(frames)
+        frame = frame_at(reader, 0)
         seen = frame.points[frame.observed].astype(np.float64)
         sizes.append(float(np.linalg.norm(np.ptp(seen, axis=0))) if len(seen) else 0.0)
     if min(sizes) == 0:

@@ -114,14 +114,10 @@ def test_frames_are_completed_when_they_are_gone_through(
     header = dynmesh.Header(mesh.faces, 40, 49, mesh.vertices.dtype, has_known=True)
     completed = dynmesh.complete(dynmesh.ComputedFrames(header, frames), start=0)
     assert given == 0
-    with pytest.raises(ValueError, match="report: is there when all frames"):
-        completed.report  # noqa: B018
     stream = iter(completed)
     np.testing.assert_array_equal(next(stream).points, mesh.vertices)
     next(stream)
     assert given <= 4  # of frames that are gone through twice, once for the first
-    assert len(list(stream)) == 38
-    assert completed.report.completed == 39
 
 
 MESH: Mesh = sheet(7)

@@ -14,7 +14,7 @@ from ..._extras import require_all
 from ..._progress import tracked
 from ..._report import Report
 from ...formats.times import mean_rate
-from ...frames import Frames
+from ...frames import Frames, frame_at
 from ...geometry import likely_up
 from ...scans import ScanReader, unit_of_scans
 from ..figures import View
@@ -130,7 +130,7 @@ def page(
             )
         factor = scan_factor(scans, scan_unit, reader)
     heatmap = Heatmap(reader, reference, input, scans, factor, wanted=colour)
-    first_points = next(iter(reader)).points
+    first_points = frame_at(reader, 0).points
     with locating(file=reader.path):
         kept, faces = thin(reader.faces, first_points, max_vertices)
     indices = range(0, reader.n_frames, -(-reader.n_frames // max_frames))

@@ -136,12 +136,9 @@ writing = [
     _write("`faces`: a number", lambda w: _written(w, faces=3), ValueError, "faces:", "(m, 3)", "()"),
     _write("`dtype`: int", lambda w: _written(w, dtype=int), TypeError, "int64"),
     _write("`texture`: of vertices", lambda w: _written(w, texture=np.zeros((49, 2))), ValueError, "texture:", "(216, 2)", "(49, 2)"),
-    _write("a frame one row too small", lambda w: _written(w, w.points[:48]), ValueError, "frames: frame 0:", "(49, 3)", "(48, 3)"),
     _write("a mask one too small", lambda w: _written(w, dynmesh.Frame(w.points, w.known[:48]), has_known=True), ValueError, "frames: frame 0:", "known:", "(49,)", "(48,)"),
     _write("frames of float32, announced as float64", lambda w: _written(w, w.points.astype(np.float32)), ValueError, "frames: frame 0:", "float64", "float32"),
     _write("a mask that was not announced", lambda w: _written(w, dynmesh.Frame(w.points, w.known)), ValueError, "frames: frame 0:", "mask"),
-    _write("more frames than announced", lambda w: _written(w, w.points, w.points, n_frames=1), ValueError, "frames: has more frames than the 1 of"),
-    _write("fewer frames than announced", lambda w: _written(w, w.points), ValueError, "frames: has only 1 of the 3 frames"),
     _write("provenance that is not there", lambda w: dynmesh.write("new.npz", w.sequence, provenance=True), ValueError, "provenance:", "none"),
 ]  # fmt: skip
 
