@@ -30,10 +30,10 @@ class _Baseline:
         Returns:
             The completed frame, (k, 3) float64.
         """
-        given = _arrays.points("points", points, np.float64)
-        completed = np.empty(given.shape)
+        frame = _arrays.points("points", points, np.float64)
+        completed = np.empty(frame.shape)
         before = None if previous is None else _arrays.points("previous", previous, np.float64)
-        self._core.complete(given, _arrays.known_mask(known), before, completed)
+        self._core.complete(frame, _arrays.known_mask(known), before, completed)
         return completed
 
 

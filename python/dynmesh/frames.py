@@ -276,8 +276,8 @@ class FileFrames(Stored):
 
 def frame_at(frames: Frames, index: int) -> Frame:
     """Reads one frame, counted from 0."""
-    with contextlib.closing(frames.frames(index, index + 1)) as one:
-        return next(one)
+    with contextlib.closing(frames.frames(index, index + 1)) as stretch:
+        return next(stretch)
 
 
 def check_any(frames: Frames) -> None:

@@ -42,22 +42,22 @@ class Command:
         self._writes = isinstance(kind, type) and issubclass(kind, Frames)
         own = [*options_of(verb)]
         self._reads = self._writes and own[0].parameter.name == "sequence"
-        takes_source = any(one.parameter.name == "source" for one in own)
+        takes_source = any(option.parameter.name == "source" for option in own)
         every = own[1:] if self._reads else [o for o in own if o.parameter.name != "source"]
         if self._reads or takes_source:
             every += [o for o in options_of(formats.open) if o.names or self._reads]
         if self._writes:
             every += [o for o in options_of(formats.write) if o.parameter.name != "frames"]
         every.sort(
-            key=lambda one: (bool(one.names), not one.names and one.function is formats.write)
+            key=lambda each: (bool(each.names), not each.names and each.function is formats.write)
         )
         self.options: dict[str, list[Option]] = {}
-        for one in every:
-            self.options.setdefault(one.key, []).append(one)
+        for option in every:
+            self.options.setdefault(option.key, []).append(option)
         self.takes_source = takes_source
-        parameters = [self._parameter(key, one[-1]) for key, one in self.options.items()]
+        parameters = [self._parameter(key, option[-1]) for key, option in self.options.items()]
         vars(self)["__signature__"] = inspect.Signature([*parameters, *_common()])
-        self.__annotations__ = {one.name: one.annotation for one in [*parameters, *_common()]}
+        self.__annotations__ = {each.name: each.annotation for each in [*parameters, *_common()]}
 
     def _parameter(self, key: str, option: Option) -> inspect.Parameter:
         kind = inspect.Parameter.KEYWORD_ONLY if option.names else inspect.Parameter.POSITIONAL_ONLY
@@ -66,38 +66,38 @@ class Command:
 
     def option_of(self, argument: str) -> str | None:
         """The option or the argument of the command that stands for an argument of a function."""
-        every = [one for options in self.options.values() for one in options]
-        for one in sorted(every, key=lambda one: one.function is not self._verb):
-            if argument in (one.parameter.name, one.key):
-                return one.names[0] if one.names else one.key.upper()
+        every = [option for options in self.options.values() for option in options]
+        for option in sorted(every, key=lambda option: option.function is not self._verb):
+            if argument in (option.parameter.name, option.key):
+                return option.names[0] if option.names else option.key.upper()
         return None
 
     def spelt(self, text: str) -> str:
         """Names arguments of functions, which texts mark as in `threads`, as options."""
 
-        def option(found: re.Match[str]) -> str:
-            name = found[1]
+        def option(match: re.Match[str]) -> str:
+            name = match[1]
             return self.option_of(name) or NAMES.get(name, (f"--{name.replace('_', '-')}",))[0]
 
         return re.sub(r"`(\w+)`", option, text)
 
     def __call__(self, *arguments: Any, **keywords: Any) -> Any:
         """Runs the verb, between opening and writing."""
-        given = inspect.signature(self).bind(*arguments, **keywords).arguments
+        values = inspect.signature(self).bind(*arguments, **keywords).arguments
 
         def of(*functions: Callable[..., Any]) -> dict[str, Any]:
             return {
-                one.parameter.name: given[key]
+                option.parameter.name: values[key]
                 for key, options in self.options.items()
-                for one in options
-                if key in given and one.function in functions
+                for option in options
+                if key in values and option.function in functions
             }
 
         own, opening, writing = of(self._verb), of(formats.open), of(formats.write)
         if not self._writes:
             return self._verb(**own, **({"source": opening} if self.takes_source else {}))
         if self._instead is not None:
-            named = {key: value for key, value in given.items() if key not in ("quiet", "json")}
+            named = {key: value for key, value in values.items() if key not in ("quiet", "json")}
             if (report := self._instead(**named)) is not None:
                 return report
         writing.setdefault("overwrite", False)
@@ -153,7 +153,7 @@ def bound(command: Command, tokens: Sequence[str]) -> inspect.BoundArguments:
 
 
 def arguments_of(
-    given: inspect.BoundArguments, folder: Path
+    values: inspect.BoundArguments, folder: Path
 ) -> tuple[tuple[Any, ...], dict[str, Any]]:
     """The arguments and keywords that were bound, with paths relative to a folder."""
 
@@ -161,10 +161,10 @@ def arguments_of(
         if isinstance(value, Path):
             return folder / value
         if isinstance(value, dict):
-            return {name: under(one) for name, one in value.items()}
-        return [under(one) for one in value] if isinstance(value, list) else value
+            return {name: under(item) for name, item in value.items()}
+        return [under(item) for item in value] if isinstance(value, list) else value
 
-    return tuple(map(under, given.args)), under(given.kwargs)
+    return tuple(map(under, values.args)), under(values.kwargs)
 
 
 def refusal(error: Any) -> InputError:
@@ -180,7 +180,9 @@ def refusal(error: Any) -> InputError:
         return InputError(message, argument=argument, value=value)
     if isinstance(error, MissingArgumentError) and error.keyword is None:
         every = App(default_command=error.target).assemble_argument_collection(parse_docstring=True)
-        what = str(next(one.parameter.help for one in every if one.field_info.name == argument))
+        what = str(
+            next(known.parameter.help for known in every if known.field_info.name == argument)
+        )
         return InputError(f"is missing: {what.partition(';')[0]}", argument=argument)
     message = str(error)
     if isinstance(error, UnusedCliTokensError):

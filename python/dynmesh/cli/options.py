@@ -134,13 +134,13 @@ def _of_shell(hint: Any) -> Any:
     """What a command line can give of the values of a type."""
     members = _members(hint)
     empty = (None,) if type(None) in typing.get_args(hint) else ()
-    for one in members:
-        if typing.get_origin(one) is Iterable:
-            item: Any = _of_shell(typing.get_args(one)[0])
+    for kind in members:
+        if typing.get_origin(kind) is Iterable:
+            item: Any = _of_shell(typing.get_args(kind)[0])
             return Union[list[item], *empty]
-    if any(typing.get_origin(one) is os.PathLike or one is Path for one in members):
+    if any(typing.get_origin(kind) is os.PathLike or kind is Path for kind in members):
         return Union[Path, *empty]
-    simple = [one for one in members if one in _SIMPLE or typing.get_origin(one) is Literal]
+    simple = [kind for kind in members if kind in _SIMPLE or typing.get_origin(kind) is Literal]
     return Union[*(simple or members), *empty]
 
 
@@ -150,15 +150,17 @@ _SIMPLE = (int, float, bool, str)
 def _members(hint: Any) -> list[Any]:
     """The types of a union but for None, or the type alone."""
     is_union = typing.get_origin(hint) in (Union, types.UnionType)
-    return [one for one in typing.get_args(hint) if one is not type(None)] if is_union else [hint]
+    return (
+        [kind for kind in typing.get_args(hint) if kind is not type(None)] if is_union else [hint]
+    )
 
 
 def in_words(hint: Any) -> str:
     """What values of a type are, in words."""
     words: list[str] = []
-    for one in _members(hint):
-        is_choice = typing.get_origin(one) is Literal
-        words += typing.get_args(one) if is_choice else [_WORDS.get(one, "text")]
+    for kind in _members(hint):
+        is_choice = typing.get_origin(kind) is Literal
+        words += typing.get_args(kind) if is_choice else [_WORDS.get(kind, "text")]
     return listed(dict.fromkeys(words), "or")
 
 

@@ -95,5 +95,5 @@ def _pair(reference: Any, completed: Any) -> tuple[Positions, Positions]:
         raise InputError(
             f"has shape {result.shape}, but the reference has {true.shape}", argument="completed"
         )
-    true, result = (packed(one, np.float64) for one in (true, result))
+    true, result = (packed(array, np.float64) for array in (true, result))
     return (true, result) if true.ndim == 3 else (true[None], result[None])

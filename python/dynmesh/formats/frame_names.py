@@ -47,7 +47,7 @@ class FrameNames:
 
     def name(self, number: Number) -> str:
         """Returns the file name of this frame."""
-        return _conversion.sub(lambda found: text_of(found[0], number), self.pattern)
+        return _conversion.sub(lambda place: text_of(place[0], number), self.pattern)
 
     def existing(self) -> dict[Number, Path]:
         """Returns the existing files by ascending number."""
@@ -56,7 +56,7 @@ class FrameNames:
             return {0: file} if file.exists() else {}
         # The folder may not exist.
         numbers = [(self.number(file.name), file) for file in self.folder.glob("*")]
-        return by_number([(one, file) for one, file in numbers if one is not None])
+        return by_number([(number, file) for number, file in numbers if number is not None])
 
     def number(self, name: str) -> Number | None:
         """Returns the number of the frame with this file name; None if no frame has it."""
@@ -93,9 +93,9 @@ def text_of(conversion: str, number: Number) -> str:
 
 def by_number(numbered: Iterable[tuple[Number, Path]]) -> dict[Number, Path]:
     """Returns files by ascending number, of which no two may be the same."""
-    ordered = sorted(numbered, key=lambda one: (one[0], str(one[1])))
-    for (one, file), (other, second) in pairwise(ordered):
-        if one == other:
+    ordered = sorted(numbered, key=lambda pair: (pair[0], str(pair[1])))
+    for (number, file), (other, second) in pairwise(ordered):
+        if number == other:
             message = f"{file.name} and {second.name} have the same number; move one elsewhere"
             raise ValueError(message)
     return dict(ordered)

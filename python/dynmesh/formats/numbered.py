@@ -87,7 +87,7 @@ class NumberPlace(NamedTuple):
         """Whether one way to write numbers gives these texts."""
         if self.conversion == "%g":  # 1.10 beside 1.9 is a version
             return not any(re.search(r"\.[0-9]+0$", text) for text in self.texts)
-        return [text_of(self.conversion, one) for one in self.numbers] == [*self.texts]
+        return [text_of(self.conversion, number) for number in self.numbers] == [*self.texts]
 
     @property
     def order(self) -> list[int]:
@@ -140,14 +140,14 @@ def seconds_in(stems: Sequence[str]) -> list[Number]:
     times = [result for result in map(_TIME.search, stems) if result is not None]
     if len(times) < len(stems) or len({_TIME.sub("", stem, count=1) for stem in stems}) > 1:
         return []
-    texts = ["{}-{}-{}T{}:{}:{}".format(*one.group(1, 3, 4, 5, 7, 8)) for one in times]
+    texts = ["{}-{}-{}T{}:{}:{}".format(*time.group(1, 3, 4, 5, 7, 8)) for time in times]
     if len(set(texts)) < 2:
         return []
     try:
         seconds = np.array(texts, "datetime64[s]").astype(np.int64).tolist()
     except ValueError:  # no dates
         return []
-    parts = [float(f"0.{one[9] or 0}") for one in times]
+    parts = [float(f"0.{time[9] or 0}") for time in times]
     return [as_whole(second + part) for second, part in zip(seconds, parts, strict=True)]
 
 

@@ -87,14 +87,16 @@ def _choose(path: Path, name: str | None, otherwise: str, *, written: bool = Fal
 
     Errors list the possible formats, and `otherwise` is their advice.
     """
-    possible = {of: one for of, one in all_formats().items() if one.write or not written}
+    possible = {of: format for of, format in all_formats().items() if format.write or not written}
     refused = "cannot write format" if written else "unknown format"
     if name is not None:
         if name not in possible:
             raise ValueError(f"{refused} '{name}'; the formats are {listed(possible)}")
         return possible[name]
     if path.is_dir():
-        numbered = {one.suffixes[0]: one for one in all_formats().values() if one.is_per_frame}
+        numbered = {
+            format.suffixes[0]: format for format in all_formats().values() if format.is_per_frame
+        }
         results = [suffix for suffix in numbered if files_in(path, suffix)]
         if len(results) == 1:
             return numbered[results[0]]
@@ -142,7 +144,7 @@ def named_like(path: PathLike, output: PathLike) -> Path:
     folder = Path(output)
     if folder.suffix and not folder.is_dir():
         return folder
-    numbered = [one.suffixes[0] for one in all_formats().values() if one.is_per_frame]
+    numbered = [format.suffixes[0] for format in all_formats().values() if format.is_per_frame]
     with naming(Path(path)):
         pattern = pattern_like(Path(path), numbered)
     if pattern is None or Path(pattern).suffix.lower() not in numbered:

@@ -41,7 +41,9 @@ def frame_number(time: float, fps: float | None, tolerance: float = 1e-9) -> flo
     number = time * (fps or 1)
     rounded = (float(f"{number:.{digits}g}") for digits in range(1, 18))
     near = (
-        one for one in rounded if math.isclose(one, number, rel_tol=tolerance, abs_tol=tolerance)
+        candidate
+        for candidate in rounded
+        if math.isclose(candidate, number, rel_tol=tolerance, abs_tol=tolerance)
     )
     return next(near, number)
 
@@ -73,7 +75,7 @@ def numbers_of_files(header: Header, names: FrameNames) -> list[Number]:
 
 def timing_of(numbers: Sequence[Number]) -> dict[str, Any]:
     """Returns the start and the times of a header of frames with these numbers."""
-    is_counted = all(one == numbers[0] + at for at, one in enumerate(numbers))
+    is_counted = all(number == numbers[0] + at for at, number in enumerate(numbers))
     return {"start": numbers[0], "times": None if is_counted else np.array(numbers, np.float64)}
 
 

@@ -152,11 +152,13 @@ def _held(
     elif header.has_provenance and "provenance" not in chosen.keeps:
         for name in [*(["generation"] if provenance else []), *wanted]:
             able = (
-                one for one in all_formats().values() if one.write and "provenance" in one.keeps
+                format
+                for format in all_formats().values()
+                if format.write and "provenance" in format.keeps
             )
             raise InputError(
                 f"this format cannot hold {ATTRIBUTES[name].what}; "
-                f"{listed(one.suffixes[0] for one in able)} can",
+                f"{listed(format.suffixes[0] for format in able)} can",
                 file=path,
             )
         dropped = {row.what for row in header.attributes.values()}

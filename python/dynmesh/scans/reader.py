@@ -205,14 +205,14 @@ class DepthReader(ScanReader):
         return along_axis(depth, np.asarray(camera.intrinsics)) if camera.along_ray else depth
 
 
-def unit_of_scans(scans: ScanReader, given: str | float | None) -> float | None:
+def unit_of_scans(scans: ScanReader, said: str | float | None) -> float | None:
     """Returns the metres in the unit of the scans: as their files state it, or as it is given.
 
     Raises:
         ValueError: the files state another one than is given.
     """
     file = None if scans.rig is None else scans.rig.file
-    return agreed(scans.metres_per_unit, given, "scan_unit", file or scans.path)
+    return agreed(scans.metres_per_unit, said, "scan_unit", file or scans.path)
 
 
 def open_scans(

@@ -152,7 +152,9 @@ def _convert_clouds(
 
 def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:
     """Returns the files of a path, pattern or folder if they hold points alone, else none."""
-    possible = [one for one in point_formats if files_in(path, one)] if path.is_dir() else []
+    possible = (
+        [suffix for suffix in point_formats if files_in(path, suffix)] if path.is_dir() else []
+    )
     suffix = possible[0] if possible else path.suffix.lower()
     if suffix not in point_formats:
         return []

@@ -92,8 +92,8 @@ def degrade(
             check_not_negative("noise", noise)
         check_integer("cameras", cameras, 1)
         check_integer("seed", seed, 0)
-        for name, given in (("camera", camera), ("dropout", dropout)):
-            if given is not None:
+        for name, value in (("camera", camera), ("dropout", dropout)):
+            if value is not None:
                 raise InputError("is not for scans", argument=name)
         size = _size_of(depth, scan)
         if size is not None:
@@ -257,5 +257,5 @@ def _axis(reader: Frames, up: Axis | None) -> tuple[Vector, tuple[str, ...]]:
     said = up or reader.header.up_axis
     result = said or likely_up(frame_at(reader, 0).points, None)
     guess = () if said else (f"assuming that {result} is up, as the file does not state it",)
-    x, y, z = (float(one == result) for one in "xyz")
+    x, y, z = (float(axis == result) for axis in "xyz")
     return (x, y, z), guess

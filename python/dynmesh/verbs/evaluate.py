@@ -62,8 +62,8 @@ def evaluate(
     source: Source = {"faces": faces, "prim": prim}
     with contextlib.ExitStack() as stack:
         ours, truth = (
-            stack.enter_context(opened(given, name, source))
-            for given, name in ((completed, "completed"), (reference, "reference"))
+            stack.enter_context(opened(sequence, name, source))
+            for sequence, name in ((completed, "completed"), (reference, "reference"))
         )
         observed: Frames | None = None
         if input is not None:
@@ -78,7 +78,9 @@ def evaluate(
         each, unit, calibration = measured(ours, truth, observed, only, frames, progress)
         remarks = (*suspicions(ours, truth), *remarks_of(ours, truth, observed))
     counted = [errors for errors in each if errors.vertices]
-    mean, rms, p99 = np.mean([(one.mean, one.rms, one.p99) for one in counted], axis=0).tolist()
+    mean, rms, p99 = np.mean(
+        [(errors.mean, errors.rms, errors.p99) for errors in counted], axis=0
+    ).tolist()
     result = Evaluation(
         nmsve=float(np.mean([errors.nmsve for errors in each])),
         mean=mean,

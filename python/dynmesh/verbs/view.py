@@ -105,7 +105,7 @@ def view(
             scans = open_single(Path(scans), cameras)
         else:
             scans = open_scans(scans, cameras=cameras, gaps="lost")
-    with opened_together(sequence, reference, input, source or {}) as (own, truth, given):
+    with opened_together(sequence, reference, input, source or {}) as (own, truth, partial):
         if room and scans is not None:
             scans = ScansWithoutBackground(scans, own, room, scan_factor(scans, scan_unit, own))
         if pick is not None and scans is not None:
@@ -115,7 +115,7 @@ def view(
             result = page(
                 own,
                 reference=truth,
-                input=given,
+                input=partial,
                 scans=scans,
                 scan_unit=scan_unit,
                 quality=None if quality is None else Path(quality),
@@ -127,7 +127,7 @@ def view(
                 max_vertices=max_vertices,
                 progress=progress,
             )
-        result = replace(result, remarks=(*result.remarks, *remarks_of(own, truth, given)))
+        result = replace(result, remarks=(*result.remarks, *remarks_of(own, truth, partial)))
     if output is None:
         return result
     with new_output(output, overwrite, ".html") as hidden:
@@ -142,8 +142,8 @@ def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> 
         raise InputError(f"must end with .json, not {pick}", argument="pick", value=pick)
     if scans is None:
         raise InputError("are needed, to pick points of the first one", argument="scans")
-    for name, given in others.items():
-        if given is not None:
+    for name, value in others.items():
+        if value is not None:
             raise InputError("cannot be shown where landmarks are picked", argument=name)
 
 
@@ -151,7 +151,7 @@ def _check_pick(pick: PathLike, scans: object, others: Mapping[str, object]) -> 
 def opened_together(
     sequence: OneSequence,
     reference: OneSequence | None,
-    given: OneSequence | None,
+    partial: OneSequence | None,
     source: Source,
 ) -> Iterator[tuple[Frames, Frames | None, Frames | None]]:
     """Opens a sequence, its reference and its input, of those that there are."""
@@ -162,6 +162,6 @@ def opened_together(
         def enter(which: OneSequence, name: str, own: Source) -> Frames:
             return stack.enter_context(formats.opened(which, name, shared, **own))
 
-        frames = enter(sequence, "sequence", how if given is None else {})
+        frames = enter(sequence, "sequence", how if partial is None else {})
         truth = None if reference is None else enter(reference, "reference", {})
-        yield frames, truth, None if given is None else enter(given, "input", how)
+        yield frames, truth, None if partial is None else enter(partial, "input", how)
