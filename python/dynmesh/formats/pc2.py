@@ -20,7 +20,7 @@ from .._errors import naming
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
 from ..polygons import as_polygons
-from .format import Format, Template, find_template, not_written, template_of
+from .format import STATED, Format, Template, find_template, not_written, template_of
 from .obj import ObjFrames, write_obj
 from .output import destination_of
 from .ply import PlyFrames
@@ -91,10 +91,11 @@ def write_pc2(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
     for what, count in (("frames", header.n_frames), ("vertices", header.n_vertices)):
         if count > largest_count:
             raise ValueError(f"can hold at most {largest_count} {what}, not {count}")
-    needs_mesh = not _is_kept(destination_of(path).with_suffix(".obj"), header)
+    mesh = destination_of(path).with_suffix(".obj")
+    needs_mesh = not _is_kept(mesh, header)
     if needs_mesh and len(header.faces) == 0:
         raise ValueError("the sequence has no faces, which the mesh beside it needs")
-    remarks = [] if needs_mesh else not_written(header, ())
+    remarks = [] if needs_mesh else [*not_written(header, ()), *_unstated(mesh, header)]
     with path.open("wb") as file:
         counts = layout.pack(signature, 1, header.n_vertices, header.start, 1.0, header.n_frames)
         file.write(counts)
@@ -128,6 +129,14 @@ def _is_kept(path: Path, header: Header) -> bool:
         and mesh.metadata.up_axis in (None, header.up_axis)
         and mesh.metadata.metres_per_unit in (None, header.metres_per_unit)
     )
+
+
+def _unstated(path: Path, header: Header) -> list[str]:
+    """Says what a mesh that is kept does not state of the sequence."""
+    stated = _mesh(path).metadata
+    names = [name for name in ("up_axis", "metres_per_unit") if name in header.stated]
+    lost = [STATED[name] for name in names if getattr(stated, name) is None]
+    return [f"not written, as {path.name} is kept as it is: {', '.join(lost)}"] if lost else []
 
 
 pc2 = Format(

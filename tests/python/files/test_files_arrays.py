@@ -274,7 +274,8 @@ def test_an_existing_mesh_with_the_same_faces_is_kept(tmp_path: Path) -> None:
     dynmesh.write(path, cached())
     text = mesh.read_text().replace("f ", "vt 0.5 0.5\nf ", 1)
     mesh.write_text(text)
-    dynmesh.write(path, cached(3))
+    (remark,) = dynmesh.write(path, cached(3, up_axis="z")).remarks
+    assert remark == "not written, as a.obj is kept as it is: up axis"
     assert mesh.read_text() == text
 
     other = dynmesh.Sequence(cached().vertices, sheet(7).faces[::-1])
