@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import InputError, KindError
+from ._report import listed
 
 
 def check_integer(name: str, value: object, least: float, most: float = math.inf) -> None:
@@ -47,8 +48,8 @@ def check_between(name: str, value: float, low: float, high: float) -> None:
 def check_choice(name: str, value: object, choices: Any) -> None:
     """Raises an error unless the value is one of a Literal."""
     if value not in get_args(choices):
-        message = " or ".join(map(repr, get_args(choices)))
-        raise InputError(f"must be {message}, not {value!r}", argument=name, value=value)
+        expected = listed(map(repr, get_args(choices)), "or")
+        raise InputError(f"must be {expected}, not {value!r}", argument=name, value=value)
 
 
 def check_finite(name: str, value: float) -> None:
