@@ -245,6 +245,11 @@ def test_shares_are_lost_and_moved() -> None:
     distant = np.abs(away[:, 0]) > 1e-9
     assert 40 < distant.sum() < 120
     assert np.abs(away[:, 0]).max() <= 10 * edge + 1e-9
+    (depth,) = images(flat, NEAR_X, outliers=0.5).depth
+    off = depth[depth > 0] - 4
+    assert 0.4 < (np.abs(off) > 1e-6).mean() < 0.6
+    assert 0.4 < (off[np.abs(off) > 1e-6] > 0).mean() < 0.6
+    assert np.abs(off).max() <= 10 * edge + 1e-6
 
 
 def test_holes_are_patches_that_stay() -> None:

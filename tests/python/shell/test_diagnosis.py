@@ -144,6 +144,16 @@ def test_sound_sequences_have_no_findings_whatever_is_lost(sequence: Sequence) -
         assert codes(dynmesh.diagnose(replace(sequence, vertices=holes))) == []
 
 
+@pytest.mark.parametrize(("times", "leaps"), [(5, []), (7, [8])])
+def test_a_leap_is_six_times_as_long_as_other_steps(times: float, leaps: list[int]) -> None:
+    mesh = sheet(12)
+    step = 0.01 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
+    moved = step * np.cumsum([times if n == 8 else float(n > 0) for n in range(16)])
+    vertices = mesh.vertices + moved[:, None, None] * np.array([0, 0, 1])
+    found = dynmesh.diagnose(Sequence(vertices, mesh.faces)).findings
+    assert [finding.where.frames.tolist() for finding in found] == ([leaps] if leaps else [])
+
+
 def test_recordings_raise_no_false_alarm(data: Path) -> None:
     for path in sorted(set(data.glob("*.npz")) - set(data.glob("*_scans.npz"))):
         diagnosis = dynmesh.diagnose(dynmesh.read(path)[:60])

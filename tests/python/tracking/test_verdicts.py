@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import dynmesh
 from dynmesh import _core
+from dynmesh.tracking.quality import Counts, Fits
 
 MESH, _ = person()
 MIDDLE = MESH.vertices.mean(axis=0)
@@ -202,6 +203,30 @@ G, D, R = "good", "doubtful", "ruined"
 )
 def test_a_recording_is_as_good_as_its_worst_run(frames: list[str], quality: str) -> None:
     assert _core.quality_of_frames(frames) == quality
+
+
+@pytest.mark.parametrize(
+    ("shares", "distances", "suspects"),
+    [
+        ([0.0, 0.01, 0.06], [0.02] * 3, ("2",)),
+        ([0.0, 0.01, 0.045], [0.02] * 3, ()),
+        ([0.06, 0.06, 0.115], [0.02] * 3, ()),
+        ([0.06, 0.06, 0.125], [0.02] * 3, ("2",)),
+        ([0.0] * 3, [0.02, 0.02, 0.055], ()),
+        ([0.0] * 3, [0.02, 0.02, 0.065], ("2",)),
+        ([0.0] * 3, [1e-9, 1e-9, 0.009], ()),
+        ([0.0] * 3, [1e-9, 1e-9, 0.011], ("2",)),
+        ([1.0], [0.0], ()),
+    ],
+)
+def test_a_camera_is_suspected_that_disagrees_more_than_the_others(
+    shares: list[float], distances: list[float], suspects: tuple[str, ...]
+) -> None:
+    cameras = {
+        str(n): Counts(100.0, 100 * far, 100 * (1 - far) * distance**2)
+        for n, (far, distance) in enumerate(zip(shares, distances, strict=True))
+    }
+    assert Fits(cameras=cameras).suspects == suspects
 
 
 @pytest.mark.parametrize(
