@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <tuple>
@@ -11,20 +12,41 @@
 namespace dynmesh {
 namespace {
 
+/// The vertices of each component, in order.
+std::vector<std::vector<Index>> find_components(const Cells& cells) {
+  std::vector<std::vector<Index>> components;
+  std::vector<std::uint8_t> is_reached(cells.size());
+  for (Index seed = 0; seed < static_cast<Index>(cells.size()); ++seed) {
+    if (is_reached[at(seed)] != 0) continue;
+    auto& members = components.emplace_back(1, seed);
+    is_reached[at(seed)] = 1;
+    for (std::size_t next = 0; next < members.size(); ++next) {
+      for (const Index j : cells[members[next]]) {
+        if (is_reached[at(j)] == 0) members.push_back(j);
+        is_reached[at(j)] = 1;
+      }
+    }
+    std::ranges::sort(members);
+  }
+  return components;
+}
+
 /// The order in which vertices may become centres. Distances are rounded, since the order of a sum
 /// over all vertices affects the mean.
-std::vector<Index> in_order(Field positions) {
+std::vector<Index> in_order(const Cells& cells, Field positions) {
   constexpr double steps = 1 << 20;
-  const auto sum = std::accumulate(positions.begin(), positions.end(), Vector3{});
-  const auto mean = (1 / static_cast<double>(positions.size())) * sum;
   std::vector<double> distances(positions.size());
-  double largest = 0;
-  for (std::size_t v = 0; v < distances.size(); ++v) {
-    distances[v] = std::sqrt(squared_norm(positions[v] - mean));
-    largest = std::max(largest, distances[v]);
-  }
-  if (largest > 0) {
-    for (double& distance : distances) distance = std::round(distance / largest * steps);
+  for (const auto& members : find_components(cells)) {
+    Vector3 sum;
+    for (const Index v : members) sum = sum + positions[v];
+    const auto mean = (1 / static_cast<double>(members.size())) * sum;
+    double largest = 0;
+    for (const Index v : members) {
+      distances[v] = std::sqrt(squared_norm(positions[v] - mean));
+      largest = std::max(largest, distances[v]);
+    }
+    if (!(largest > 0)) continue;
+    for (const Index v : members) distances[v] = std::round(distances[v] / largest * steps);
   }
   std::vector<Index> order(positions.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -41,7 +63,7 @@ Clusters cluster_vertices(const Cells& cells, Field positions) {
   const auto k = static_cast<Index>(cells.size());
   Clusters clusters;
   std::vector<Index> cell_of(at(k), none);
-  const std::vector<Index> order = in_order(positions);
+  const std::vector<Index> order = in_order(cells, positions);
   for (const Index v : order) {
     const auto is_taken = [&](Index j) { return cell_of[j] != none; };
     if (is_taken(v) || std::ranges::any_of(cells[v], is_taken)) continue;

@@ -26,9 +26,10 @@ struct Clusters {
 
 /// Aggregates vertices as in algebraic multigrid (Vanek, Mandel and Brezina 1996): vertices become
 /// centres if nobody in their cell has a cluster, and their cell becomes theirs; then what is left
-/// joins a cluster of a neighbour. Vertices far from the mean position come first, and of vertices
-/// at the same distance those with the smaller coordinates, so that the clusters do not depend on
-/// the numbers of the vertices. Sorts the vertices; otherwise linear in the number of edges.
+/// joins a cluster of a neighbour. Vertices far from the mean position of their component come
+/// first, and of vertices at the same distance those with the smaller coordinates, so that the
+/// clusters depend neither on the numbers of the vertices nor on other components. Sorts the
+/// vertices; otherwise linear in the number of edges.
 Clusters cluster_vertices(const Cells& cells, Field positions);
 
 }  // namespace dynmesh

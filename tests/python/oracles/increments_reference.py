@@ -3,15 +3,21 @@
 import numpy as np
 from numpy.typing import NDArray
 from reference import Array, Edges, best_rotations, mean_edge, sum_to
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 
 def clusters_of(edges: Edges, positions: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The cluster of each vertex, and the centres: disjoint cells, the outermost first."""
     i, j = edges
-    distance = np.linalg.norm(positions - positions.mean(axis=0), axis=1)
-    if distance.max() > 0:
-        distance = np.round(distance / distance.max() * 2**20)
+    distance = np.zeros(len(positions))
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(len(positions), len(positions)))
+    _, component = connected_components(graph)
+    for c in range(component.max() + 1):
+        own = positions[component == c]
+        away = np.linalg.norm(own - own.mean(axis=0), axis=1)
+        distance[component == c] = np.round(away / max(away.max(), 1e-300) * 2**20)
     cluster = np.full(len(positions), -1)
     centres: list[np.int64] = []
     for v in np.lexsort((*positions.T[::-1], -distance)):
