@@ -131,6 +131,6 @@ def check_needed(names: Collection[str]) -> None:
     for name, row in ATTRIBUTES.items():
         for other in row.needs:
             if name in ATTRIBUTES[other].needs and (name in names) != (other in names):
-                raise ValueError(f"{name}, {other}: must be given both or neither")
+                raise InputError(f"{name}, {other}: must be given both or neither")
         if name in names and not {*row.needs} <= {*names}:
-            raise ValueError(f"{name}: requires {' and '.join(row.needs)}")
+            raise InputError(f"{name}: requires {' and '.join(row.needs)}")

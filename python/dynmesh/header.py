@@ -194,7 +194,7 @@ class Header(Description):
         for row in self.attributes.values():
             for needed in row.needs:
                 if not getattr(self, flag := ATTRIBUTES[needed].flag):
-                    raise ValueError(f"{row.flag}: requires {flag}")
+                    raise InputError(f"{row.flag}: requires {flag}")
         self._check_description(self.n_frames)
 
     @property

@@ -282,6 +282,6 @@ class Diagnosis:
 
 
 def _finding_as_dict(finding: Finding, header: Header) -> dict[str, Any]:
-    message: dict[str, Any] = as_json(finding)
-    message["where"]["frames"] = [header.number(int(frame)) for frame in finding.where.frames]
-    return message
+    described: dict[str, Any] = as_json(finding)
+    described["where"]["frames"] = [header.number(int(frame)) for frame in finding.where.frames]
+    return described

@@ -35,12 +35,12 @@ def header_of(
     """
     for needed in ("vertices", "faces"):
         if needed not in names:
-            raise ValueError(
+            raise InputError(
                 f"has no array '{needed}': a sequence holds vertices, faces and, "
                 f"optionally, known and fps; this file holds {', '.join(sorted(names)) or 'none'}"
             )
     if ("polygon_sizes" in names) != ("polygon_corners" in names):
-        raise ValueError("polygon_sizes, polygon_corners: must be given both or neither")
+        raise InputError("polygon_sizes, polygon_corners: must be given both or neither")
     check_needed(names)
     shape, dtype = kind_of("vertices")
     check_vertices(dtype, shape)
@@ -52,22 +52,22 @@ def header_of(
             own_shape, own_dtype = kind_of(name)
             row.check(own_dtype, own_shape, shape[:2])
 
-    message: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
-    for name, array in message.items():
+    values: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
+    for name, array in values.items():
         is_number, one = array.dtype.kind in "fiu", name != "times"
         if name in ("up_axis", "name", "standard_error_of"):
-            message[name] = str(array)
+            values[name] = str(array)
         elif is_number and (not one or array.size == 1):
-            message[name] = array.item() if one else array.astype(np.float64)
+            values[name] = array.item() if one else array.astype(np.float64)
         else:
             what = "one number" if one else "numbers"
             kind = f"{array.dtype} of shape {array.shape}"
             raise InputError(f"must be {what}, not {kind}", argument=name)
     if "polygon_sizes" in names:
-        message["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
+        values["polygons"] = Polygons(array_of("polygon_sizes"), array_of("polygon_corners"))
     n_frames, n_vertices, _ = shape
     dtype = dtype.newbyteorder("=")
-    return Header(faces, n_frames, n_vertices, dtype, **message, **flags_of(names))
+    return Header(faces, n_frames, n_vertices, dtype, **values, **flags_of(names))
 
 
 def kinds_per_frame(header: Header) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:

@@ -5,7 +5,6 @@ with the same names; polygons are `polygon_sizes` and `polygon_corners`.
 """
 
 import contextlib
-import errno
 import shutil
 import zipfile
 from collections.abc import Iterable, Iterator
@@ -16,13 +15,15 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from .._errors import DynmeshError, InputError
+from .._errors import InputError, of_library
 from .._report import listed
 from ..frames import Frame, Indices
 from ..header import Header
 from .format import ARRAYS, STATED, Format
 from .named import arrays_once, header_of, kinds_per_frame, per_frame
 from .rows import Rows, RowsFrames, write_rows
+
+_TRIED = "is damaged or not an .npz archive"
 
 most_deflated = 1032
 """Largest ratio of the size of an uncompressed member to the size of the archive."""
@@ -33,7 +34,7 @@ class NpzFrames(RowsFrames):
 
     def __init__(self, path: Path) -> None:
         """Opens the archive and reads everything except the frames."""
-        with contextlib.ExitStack() as stack, explaining():
+        with contextlib.ExitStack() as stack, of_library(_TRIED):
             self._archive = stack.enter_context(zipfile.ZipFile(path))
             check_members(self._archive, path)
             super().__init__(path, self._header())
@@ -64,7 +65,7 @@ class NpzFrames(RowsFrames):
             yield rows
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
-        with explaining():
+        with of_library(_TRIED):
             yield from super()._frames(numbers)
 
     def _close(self) -> None:
@@ -99,7 +100,7 @@ def check_members(archive: zipfile.ZipFile, file: Path) -> None:
         archive.open(member).close()  # compares its two names
         known = member.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         if known and member.file_size > most_deflated * size:
-            raise ValueError(
+            raise InputError(
                 f"is damaged: {member.filename} would have {member.file_size} bytes, "
                 f"but the archive has {size}"
             )
@@ -111,7 +112,7 @@ def array_in(path: Path, name: str) -> NDArray[Any]:
     Raises:
         ValueError: there is none of this name, or the archive is damaged.
     """
-    with explaining(), zipfile.ZipFile(path) as archive:
+    with of_library(_TRIED), zipfile.ZipFile(path) as archive:
         check_members(archive, path)
         names = [member.removesuffix(".npy") for member in archive.namelist()]
         if name not in names:
@@ -119,22 +120,6 @@ def array_in(path: Path, name: str) -> NDArray[Any]:
         member = archive.getinfo(f"{name}.npy")
         with archive.open(member) as file:
             return Rows(file, member.file_size).whole()
-
-
-@contextlib.contextmanager
-def explaining() -> Iterator[None]:
-    """Reports what a damaged archive makes Python raise as a ValueError."""
-    try:
-        yield
-    except OSError as error:
-        # EINVAL is raised for an offset before the start, none for what is not bzip2.
-        if error.errno not in (None, errno.EINVAL):
-            raise
-        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
-    except (ValueError, DynmeshError):
-        raise
-    except Exception as error:  # of any kind if the file is damaged
-        raise ValueError(f"is damaged or not an .npz archive: {error}") from error
 
 
 npz = Format("npz", (".npz",), NpzFrames, write_npz, ARRAYS | {*STATED} - {"subdivision"})

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from .._errors import InputError
 from ..frames import FileFrames, Frame, Indices
 from ..header import Header
 from .named import kinds_per_frame, rows_of
@@ -31,16 +32,16 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     version = npy.read_magic(file)
     length = int.from_bytes(file.read(4 if version > (1, 0) else 2), "little")
     if length > longest_header:  # NumPy allocates memory before it checks
-        raise ValueError(f"is damaged: its header would have {length} bytes")
+        raise InputError(f"is damaged: its header would have {length} bytes")
     file.seek(npy.MAGIC_LEN)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     try:
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # written by Python 2
             shape, by_columns, dtype = read(file)
     except (TokenError, SyntaxError, TypeError) as error:
-        raise ValueError(f"is damaged: its header cannot be read: {error}") from error
+        raise InputError(f"is damaged: its header cannot be read: {error}") from error
     if dtype.hasobject:
-        raise ValueError("holds Python objects, not numbers")
+        raise InputError("holds Python objects, not numbers")
     return shape, by_columns, dtype
 
 
@@ -56,12 +57,12 @@ class Rows:
         self._file = file
         self.shape, self._by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
-            raise ValueError(f"declares an array of shape {self.shape}")
+            raise InputError(f"declares an array of shape {self.shape}")
         self._begin = file.tell()
         self._row_size = math.prod(self.shape[1:]) * self.dtype.itemsize
         expected = self._begin + math.prod(self.shape) * self.dtype.itemsize
         if size != expected:
-            raise ValueError(f"its header declares {expected} bytes, but the file has {size}")
+            raise InputError(f"its header declares {expected} bytes, but the file has {size}")
         # No row is contiguous in an array by columns, in Fortran order.
         self._whole = self.whole() if self._by_columns else None
 
@@ -80,7 +81,7 @@ class Rows:
             self._file.seek(place)
         data = self._file.read(self._row_size)
         if len(data) < self._row_size:
-            raise ValueError(f"ends in the middle of frame {number} of {self.shape[0]}")
+            raise InputError(f"ends in the middle of frame {number} of {self.shape[0]}")
         return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))
 
 

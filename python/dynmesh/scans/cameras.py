@@ -173,20 +173,20 @@ def _matrices(camera: ScanCamera) -> dict[str, Floats]:
     return pose if camera.intrinsics is None else {**pose, "intrinsics": camera.intrinsics}
 
 
-def _rig_of(found: Any, file: Path) -> Rig:
-    _check_fields(found, ("cameras",), ("unit",))
-    if not isinstance(found["cameras"], list) or not found["cameras"]:
-        raise ValueError(f"cameras: must be a list of them, not {found['cameras']!r:.60}")
+def _rig_of(described: Any, file: Path) -> Rig:
+    _check_fields(described, ("cameras",), ("unit",))
+    if not isinstance(described["cameras"], list) or not described["cameras"]:
+        raise ValueError(f"cameras: must be a list of them, not {described['cameras']!r:.60}")
     cameras: dict[str, ScanCamera] = {}
-    for number, message in enumerate(found["cameras"]):
+    for number, entry in enumerate(described["cameras"]):
         try:
-            camera = _camera_of(message, file.parent)
+            camera = _camera_of(entry, file.parent)
             if camera.name in cameras:
                 raise ValueError(f"name: there is a second {camera.name!r}")
         except (TypeError, ValueError) as error:
             raise ValueError(f"camera {number}: {error}") from error
         cameras[camera.name] = camera
-    unit = found.get("unit")
+    unit = described.get("unit")
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 

@@ -54,7 +54,7 @@ def player(
         "grid": _GRID_CELLS,
         "panes": [_pane(name, caption, frames, unit) for name, caption in captions.items()],
         "scan_dot": _SCAN_DOT_SIZE,
-        "colours": [_told(name, scale, frames) for name, scale in scales.items()],
+        "colours": [_choice_of(name, scale, frames) for name, scale in scales.items()],
         "camera": {
             "axes": view.axes.tolist(),
             "up": np.eye(3)["xyz".index(view.up)].tolist(),
@@ -115,21 +115,21 @@ def _on_grid(points: NDArray[np.float64]) -> NDArray[np.int16]:
     return np.asarray(np.round(points * _GRID_CELLS), np.int16)
 
 
-def _told(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
+def _choice_of(name: Colour, scale: Scale | None, frames: Sequence[ShownFrame]) -> dict[str, Any]:
     """Returns a choice of colours for the script, with its colour bar and the values as bytes."""
     colours = (SURFACE_COLOUR,) if scale is None else scale.colours
-    message: dict[str, Any] = {"name": name, "map": _colour_map(*colours)}
+    choice: dict[str, Any] = {"name": name, "map": _colour_map(*colours)}
     if scale is not None:
         places = np.zeros((len(frames), len(frames[0].points)), np.uint8)
         for row, frame in zip(places, frames, strict=True):
             row[frame.visible] = np.round(255 * scale.position(frame.values[name][frame.visible]))
-        message["values"] = packed_bytes(places)
-        message["scale"] = {
+        choice["values"] = packed_bytes(places)
+        choice["scale"] = {
             "title": scale.title,
             "colours": colours,
             "ticks": [tick._asdict() for tick in scale.ticks],
         }
-    return message
+    return choice
 
 
 def _colour_map(*colours: str) -> list[float]:
