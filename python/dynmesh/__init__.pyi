@@ -41,7 +41,6 @@ from .header import Header as Header
 from .polygons import Polygons as Polygons
 from .registration import Registration as Registration
 from .registration import register as register
-from .registration import register_depth as register_depth
 from .sequence import Sequence as Sequence
 from .sequence import read as read
 from .topology import RefusedFace as RefusedFace

@@ -1,7 +1,6 @@
 """Registration of a template with one scan."""
 
 from collections.abc import Iterable
-from collections.abc import Sequence as SequenceOf
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -14,8 +13,8 @@ from ._checks import check_flags, check_integer
 from ._errors import KindError
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
-from .scan import PointScan
-from .tracker import Matrix, image_arrays, scan_arrays
+from .scan import DepthScan, PointScan, Scan
+from .tracker import image_arrays, scan_arrays
 
 Landmarks: TypeAlias = tuple[NDArray[np.integer[Any]], Positions]
 """Vertices (n,) of a template and the positions (n, 3) of the scan to which they belong."""
@@ -88,8 +87,8 @@ class Registration:
 
 def register(
     faces: Faces | Mesh,
-    template: Positions | PointScan,
-    points: Positions | PointScan | None = None,
+    template: Positions | Scan,
+    points: Positions | Scan | None = None,
     normals: Positions | None = None,
     *,
     landmarks: Landmarks | None = None,
@@ -111,7 +110,8 @@ def register(
         faces: (m, 3) integers, or other polygons; see :data:`dynmesh.polygons.Faces`. Or a mesh of
             another library, without `template`: ``register(mesh, points, normals)``.
         template: (k, 3) float32 or float64, complete and finite, in any pose.
-        points: (n, 3) finite, at least twelve, in any order; or a :class:`dynmesh.scans.PointScan`.
+        points: (n, 3) finite, at least twelve, in any order; or a :class:`dynmesh.scans.PointScan`
+            or DepthScan, of one or several cameras of the same moment, alone.
         normals: (n, 3) the outward normals of the points, of any length; a normal of 0 is not
             known. None if they are to be estimated from the nearest points. If they point inwards,
             nothing fits.
@@ -141,52 +141,18 @@ def register(
     if isinstance(points, PointScan):
         points, normals, viewpoints = points
     frame = _arrays.first_frame("template", template)
-    scan = scan_arrays(points, normals, viewpoints, frame.dtype)
-    return _registered(own, frame, scan, landmarks, align, scale, training, uncertainty, threads)
-
-
-def register_depth(
-    faces: Faces,
-    template: Positions,
-    depth: Positions | SequenceOf[Positions],
-    intrinsics: Matrix | SequenceOf[Matrix],
-    pose: Matrix | SequenceOf[Matrix],
-    *,
-    landmarks: Landmarks | None = None,
-    align: bool = True,
-    scale: bool = False,
-    training: Iterable[Positions] | None = None,
-    uncertainty: bool = False,
-    threads: int = 1,
-) -> Registration:
-    """Finds a template in the depth images of one or several cameras of the same moment.
-
-    `depth`, `intrinsics` and `pose` are as for :meth:`dynmesh.Tracker.push_depth`, and all other
-    arguments and the errors as for :func:`dynmesh.register`.
-    """
-    frame = _arrays.first_frame("template", template)
-    scan = image_arrays(depth, intrinsics, pose)
-    return _registered(faces, frame, scan, landmarks, align, scale, training, uncertainty, threads)
-
-
-def _registered(
-    faces: Faces,
-    template: Positions,
-    scan: Any,
-    landmarks: Landmarks | None,
-    align: bool,
-    scale: bool,
-    training: Iterable[Positions] | None,
-    uncertainty: bool,
-    threads: int,
-) -> Registration:
+    scan: Any = (
+        image_arrays(*points)
+        if isinstance(points, DepthScan)
+        else scan_arrays(points, normals, viewpoints, frame.dtype)
+    )
     check_flags(align=align, scale=scale, uncertainty=uncertainty)
     check_integer("threads", threads, 1, 256)
-    triangles = _arrays.triangles(faces, len(template))
-    marks = _landmark_arrays(landmarks, template.dtype)
-    learnt = None if training is None else trained(training, template)
+    triangles = _arrays.triangles(own, len(frame))
+    marks = _landmark_arrays(landmarks, frame.dtype)
+    learnt = None if training is None else trained(training, frame)
     choices = align, scale, learnt, uncertainty, threads
-    flat, observed, errors, result = _core.register(triangles, template, scan, *marks, *choices)
+    flat, observed, errors, result = _core.register(triangles, frame, scan, *marks, *choices)
     vertices = flat.reshape(-1, 3)
     result["transform"] = result["transform"].reshape(4, 4)
     return Registration(

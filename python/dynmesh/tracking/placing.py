@@ -17,9 +17,9 @@ from ..alignment import Alignment, find_alignment
 from ..completion.start import template_of
 from ..frames import Frames
 from ..geometry import size_of
-from ..registration import Landmarks, Registration, register, register_depth
+from ..registration import Landmarks, Registration, register
 from ..scan import inside_out
-from ..scans import DepthScan, PointScan, Scan, ScanReader
+from ..scans import DepthScan, Scan, ScanReader
 from ..tracker import Tracker, TrackingReport
 from .background import Background
 from .corrections import wrong_camera
@@ -52,28 +52,16 @@ class Placed:
     advice: str = ""
 
 
-def registered_with(
-    faces: NDArray[np.integer[Any]], template: Positions, scan: Scan, **options: Any
-) -> Registration:
-    """Registers a template with points or depth images; see :func:`dynmesh.register`."""
-    if isinstance(scan, PointScan):
-        points = scan.points, scan.normals
-        return register(faces, template, *points, viewpoints=scan.viewpoints, **options)
-    return register_depth(faces, template, *scan, **options)
-
-
 def push_scan(tracker: Tracker, scan: Scan | None) -> Positions:
     """Returns the mesh as it lies in a scan, or as it is carried on."""
     if scan is None:
         return tracker.skip()
-    if isinstance(scan, PointScan):
-        try:
-            return tracker.push(scan.points, scan.normals, viewpoints=scan.viewpoints)
-        except ValueError as error:
-            if message := inside_out(scan):
-                raise InputError(f"{message}: {error}") from error
-            raise
-    return tracker.push_depth(scan.depth, scan.intrinsics, scan.poses)
+    try:
+        return tracker.push(scan)
+    except ValueError as error:
+        if message := inside_out(scan):
+            raise InputError(f"{message}: {error}") from error
+        raise
 
 
 def placed_in(
@@ -136,7 +124,7 @@ def placed_in(
     if landmarks is not None:
         landmarks = landmarks[0], landmarks[1] * units.factor
     with locating(file=mesh.path):
-        registered = registered_with(faces, template, scan, landmarks=landmarks, threads=threads)
+        registered = register(faces, template, scan, landmarks=landmarks, threads=threads)
     doubt = registered.reason
     if not doubt and tracked is not None and tracked.cause == "size":
         doubt = tracked.reason  # the registration has made it larger or smaller

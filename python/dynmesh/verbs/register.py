@@ -23,12 +23,11 @@ from ..formats import PathLike
 from ..formats.output import check_output, new_output
 from ..frames import ComputedFrames, Frame, Frames
 from ..geometry import size_of
-from ..registration import Landmarks, Registration
+from ..registration import Landmarks, Registration, register
 from ..scan import PointScan, Scan, inside_out
 from ..scans import ScanReader
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import exchanged, read_landmarks
-from ..tracking.placing import registered_with
 from ..tracking.single_scan import open_single
 from ..tracking.units import ratio_of, units_of
 
@@ -148,10 +147,17 @@ def registered(
             return units.told(ratio, size_of(own[np.unique(mesh.faces)]))
 
         def fit(left: Scan) -> Registration:
-            options = {"align": align, "scale": scale, "threads": threads}
             try:
                 with steps("registering", progress):
-                    return registered_with(mesh.faces, first, left, landmarks=marks, **options)
+                    return register(
+                        mesh.faces,
+                        first,
+                        left,
+                        landmarks=marks,
+                        align=align,
+                        scale=scale,
+                        threads=threads,
+                    )
             except ValueError as error:
                 about = marked[0] if str(error).startswith("landmarks: ") else None
                 message = str(error)

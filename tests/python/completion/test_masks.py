@@ -108,7 +108,6 @@ ENTRIES: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         _once(dynmesh.register),
         POSED | {"points": FRAME, "normals": UP, "landmarks": MARKS, "viewpoints": SENSOR},
     ),
-    "register_depth": (_once(dynmesh.register_depth), POSED | IMAGE | {"landmarks": MARKS}),
     "Sequence": (
         _once(dynmesh.Sequence),
         {

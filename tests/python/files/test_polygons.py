@@ -95,7 +95,7 @@ CALLS: dict[str, Callable[[Any, Any], Any]] = {
     "register": lambda f, p: registered(
         dynmesh.register(f, p[0], SCAN.points.tolist(), align=False)
     ),
-    "register_depth": lambda f, p: registered(dynmesh.register_depth(f, p[0], *IMAGE, align=False)),
+    "register images": lambda f, p: registered(dynmesh.register(f, p[0], IMAGE, align=False)),
     "push_depth": lambda f, p: dynmesh.Tracker(f, p[0]).push_depth(*as_given(IMAGE, p)),
     "push_depth of one camera": lambda f, p: dynmesh.Tracker(f, p[0]).push_depth(
         *as_given([images[0] for images in IMAGE], p)

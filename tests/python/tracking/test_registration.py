@@ -112,8 +112,7 @@ def test_points_may_be_sparse(rng: np.random.Generator) -> None:
     found = register(mesh, points[lower], normals[lower])
     assert found.quality != "good"
     (few,) = dynmesh.degrade.depth_images([mesh.vertices], mesh.faces, 4, width=160, height=120)
-    images = few.depth, few.intrinsics, few.poses
-    assert dynmesh.register_depth(mesh.faces, mesh.vertices, *images).quality == "good"
+    assert dynmesh.register(mesh.faces, mesh.vertices, few).quality == "good"
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import numpy as np
 from meshes import sheet
 
 import dynmesh
+from dynmesh.scans import DepthScan
 
 from .case import OTHER_FACES, Case, World
 from .functions import of
@@ -84,7 +85,7 @@ def _depth(argument: str, given: str, value: Any, *names: str) -> Case:
     return _call("push_depth", given, ValueError, f"{argument}:", *names, **arguments)
 
 
-_depth_of = of("register_depth")
+_depth_of = of("register")
 _tracker = of("Tracker")
 
 
@@ -119,7 +120,9 @@ cases = [
     _marks("a position twice", [3, 7], np.ones((2, 3)), "vertices 3 and 7", "(1, 1, 1)"),
     _depth_of(
         "a negative depth",
-        lambda w: dynmesh.register_depth(w.faces, w.vertices, -_DEPTH, _INTRINSICS, _POSE),
+        lambda w: dynmesh.register(
+            w.faces, w.vertices, DepthScan([-_DEPTH.astype(np.float32)], [_INTRINSICS], [_POSE])
+        ),
         ValueError,
         "of image 0",
         "-1",
