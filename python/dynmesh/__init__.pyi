@@ -22,6 +22,7 @@ from .cli.jobs import BatchReport as BatchReport
 from .cli.jobs import batch as batch
 from .completer import Completer as Completer
 from .completer import FrameReport as FrameReport
+from .computed import ComputedFrames as ComputedFrames
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import Finding as Finding
 from .diagnosis import diagnose as diagnose
@@ -31,7 +32,6 @@ from .formats import Written as Written
 from .formats import open as open
 from .formats import write as write
 from .formats.format import Format as Format
-from .frames import ComputedFrames as ComputedFrames
 from .frames import FileFrames as FileFrames
 from .frames import Frame as Frame
 from .frames import Frames as Frames

@@ -8,11 +8,12 @@ import numpy as np
 from . import formats
 from ._extras import require
 from .arrays import ArrayFrames
+from .computed import ComputedFrames
 from .draw.notebook import shown
 from .draw.page import Page
 from .evaluation.report import Evaluation
 from .formats import PathLike, Source, Written
-from .frames import ComputedFrames, Frames, checked
+from .frames import Frames, checked
 from .polygons import as_polygons
 from .verbs.complete import CompletionReport, complete
 from .verbs.evaluate import evaluate

@@ -15,11 +15,12 @@ from ..completer import Completer
 from ..completion.passes import SequenceSettings, Tally, completed_frames, verdict, with_implied
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
+from ..computed import ComputedFrames
 from ..formats import PathLike
 from ..formats.masks import MaskedFrames
 from ..formats.table import is_scene
 from ..formats.times import index_of
-from ..frames import ComputedFrames, Frame, Frames
+from ..frames import Frame, Frames
 
 _FEW = 0.2
 """A separate mask that knows a smaller share in most frames may be inverted."""

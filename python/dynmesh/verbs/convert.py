@@ -14,13 +14,14 @@ from .._errors import InputError, naming, numbering
 from .._options import Input, Method
 from .._progress import tracked
 from .._report import Report
+from ..computed import ComputedFrames, report_of
 from ..formats import PathLike, Written
 from ..formats.conversion import Changes, Unit
 from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
 from ..formats.output import check_output, making
 from ..formats.ply import read_elements
-from ..frames import ComputedFrames, Frame, Frames, report_of
+from ..frames import Frame, Frames
 from ..header import Axis, Header
 from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats

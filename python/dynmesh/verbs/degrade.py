@@ -14,12 +14,13 @@ from .._errors import InputError, numbering
 from .._options import Input, Method, Output
 from .._progress import tracked
 from .._report import OutputReport, Report, counted
+from ..computed import ComputedFrames
 from ..degrade.recordings import Vector, degraded_frames, scanned
 from ..formats import PathLike, Source
 from ..formats.frame_names import FrameNames
 from ..formats.output import refuse_inputs
 from ..formats.times import numbers_of_files
-from ..frames import ComputedFrames, Frame, Frames, frame_at
+from ..frames import Frame, Frames, frame_at
 from ..geometry import likely_up, mean_edge_of
 from ..header import Axis
 from ..scans import scan_folder

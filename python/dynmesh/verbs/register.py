@@ -17,11 +17,12 @@ from .._progress import steps
 from .._report import Report, as_json
 from ..arrays import ArrayFrames
 from ..completion.start import template_of
+from ..computed import ComputedFrames
 from ..draw.page import page as scan_page
 from ..draw.page import require_page
 from ..formats import PathLike
 from ..formats.output import check_output, new_output
-from ..frames import ComputedFrames, Frame, Frames
+from ..frames import Frame, Frames
 from ..geometry import size_of
 from ..registration import Landmarks, Registration, register
 from ..scan import PointScan, Scan, inside_out

@@ -15,12 +15,13 @@ from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
 from ..alignment import Alignment
 from ..completion.training import Training, TrainingFrames
+from ..computed import ComputedFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
 from ..formats.frame_names import Number
 from ..formats.output import new_output, output_path
 from ..formats.times import timing_of
-from ..frames import ComputedFrames, Frame
+from ..frames import Frame
 from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
