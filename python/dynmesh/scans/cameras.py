@@ -190,37 +190,37 @@ def _rig_of(described: Any, file: Path) -> Rig:
     return Rig(tuple(cameras.values()), None if unit is None else metres_of(unit), file)
 
 
-def _camera_of(told: Any, folder: Path) -> ScanCamera:
-    _check_fields(told, ("name",), _OPTIONAL)
-    name = told["name"]
+def _camera_of(described: Any, folder: Path) -> ScanCamera:
+    _check_fields(described, ("name",), _OPTIONAL)
+    name = described["name"]
     if not isinstance(name, str) or not _BY_NAME.fullmatch(name):
         raise ValueError(f"name: must be letters, digits, '.' or '-', not {name!r:.60}")
     size = None
-    if "width" in told or "height" in told:
+    if "width" in described or "height" in described:
         for field in ("width", "height"):
-            check_integer(field, told.get(field), 1)
-        size = told["width"], told["height"]
-    if ("poses" in told) == ("camera_to_world" in told):
+            check_integer(field, described.get(field), 1)
+        size = described["width"], described["height"]
+    if ("poses" in described) == ("camera_to_world" in described):
         raise ValueError("camera_to_world: is needed or, if the camera moves, poses")
-    camera = _moving(name, told, folder) if "poses" in told else _fixed(name, told)
+    camera = _moving(name, described, folder) if "poses" in described else _fixed(name, described)
     camera = replace(camera, size=size)
     if camera.intrinsics is None:
         for field in _OF_IMAGES:
-            if field in told:
+            if field in described:
                 raise ValueError(f"intrinsics: is missing, but there is a {field}")
         return camera
-    if "depth_scale" not in told:
+    if "depth_scale" not in described:
         raise ValueError("depth_scale: is missing; it is the depth of one count of the images")
-    check_positive("depth_scale", told["depth_scale"])
-    scale = float(told["depth_scale"])
-    distortion = _distortion(told["distortion"]) if "distortion" in told else ()
+    check_positive("depth_scale", described["depth_scale"])
+    scale = float(described["depth_scale"])
+    distortion = _distortion(described["distortion"]) if "distortion" in described else ()
     if distortion and size is None:
         raise ValueError("width: is missing; a distortion needs width and height")
     if distortion and camera.intrinsics[..., 0, 1].any():
         raise ValueError("intrinsics: with a distortion, the skew must be 0, as in OpenCV")
     if distortion and (camera.intrinsics != camera.intrinsics.reshape(-1, 3, 3)[0]).any():
         raise ValueError("intrinsics: with a distortion, all poses must have the same")
-    flipped, along_ray = told.get("flipped", ""), told.get("along_ray", False)
+    flipped, along_ray = described.get("flipped", ""), described.get("along_ray", False)
     if flipped not in ("", "x", "y", "xy"):
         raise ValueError(f"flipped: must be 'x', 'y' or 'xy', not {flipped!r:.60}")
     check_flags(along_ray=along_ray)
@@ -229,26 +229,26 @@ def _camera_of(told: Any, folder: Path) -> ScanCamera:
     )
 
 
-def _fixed(name: str, told: Any) -> ScanCamera:
+def _fixed(name: str, described: Any) -> ScanCamera:
     """Reads a pose and, if there are any, intrinsics."""
-    pose = pose_of("camera_to_world", told["camera_to_world"])
-    if "intrinsics" not in told:
+    pose = pose_of("camera_to_world", described["camera_to_world"])
+    if "intrinsics" not in described:
         return ScanCamera(name, pose)
-    intrinsics = matrix_of("intrinsics", told["intrinsics"], 3)
+    intrinsics = matrix_of("intrinsics", described["intrinsics"], 3)
     check_intrinsics(intrinsics)
     return ScanCamera(name, pose, intrinsics)
 
 
-def _moving(name: str, told: Any, folder: Path) -> ScanCamera:
+def _moving(name: str, described: Any, folder: Path) -> ScanCamera:
     """Reads the poses of a camera, which are listed or in a file, and their intrinsics."""
-    entries, is_file = told["poses"], isinstance(told["poses"], str)
+    entries, is_file = described["poses"], isinstance(described["poses"], str)
     if is_file:
         with naming(folder / entries):
             entries = poses_in(folder / entries)
     if not isinstance(entries, list) or not entries:
         raise ValueError(f"poses: must be a list of them, or a file, not {entries!r:.60}")
     by_frame = dict[Number, ScanCamera]()
-    of_all = {field: told[field] for field in ("intrinsics",) if field in told}
+    of_all = {field: described[field] for field in ("intrinsics",) if field in described}
     for entry in entries:
         _check_fields(entry, ("frame", "camera_to_world"), ("intrinsics",))
         frame = entry["frame"]
@@ -264,7 +264,7 @@ def _moving(name: str, told: Any, folder: Path) -> ScanCamera:
     matrices = [m for frame in frames if (m := by_frame[frame].intrinsics) is not None]
     if len(matrices) not in (0, len(frames)):
         raise ValueError("intrinsics: must be those of all poses, not of some")
-    within = told.get("within", _WITHIN if is_file else 0.0)
+    within = described.get("within", _WITHIN if is_file else 0.0)
     check_not_negative("within", within)
     intrinsics = np.stack(matrices) if matrices else None
     return ScanCamera(name, poses, intrinsics, frames=tuple(frames), within=within)
@@ -282,14 +282,14 @@ def _distortion(listed: Any) -> tuple[float, ...]:
     return tuple(map(float, listed))
 
 
-def _check_fields(told: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
+def _check_fields(described: Any, needed: tuple[str, ...], optional: tuple[str, ...]) -> None:
     """Refuses what is no object with these fields."""
-    if not isinstance(told, dict):
-        raise ValueError(f"must be an object with {' and '.join(needed)}, not {told!r:.60}")
+    if not isinstance(described, dict):
+        raise ValueError(f"must be an object with {' and '.join(needed)}, not {described!r:.60}")
     fields = (*needed, *optional)
-    for name in told:
+    for name in described:
         if name not in fields:
             raise ValueError(f"unknown field {name!r:.60}; the fields are {', '.join(fields)}")
     for name in needed:
-        if name not in told:
+        if name not in described:
             raise ValueError(f"{name}: is missing")
