@@ -125,6 +125,14 @@ def test_a_first_frame_that_does_not_fit_is_told(change: str, kind: str) -> None
         assert set(found[:4]) != {"good"}, method
 
 
+@pytest.mark.parametrize("factor", [1000, 2.54, 0.001, 0.3])
+def test_another_unit_is_named_whether_it_is_larger_or_smaller(factor: float) -> None:
+    subject = walker()
+    completer = dynmesh.Completer(subject.faces, factor * subject.vertices[0], method="motion")
+    completer.push(subject.vertices[1])
+    assert "in another unit of length" in completer.report.reason
+
+
 def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
     subject = walker()
     frames = subject.vertices[:6].copy()

@@ -566,3 +566,13 @@ def test_other_comments_are_ignored(
     path.write_bytes(mesh)
     sequence = dynmesh.read(path)
     assert (sequence.up_axis, sequence.metres_per_unit) == expected
+
+
+@pytest.mark.parametrize(("colour", "left_out"), [(" 1 0 0", True), ("", False)])
+def test_colours_of_vertices_are_named_when_they_are_left_out(
+    colour: str, left_out: bool, tmp_path: Path
+) -> None:
+    lines = [f"v {place}{colour}\n" for place in ("0 0 0", "1 0 0", "0 1 0")]
+    (tmp_path / "body.obj").write_text("".join([*lines, "f 1 2 3\n"]))
+    written = dynmesh.write(tmp_path / "body.npz", dynmesh.open(tmp_path / "body.obj"))
+    assert ("colours of body.obj are not written" in str(written)) == left_out
