@@ -134,10 +134,10 @@ def register(
             without `scale`.
     """
     own: Any = faces
-    given: Any = (template, points, normals)
+    arrays: Any = (template, points, normals)
     if (mesh := mesh_arrays(faces)) is not None:
-        own, given = mesh[0], (mesh[1], template, points)
-    template, points, normals = given
+        own, arrays = mesh[0], (mesh[1], template, points)
+    template, points, normals = arrays
     if isinstance(points, PointScan):
         points, normals, viewpoints = points
     frame = _arrays.first_frame("template", template)

@@ -97,11 +97,11 @@ def _sources(training: TrainingFrames | None, like: Frames) -> list[Path | Frame
         except DynmeshError as error:
             error.argument = "training"
             raise
-    given: Any = [training] if isinstance(training, str | os.PathLike | Frames) else training
-    if not isinstance(given, Iterable):
+    listed: Any = [training] if isinstance(training, str | os.PathLike | Frames) else training
+    if not isinstance(listed, Iterable):
         raise KindError(f"must be {_EXPECTED}, not {training!r}", argument="training")
     sources: list[Path | Frames] = []
-    for source in given:
+    for source in listed:
         if isinstance(source, Frames):
             sources.append(source)
             continue

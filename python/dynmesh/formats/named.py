@@ -54,13 +54,13 @@ def header_of(
 
     values: dict[str, Any] = {name: array_of(name) for name in ("times", *single) if name in names}
     for name, array in values.items():
-        is_number, one = array.dtype.kind in "fiu", name != "times"
+        is_number, is_single = array.dtype.kind in "fiu", name != "times"
         if name in ("up_axis", "name", "standard_error_of"):
             values[name] = str(array)
-        elif is_number and (not one or array.size == 1):
-            values[name] = array.item() if one else array.astype(np.float64)
+        elif is_number and (not is_single or array.size == 1):
+            values[name] = array.item() if is_single else array.astype(np.float64)
         else:
-            what = "one number" if one else "numbers"
+            what = "one number" if is_single else "numbers"
             kind = f"{array.dtype} of shape {array.shape}"
             raise InputError(f"must be {what}, not {kind}", argument=name)
     if "polygon_sizes" in names:

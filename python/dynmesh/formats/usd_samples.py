@@ -59,5 +59,5 @@ def value_at(attribute: Any, time: float, shape: tuple[int, ...]) -> NDArray[Any
 
 def _held(attribute: Any, before: float, after: float) -> bool:
     """Whether the values of two samples are equal."""
-    one, other = (np.asarray(attribute.Get(time)) for time in (before, after))
-    return before < after and np.array_equal(one, other, equal_nan=True)
+    first, second = (np.asarray(attribute.Get(time)) for time in (before, after))
+    return before < after and np.array_equal(first, second, equal_nan=True)

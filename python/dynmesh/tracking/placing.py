@@ -81,9 +81,9 @@ def placed_in(
     """
     template, faces = template_of(mesh), mesh.faces
     with_points = (
-        (number, one)
-        for number, one in enumerate(scans.frames())
-        if one is not None and one.has_points
+        (number, scan)
+        for number, scan in enumerate(scans.frames())
+        if scan is not None and scan.has_points
     )
     number, scan = next(with_points, (0, None))
     if scan is None:

@@ -66,7 +66,9 @@ class RegisterReport(Report):
     def to_dict(self) -> dict[str, Any]:
         """Returns how well the scan fits as values that JSON has."""
         result = self.registration
-        measures = {name: as_json(one) for name, one in vars(result).items() if name not in _LONG}
+        measures = {
+            name: as_json(measure) for name, measure in vars(result).items() if name not in _LONG
+        }
         return super().to_dict() | measures | {"observed": float(result.observed.mean())}
 
 
@@ -213,14 +215,14 @@ def registered(
 
 
 def _write_page(
-    page: Path, found: Registration, mesh: Frames, reader: ScanReader, overwrite: bool
+    page: Path, registration: Registration, mesh: Frames, reader: ScanReader, overwrite: bool
 ) -> None:
     """Writes a page with the scan and the result."""
     shown = scan_page(
-        ArrayFrames(found.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
+        ArrayFrames(registration.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
         scans=reader,
         colour="distance",
-        title=f"{mesh.path.name} registered with {reader.path.name}: {found.quality}",
+        title=f"{mesh.path.name} registered with {reader.path.name}: {registration.quality}",
         up=mesh.header.up_axis,
     )
     with new_output(page, overwrite, ".html") as hidden:
@@ -237,7 +239,7 @@ def _opened(template: PathLike) -> Frames:
 
 
 def _reason(
-    found: Registration,
+    registration: Registration,
     template: Positions,
     scan: Scan,
     landmarks: Landmarks | None,
@@ -248,21 +250,23 @@ def _reason(
 
     A mirrored template may fit well. Then only landmarks tell.
     """
-    if found.quality == "good":
+    if registration.quality == "good":
         wrong = "" if landmarks is None else exchanged(template, landmarks)
         return f"doubtful: {wrong}, or the template is mirrored" if wrong else ""
     wrong = rooms or inside_out(scan)  # as the walls of a room face its middle
     if landmarks is not None:
         wrong = wrong or exchanged(template, landmarks) or _elsewhere(landmarks, scan)
-        wrong = wrong or _misplaced(found, landmarks)
-    message = ": ".join(filter(None, [found.quality, wrong, found.reason]))
-    if found.cause in ("unseen", "pose", "place") and not align:
+        wrong = wrong or _misplaced(registration, landmarks)
+    message = ": ".join(filter(None, [registration.quality, wrong, registration.reason]))
+    if registration.cause in ("unseen", "pose", "place") and not align:
         message += "; the template was not moved into the scan, which `align` does"
     elif (
-        found.cause in ("part", "place") and found.hole > _core.large_hole and _lacks_cameras(scan)
+        registration.cause in ("part", "place")
+        and registration.hole > _core.large_hole
+        and _lacks_cameras(scan)
     ):
         message += "; `cameras` says which part could not be seen"
-    elif found.cause in ("pose", "place") and landmarks is None:
+    elif registration.cause in ("pose", "place") and landmarks is None:
         message += (
             "; landmarks say where points that are easy to find, such as ends and corners, belong"
         )
@@ -275,7 +279,7 @@ def _lacks_cameras(scan: Scan) -> bool:
 
 def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:
     """Says that no landmark is near the scan; empty if one is."""
-    away = min(np.linalg.norm(scan.cloud - one, axis=1).min() for one in landmarks[1])
+    away = min(np.linalg.norm(scan.cloud - position, axis=1).min() for position in landmarks[1])
     if away <= _MISPLACED * size_of(scan.cloud):
         return ""
     return (
@@ -284,11 +288,11 @@ def _elsewhere(landmarks: Landmarks, scan: Scan) -> str:
     )
 
 
-def _misplaced(found: Registration, landmarks: Landmarks) -> str:
+def _misplaced(registration: Registration, landmarks: Landmarks) -> str:
     """Names the landmark that is farthest from its vertex; empty if none is far."""
     vertices, positions = landmarks
-    distances = np.linalg.norm(found.vertices[vertices] - positions, axis=1)
+    distances = np.linalg.norm(registration.vertices[vertices] - positions, axis=1)
     worst = int(distances.argmax())
-    if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(found.vertices, axis=0)):
+    if distances[worst] <= _MISPLACED * np.linalg.norm(np.ptp(registration.vertices, axis=0)):
         return ""
     return f"vertex {vertices[worst]} lies {distances[worst]:.3g} from its landmark"

@@ -196,9 +196,9 @@ def track(
     """
     for name, path in (("scans", scans), ("template", template)):
         check_path(name, path)
-    for name, given in (("landmarks", landmarks), ("cameras", cameras)):
-        if given is not None:
-            check_path(name, given)
+    for name, further in (("landmarks", landmarks), ("cameras", cameras)):
+        if further is not None:
+            check_path(name, further)
     check_flags(recover=recover, uncertainty=uncertainty)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
@@ -276,26 +276,26 @@ def _report(
     fits: Fits, at: Placed, room: Background, reader: ScanReader, *, is_trained: bool
 ) -> TrackReport:
     """Says what was done for all frames together."""
-    reports = [one.report for one in fits.tracked]
+    reports = [frame.report for frame in fits.tracked]
     return TrackReport(
         quality=fits.quality,
         reason=fits.reason,
         remarks=(*filter(None, [at.remark, room.remark]), *fits.remarks),
         frames=reader.n_frames,
-        seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
-        observed=float(np.mean([one.seen for one in reports])) if reports else None,
+        seconds_per_frame=float(np.median([each.seconds for each in reports])) if reports else None,
+        observed=float(np.mean([report.seen for report in reports])) if reports else None,
         far=fits.total.share if fits.total.points else None,
-        worst=tuple((one.number, one.report.far) for one in fits.worst),
-        each=tuple(FrameQuality.of(one) for one in fits.tracked),
-        cameras={name: one.share for name, one in fits.cameras.items()},
+        worst=tuple((frame.number, frame.report.far) for frame in fits.worst),
+        each=tuple(FrameQuality.of(frame) for frame in fits.tracked),
+        cameras={name: counts.share for name, counts in fits.cameras.items()},
         suspects=fits.suspects,
         empty=fits.empty,
-        recovered=sum(one.recovered for one in reports),
+        recovered=sum(report.recovered for report in reports),
         lost=tuple(reader.lost),
         distance=at.distance,
         alignment=at.alignment,
         registration=at.registration,
-        prior_weight=float(np.mean([one.prior_weight for one in reports]))
+        prior_weight=float(np.mean([report.prior_weight for report in reports]))
         if reports and is_trained
         else None,
     )
