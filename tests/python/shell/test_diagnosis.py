@@ -144,14 +144,25 @@ def test_sound_sequences_have_no_findings_whatever_is_lost(sequence: Sequence) -
         assert codes(dynmesh.diagnose(replace(sequence, vertices=holes))) == []
 
 
-@pytest.mark.parametrize(("times", "leaps"), [(5, []), (7, [8])])
-def test_a_leap_is_six_times_as_long_as_other_steps(times: float, leaps: list[int]) -> None:
+@pytest.mark.parametrize(("times", "at", "leaps"), [(5, 8, []), (7, 8, [8]), (7, 2, [2])])
+def test_a_leap_is_six_times_as_long_as_other_steps(
+    times: float, at: int, leaps: list[int]
+) -> None:
     mesh = sheet(12)
     step = 0.01 * np.linalg.norm(np.ptp(mesh.vertices, axis=0))
-    moved = step * np.cumsum([times if n == 8 else float(n > 0) for n in range(16)])
+    moved = step * np.cumsum([times if n == at else float(n > 0) for n in range(16)])
     vertices = mesh.vertices + moved[:, None, None] * np.array([0, 0, 1])
     found = dynmesh.diagnose(Sequence(vertices, mesh.faces)).findings
     assert [finding.where.frames.tolist() for finding in found] == ([leaps] if leaps else [])
+
+
+def test_where_few_vertices_are_seen_the_positions_of_others_do_not_count() -> None:
+    sound = moving(sheet(5))
+    known = np.random.default_rng(1).random(sound.vertices.shape[:2]) < 0.5
+    known[0] = True
+    far = sound.vertices + 100.0 * (np.arange(16) % 2)[:, None, None]
+    vertices = np.where(known[..., None], sound.vertices, far)
+    assert codes(dynmesh.diagnose(replace(sound, vertices=vertices, known=known))) == []
 
 
 def test_recordings_raise_no_false_alarm(data: Path) -> None:
