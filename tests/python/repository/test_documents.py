@@ -370,6 +370,8 @@ def test_the_site_is_whole(tmp_path: Path) -> None:
     for language, symbol in (("cpp", "register_template"), ("c", "dynmesh_push_sparse")):
         reference = (tmp_path / "reference" / language / "index.html").read_text()
         assert f'<h3 id="{symbol}">' in reference
+    assert 'href="walker.html"' in (tmp_path / "gallery" / "index.html").read_text()
+    assert (tmp_path / "gallery" / "walker.html").exists()
     commands = (tmp_path / "reference" / "commands" / "index.html").read_text()
     assert all(f'id="dynmesh-{verb}"' in commands for verb in VERBS)
     assert "--drop-above" in commands
