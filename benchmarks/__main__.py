@@ -15,6 +15,7 @@ from . import (
     tracking_baselines,
     tracking_conditions,
     tracking_errors,
+    tracking_resolutions,
     whole_frame,
 )
 from .harness import Table, add_arguments, show
@@ -41,6 +42,7 @@ TABLES: dict[str, tuple[Callable[[argparse.Namespace], list[Table]], tuple[str, 
     "tracking": (tracking_baselines.tables, ("--cameras",)),
     "tracking-conditions": (tracking_conditions.tables, ("--cameras", "--cloth")),
     "tracking-errors": (tracking_errors.tables, ("--cameras",)),
+    "tracking-resolutions": (tracking_resolutions.tables, ("--cameras",)),
     "whole-frame": (whole_frame.tables, ()),
 }
 

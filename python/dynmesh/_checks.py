@@ -23,6 +23,19 @@ def check_integer(name: str, value: object, least: float, most: float = math.inf
         raise InputError(f"must be {bounds}, not {value!r}", argument=name, value=value)
 
 
+def check_resolution(value: object) -> None:
+    """Raises an error unless the value is a resolution of a tracker."""
+    if isinstance(value, str) and value == "best":
+        return
+    allowed = "must be 'best' or a number of vertices, at least 1"
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        if not 1 <= value <= np.iinfo(np.int32).max:
+            raise InputError(f"{allowed}, not {value!r}", argument="resolution", value=value)
+        return
+    refusal = InputError if isinstance(value, str) else KindError
+    raise refusal(f"{allowed}, not {value!r}", argument="resolution", value=value)
+
+
 def check_flags(**flags: object) -> None:
     """Raises an error unless the values are True or False."""
     for name, value in flags.items():

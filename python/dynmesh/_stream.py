@@ -39,8 +39,8 @@ class Stream:
         settings: dict[str, Any],
     ) -> None:
         """Checks the kinds of the settings, and begins."""
-        for name, value in settings.items():
-            _check_setting(name, value, kinds[name])
+        for name, kind in kinds.items():
+            _check_setting(name, settings[name], kind)
         faces, first_frame = _arrays.template(faces, first_frame, "first_frame")
         first = _arrays.first_frame("first_frame", first_frame)
         self._settings = settings

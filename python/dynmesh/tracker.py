@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import _arrays, _core
 from ._arrays import Mask, Positions
+from ._checks import check_resolution
 from ._errors import InputError, KindError
 from ._stream import Stream
 from .completer import FrameReport
@@ -18,6 +19,9 @@ from .polygons import Faces, Mesh
 from .scan import DepthScan, PointScan, Scan
 
 Matrix: TypeAlias = NDArray[np.floating[Any] | np.integer[Any]]
+
+Resolution: TypeAlias = Literal["best"] | int
+"""On how many vertices a template is tracked; see :class:`Tracker`."""
 
 _KINDS = {"uncertainty": bool, "recover": bool, "threads": int}
 
@@ -120,6 +124,11 @@ class Tracker(Stream):
             "ruined": from the last frame that is not, and, in at most one frame of
             ten, by a registration, which takes as long as `dynmesh.register`. `report.recovered`
             says whether it was found. A frame in which it stays lost is as without `recover`.
+        resolution: on how many vertices of the template the iterations of a frame run. "best": on
+            at most 2 500, a quarter of them, and then on all. A number, at least 1: "live", on so
+            many, from which the others follow by their shape, which is faster, with larger errors;
+            docs/reference/tracking.md has figures. A template that has no more vertices is tracked
+            on all of them.
         threads: the number of threads that may work on a frame, from 1 to 256. More than one helps
             from about 7 000 vertices or points on. Results are identical for any number of threads.
         training: None, or complete frames of the same mesh, as Completer takes them, from which the
@@ -134,18 +143,29 @@ class Tracker(Stream):
         *,
         uncertainty: bool = False,
         recover: bool = False,
+        resolution: Resolution = "best",
         threads: int = 1,
         training: Iterable[Positions] | None = None,
     ) -> None:
         """Starts at a template."""
-        settings = {"uncertainty": uncertainty, "recover": recover, "threads": threads}
+        settings = {
+            "uncertainty": uncertainty,
+            "recover": recover,
+            "resolution": resolution,
+            "threads": threads,
+        }
+        check_resolution(resolution)
         super().__init__(faces, first_frame, training, _KINDS, settings)
 
     def __repr__(self) -> str:
         """Names the size."""
         return f"Tracker({self.n_vertices} vertices, {self.n_edges} edges)"
 
-    _create = staticmethod(_core.tracker)
+    @staticmethod
+    def _create(faces: Any, first_frame: Any, settings: dict[str, Any], training: Any) -> Any:
+        resolution = settings["resolution"]
+        vertices = 0 if isinstance(resolution, str) else resolution
+        return _core.tracker(faces, first_frame, {**settings, "resolution": vertices}, training)
 
     def push(
         self,

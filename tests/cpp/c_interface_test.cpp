@@ -173,6 +173,7 @@ TEST_CASE("a tracker") {
     shown = training_frames_of(mesh.vertices, 4);
   }
   SUBCASE("that recovers") { settings.recover = true; }
+  SUBCASE("that is live") { settings.resolution = 100; }
   auto expected = shown.empty()
                       ? Tracker<double>(mesh.faces(), mesh.points(), settings)
                       : Tracker<double>(mesh.faces(), mesh.points(), settings, training_of(shown));
@@ -184,7 +185,7 @@ TEST_CASE("a tracker") {
   const auto create = [&] {
     return dynmesh_tracker_create_with(mesh.indices.data(), n_faces, &first, 1,
                                        settings.uncertainty ? 1 : 0, settings.recover ? 1 : 0,
-                                       training, &tracker);
+                                       settings.resolution, training, &tracker);
   };
   if (!shown.empty()) {
     REQUIRE(dynmesh_training_create(first.count, first.type, &training) == DYNMESH_OK);

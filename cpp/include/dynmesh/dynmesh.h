@@ -368,12 +368,16 @@ DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64
 
 /// The same with more choices. If `uncertainty` is not zero, dynmesh_tracker_standard_error returns
 /// the standard error of each vertex. If `recover` is not zero, the template is sought again where
-/// it is lost; see TrackerSettings in tracker.hpp. `training` is null, or a training sequence of
+/// it is lost. `resolution` is 0 for the best, or the number of vertices on which the template is
+/// tracked live. See TrackerSettings in tracker.hpp. `training` is null, or a training sequence of
 /// three frames or more of the type of `first_frame`, as for dynmesh_create_trained; its frames are
 /// copied.
-DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(
-    const int32_t* faces, int64_t n_faces, const dynmesh_points* first_frame, int32_t threads,
-    int32_t uncertainty, int32_t recover, dynmesh_training* training, dynmesh_tracker** tracker);
+DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
+                                                          const dynmesh_points* first_frame,
+                                                          int32_t threads, int32_t uncertainty,
+                                                          int32_t recover, int32_t resolution,
+                                                          dynmesh_training* training,
+                                                          dynmesh_tracker** tracker);
 
 /// Null is allowed.
 DYNMESH_EXPORT void dynmesh_tracker_destroy(dynmesh_tracker* tracker);

@@ -38,6 +38,7 @@ void for_each_setting(const Visit& visit) {
   if constexpr (std::is_same_v<Owner, TrackerSettings>) {
     visit(Setting{"uncertainty"}, &TrackerSettings::uncertainty);
     visit(Setting{"recover"}, &TrackerSettings::recover);
+    visit(Setting{"resolution"}, &TrackerSettings::resolution);
     visit(threads_setting, &TrackerSettings::threads);
   } else {
     visit(Setting{"method"}, &Settings::method, &Twin::method);

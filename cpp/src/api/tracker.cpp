@@ -30,7 +30,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// The last character is the version of the format.
-constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'E'};
+constexpr StateFormat tracker_state = {'d', 'y', 'n', 't', 'r', 'a', 'c', 'F'};
 
 /// Says of the whole frame what its measure says.
 void tell_quality(TrackingReport& report) {
@@ -68,6 +68,8 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
         surface(mesh->faces, mesh->topology, mesh->workers, first_frame, TrackingConstants{},
                 mesh->training, settings.uncertainty, std::numeric_limits<Real>::epsilon()),
         recovery(*mesh, first_frame, settings.recover) {
+    const auto epsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
+    surface.coarsen(most_coarse_vertices(), settings.resolution > 0, mesh->training, epsilon);
     surface.begin(memory);
     recovery.begin(memory);
     next = memory;
@@ -119,6 +121,14 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     report = made;
     of_sensors = std::move(found.agreements.of_sensors);
     return report;
+  }
+
+  /// The number of vertices of the mesh on which the iterations run.
+  [[nodiscard]] std::size_t most_coarse_vertices() const {
+    if (settings.resolution > 0) return at(settings.resolution);
+    const TrackingConstants& constants = surface.constants();
+    if (n_vertices() <= constants.coarse_vertices) return n_vertices();
+    return std::min(constants.coarse_vertices, n_vertices() / constants.share_of_vertices);
   }
 
   /// Tells the standard errors, and the root mean square of those that are finite; 0 without any.

@@ -516,15 +516,18 @@ dynmesh_status dynmesh_create_trained(const int32_t* faces, int64_t n_faces,
 dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
                                       const dynmesh_points* first_frame, int32_t threads,
                                       dynmesh_tracker** tracker) {
-  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, 0, nullptr, tracker);
+  return dynmesh_tracker_create_with(faces, n_faces, first_frame, threads, 0, 0, 0, nullptr,
+                                     tracker);
 }
 
 dynmesh_status dynmesh_tracker_create_with(const int32_t* faces, int64_t n_faces,
                                            const dynmesh_points* first_frame, int32_t threads,
-                                           int32_t uncertainty, int32_t recover,
+                                           int32_t uncertainty, int32_t recover, int32_t resolution,
                                            dynmesh_training* training, dynmesh_tracker** tracker) {
-  const TrackerSettings settings = {
-      .threads = threads, .uncertainty = uncertainty != 0, .recover = recover != 0};
+  const TrackerSettings settings = {.threads = threads,
+                                    .uncertainty = uncertainty != 0,
+                                    .recover = recover != 0,
+                                    .resolution = resolution};
   return create<Tracker>(faces, n_faces, first_frame, settings, training, tracker);
 }
 

@@ -31,8 +31,8 @@ std::vector<std::vector<Index>> find_components(const Cells& cells) {
   return components;
 }
 
-/// The order in which vertices may become centres. Distances are rounded, since the order of a sum
-/// over all vertices affects the mean.
+}  // namespace
+
 std::vector<Index> in_order(const Cells& cells, Field positions) {
   constexpr double steps = 1 << 20;
   std::vector<double> distances(positions.size());
@@ -56,8 +56,6 @@ std::vector<Index> in_order(const Cells& cells, Field positions) {
   });
   return order;
 }
-
-}  // namespace
 
 Clusters cluster_vertices(const Cells& cells, Field positions) {
   const auto k = static_cast<Index>(cells.size());

@@ -24,6 +24,10 @@ struct Clusters {
   [[nodiscard]] std::size_t size() const { return centres.size(); }
 };
 
+/// The order in which vertices may become centres, which does not depend on their numbers.
+/// Distances from the mean are rounded, since the order of a sum over all vertices affects it.
+std::vector<Index> in_order(const Cells& cells, Field positions);
+
 /// Aggregates vertices as in algebraic multigrid (Vanek, Mandel and Brezina 1996): vertices become
 /// centres if nobody in their cell has a cluster, and their cell becomes theirs; then what is left
 /// joins a cluster of a neighbour. Vertices far from the mean position of their component come

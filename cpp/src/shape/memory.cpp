@@ -47,8 +47,11 @@ void check_memory(const Memory& memory, double largest) {
   const auto is_plausible = [](double a) {
     return std::abs(a) <= training_constants.largest_coefficient;
   };
-  if (!is_share(memory.fit.prior_weight) || !is_share(memory.fit.prior_share) ||
-      !std::ranges::all_of(memory.fit.coefficients, is_plausible)) {
+  for (const FitMemory& fit : {memory.fit, memory.coarse_fit}) {
+    if (is_share(fit.prior_weight) && is_share(fit.prior_share) &&
+        std::ranges::all_of(fit.coefficients, is_plausible)) {
+      continue;
+    }
     refuse_state("holds a pose far out of any range");
   }
 }

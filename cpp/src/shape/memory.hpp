@@ -88,6 +88,7 @@ struct Memory {
   std::vector<Vector3> u;     ///< (k,) the recent change of m per frame
   double lambda = detail_constants.first_lambda;  ///< the weight of noisy anchors, in the unit of K
   FitMemory fit;
+  FitMemory coarse_fit;  ///< of the coarse mesh of a tracker
   GainMemory gains;
   ErrorMemory errors;
   Verdict verdict;
@@ -120,11 +121,12 @@ void each_number(Visited& memory, const Visit& visit) {
     visit(share);
   }
   visit(memory.gains.frame);
-  auto& fit = memory.fit;
-  visit(fit.coefficients);
-  for (auto* number : {&fit.residual_variance, &fit.size, &fit.determined, &fit.explained,
-                       &fit.prior_weight, &fit.prior_share}) {
-    visit(*number);
+  for (auto* fit : {&memory.fit, &memory.coarse_fit}) {
+    visit(fit->coefficients);
+    for (auto* number : {&fit->residual_variance, &fit->size, &fit->determined, &fit->explained,
+                         &fit->prior_weight, &fit->prior_share}) {
+      visit(*number);
+    }
   }
   visit(memory.errors.errors);
   visit(memory.errors.changes);

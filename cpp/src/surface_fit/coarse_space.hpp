@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/workers.hpp"
 #include "shape/rotations.hpp"
 #include "surface_fit/surface_rows.hpp"
 

@@ -7,6 +7,20 @@
 namespace dynmesh {
 
 struct TrackingConstants {
+  /// The iterations of a frame run on a coarse mesh if the template has more vertices than this:
+  /// on so many of them, at most a quarter, and with at least so many of each component. So many
+  /// follow on the template, whose solutions go on farther, since all that is left is smooth and
+  /// slow to solve.
+  std::size_t coarse_vertices = 2500;
+  std::size_t share_of_vertices = 4;
+  std::size_t fewest_vertices = 60;
+  int whole_iterations = 2;
+  int whole_steps = 40;
+  double whole_settled = 1e-3;
+  /// The coarse mesh is drawn to so many points for each of its vertices, evenly spread.
+  std::size_t coarse_points = 3;
+  bool is_coarse = false;
+
   /// The share of the last motion with which the next one begins: of a frame, and of an iteration
   /// (the heavy ball, Polyak 1964).
   double prediction = 0.6;

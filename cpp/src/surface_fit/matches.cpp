@@ -108,6 +108,13 @@ Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Work
 void Matches::begin(const PointScan& measurement) {
   measurement_ = &measurement;
   order_ = along_curve(measurement.points, mean_edge_);
+  if (constants_.is_coarse) {
+    const std::size_t most = constants_.coarse_points * normals_.size();
+    const std::size_t every = std::max<std::size_t>((order_.size() + most / 2) / most, 1);
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < order_.size(); i += every) order_[n++] = order_[i];
+    order_.resize(n);
+  }
   found_.assign(order_.size(), {});
   points_.clear();
   for (const std::uint32_t i : order_) {
@@ -159,6 +166,42 @@ Matches::Match Matches::nearest(Field x, std::size_t point, const Place& from,
   return {place, agreeing_normal(place, point)};
 }
 
+void Matches::measure_heights(Field frame, Matches& finer, Field finer_frame) {
+  find_normals(frame);
+  finer.places_.follow(finer_frame);
+  const auto anywhere = [](const Place&) { return true; };
+  heights_.resize(faces_.size());
+  workers_.for_each_in_chunks(faces_.size(), [&](std::size_t f) {
+    for (std::size_t s = 0; s < 3; ++s) {
+      const auto a = at(faces_[f][(s + 1) % 3]);
+      const auto b = at(faces_[f][(s + 2) % 3]);
+      const auto middle = 0.5 * (frame[a] + frame[b]);
+      const auto sum = normals_[a] + normals_[b];
+      const double length = std::sqrt(squared_norm(sum));
+      if (!(length > 0)) continue;
+      const auto normal = (1 / length) * sum;
+      double height = 0;
+      for (int step = 0; step < 3; ++step) {
+        const auto point = middle + height * normal;
+        const Place place = finer.places_.nearest(
+            finer_frame, point, {.squared = mean_edge_ * mean_edge_ / 4}, anywhere);
+        if (place.any()) height += dot(place.on(finer_frame) - point, normal);
+      }
+      heights_[f][s] = std::clamp(height, -mean_edge_ / 2, mean_edge_ / 2);
+    }
+  });
+}
+
+/// How high the finer surface is above a place: quadratic between the corners and the middles of
+/// the sides.
+double Matches::height(const Place& place) const {
+  double sum = 0;
+  for (std::size_t s = 0; s < 3; ++s) {
+    sum += 4 * heights_[place.face][s] * place.shares[(s + 1) % 3] * place.shares[(s + 2) % 3];
+  }
+  return sum;
+}
+
 const Matches::Rows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
@@ -189,6 +232,11 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
       const double sign = dot(points_[i].normal, match.normal) < 0 ? -1 : 1;
       const auto mean = sign * points_[i].normal + match.normal;
       rows_[i] = {match.place, (1 / std::sqrt(squared_norm(mean))) * mean, points_[i].position, 1};
+      if (!heights_.empty()) {
+        const bool is_outside = dot(match.place.on(normals_), match.normal) > 0;
+        const double height = is_outside ? this->height(match.place) : -this->height(match.place);
+        rows_[i].point = rows_[i].point - height * match.normal;
+      }
     }
   };
   const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
@@ -244,19 +292,19 @@ std::vector<double> Matches::nearest_distances() const {
 /// all are far, and where it has, those that are far are of something else.
 std::vector<double> Matches::usual_distances() const {
   const auto nearest = nearest_distances();
-  std::vector<std::vector<double>> distances(clusters_.size());
-  for (std::size_t v = 0; v < nearest.size(); ++v) {
-    if (std::isfinite(nearest[v])) distances[clusters_.of_vertex[v]].push_back(nearest[v]);
-  }
-  std::vector<double> usual(clusters_.size(), constants_.resolution);
-  for (std::size_t c = 0; c < usual.size(); ++c) {
-    auto around = distances[c];
-    for (const Index other : clusters_.neighbours[c]) {
-      around.insert(around.end(), distances[other].begin(), distances[other].end());
+  std::vector<double> usual(clusters_.size(), constants_.resolution), around;
+  const auto add = [&](std::size_t cluster) {
+    for (const Index v : clusters_.members[cluster]) {
+      if (std::isfinite(nearest[at(v)])) around.push_back(nearest[at(v)]);
     }
+  };
+  for (std::size_t c = 0; c < usual.size(); ++c) {
+    around.clear();
+    add(c);
+    for (const Index other : clusters_.neighbours[c]) add(at(other));
     if (around.empty()) continue;
-    usual[c] = std::clamp(constants_.usual_distances * quantile(std::move(around), 0.5),
-                          constants_.resolution, constants_.largest_scale);
+    usual[c] = std::clamp(constants_.usual_distances * median(around), constants_.resolution,
+                          constants_.largest_scale);
   }
   return usual;
 }

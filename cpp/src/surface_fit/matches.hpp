@@ -1,6 +1,7 @@
 /// Which place of a tracked surface each measured point lies at.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
@@ -50,6 +51,10 @@ class Matches {
           const TrackingConstants& constants, Field first_frame, double mean_edge,
           std::span<const Material> materials, const Clusters& clusters);
 
+  /// Lets points be matched with a finer surface in place of this one: `frame` lies on
+  /// `finer_frame`, and the finer surface stays as high above the triangles as there.
+  void measure_heights(Field frame, Matches& finer, Field finer_frame);
+
   /// Begins a frame. `measurement` must outlive it.
   void begin(const PointScan& measurement);
 
@@ -96,6 +101,7 @@ class Matches {
   };
   [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
                               const Search& search) const;
+  [[nodiscard]] double height(const Place& place) const;
   void weigh(Field x, const Search& search, double points_of_row);
   [[nodiscard]] std::vector<double> nearest_distances() const;
   [[nodiscard]] std::vector<double> usual_distances() const;
@@ -108,6 +114,7 @@ class Matches {
   std::span<const Material> materials_;
   const Clusters& clusters_;
   std::vector<double> outside_;  // of each component: -1 if its faces are wound inwards, else 1
+  std::vector<std::array<double, 3>> heights_;  // above the sides of the faces, or empty
   Boundary boundary_;
   SurfacePlaces places_;
 

@@ -65,6 +65,8 @@ class NonrigidStep {
   /// are those of the frame; vertices without a point may be off by `unseen` beside that.
   void measure_errors(const Memory& memory, Field x, double unseen, Memory& next);
 
+  /// Finds the rotations of a frame in place of those of an earlier one.
+  void fit_rotations(Field frame, std::span<Quaternion> q) { rotations_.fit(frame, q); }
   /// Finds the rotations and the shape of a frame in place of those of `memory`.
   void remember(Field frame, Memory& memory);
   /// (k,) the rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of

@@ -7,18 +7,6 @@
 #include "base/rigid_motion.hpp"
 
 namespace dynmesh {
-namespace {
-
-/// The numbers of a field as they lie in memory, four for each vertex.
-auto vector_of(Field field) {
-  return Eigen::Map<const Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
-}
-auto vector_of(std::span<Vector3> field) {
-  return Eigen::Map<Eigen::VectorXd>(&field[0].x, std::ssize(field) * 4);
-}
-
-}  // namespace
-
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
   const auto nothing = Eigen::Isometry3d::Identity();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -55,45 +43,32 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
          Eigen::Translation3d(-centre);
 }
 
-RowMatrix::RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices)
-    : matrix_(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(4 * n_vertices)) {
-  matrix_.reserve(9 * matrix_.rows());
-  for (Eigen::Index r = 0; r < matrix_.rows(); ++r) {
-    const SurfaceRow& row = rows[r];
-    const Eigen::Vector3d normal = std::sqrt(row.weight) * to_eigen(row.normal);
-    matrix_.startVec(r);
+RowProduct::RowProduct(std::span<const SurfaceRow> rows) {
+  rows_.reserve(rows.size());
+  for (const SurfaceRow& row : rows) {
+    rows_.push_back({row.corners, row.shares, std::sqrt(row.weight) * row.normal});
+  }
+}
+
+void RowProduct::add(Field step, std::span<Vector3> product) const {
+  for (const auto& [corners, shares, normal] : rows_) {
+    const auto& [a, b, c] = corners;
+    const double along =
+        dot(normal, shares[0] * step[a] + shares[1] * step[b] + shares[2] * step[c]);
+    product[a] = product[a] + shares[0] * along * normal;
+    product[b] = product[b] + shares[1] * along * normal;
+    product[c] = product[c] + shares[2] * along * normal;
+  }
+}
+
+void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces) {
+  for (const SurfaceRow& row : rows) {
+    const double offset = row.weight * dot(row.normal, row.point - row.on(x));
     for (std::size_t s = 0; s < 3; ++s) {
-      if (row.shares[s] == 0) continue;  // rows of a single vertex have it in all corners
-      for (Eigen::Index c = 0; c < 3; ++c) {
-        const Eigen::Index column = 4 * static_cast<Eigen::Index>(row.corners[s]) + c;
-        matrix_.insertBackByOuterInnerUnordered(r, column) = row.shares[s] * normal[c];
-      }
+      Vector3& force = forces[row.corners[s]];
+      force = force + row.shares[s] * offset * row.normal;
     }
   }
-  matrix_.finalize();
-  transposed_ = matrix_.transpose();
-}
-
-void RowMatrix::add_forces(std::span<const SurfaceRow> rows, Field x,
-                           std::span<Vector3> forces) const {
-  Eigen::VectorXd offsets(matrix_.rows());
-  for (Eigen::Index r = 0; r < offsets.size(); ++r) {
-    const SurfaceRow& row = rows[r];
-    offsets[r] = std::sqrt(row.weight) * dot(row.normal, row.point - row.on(x));
-  }
-  vector_of(forces) += transposed_ * offsets;
-}
-
-void RowMatrix::add_product(Field step, std::span<Vector3> product, Workers& workers) const {
-  Eigen::VectorXd along(matrix_.rows());
-  workers.for_each_short_chunk(static_cast<Index>(matrix_.rows()), [&](Index first, Index last) {
-    along.segment(first, last - first).noalias() =
-        matrix_.middleRows(first, last - first) * vector_of(step);
-  });
-  workers.for_each_short_chunk(static_cast<Index>(step.size()), [&](Index first, Index last) {
-    vector_of(product.subspan(at(first), at(last - first))).noalias() +=
-        transposed_.middleRows(4 * first, 4 * (last - first)) * along;
-  });
 }
 
 }  // namespace dynmesh

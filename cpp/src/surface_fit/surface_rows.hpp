@@ -2,12 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <Eigen/Sparse>
-#include <cstddef>
+#include <array>
+#include <cstdint>
 #include <dynmesh/types.hpp>
 #include <span>
+#include <vector>
 
-#include "base/workers.hpp"
 #include "surface_fit/surface_places.hpp"
 
 namespace dynmesh {
@@ -25,23 +25,24 @@ struct SurfaceRow : Place {
 /// the planes hardly determine, as of a sphere, stays small.
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
 
-/// The matrix of the energy of rows.
-class RowMatrix {
+/// Half of the Hessian of the energy of rows.
+class RowProduct {
  public:
-  RowMatrix(std::span<const SurfaceRow> rows, std::size_t n_vertices);
+  explicit RowProduct(std::span<const SurfaceRow> rows);
 
-  /// Adds half of the negative gradient at X, with the `rows` of which this is the matrix.
-  void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces) const;
-
-  /// Adds half of the product of the energy's Hessian with a step: (k,).
-  void add_product(Field step, std::span<Vector3> product, Workers& workers) const;
+  /// Adds the product with a step: (k,).
+  void add(Field step, std::span<Vector3> product) const;
 
  private:
-  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-
-  // (rows, 4 k): sqrt(w) b_s n, for the four numbers in which a field keeps each vertex.
-  Matrix matrix_;
-  Matrix transposed_;  // of which threads take rows
+  struct Row {
+    std::array<std::uint32_t, 3> corners;
+    std::array<double, 3> shares;
+    Vector3 normal;  // sqrt(w) n
+  };
+  std::vector<Row> rows_;
 };
+
+/// Adds half of the negative gradient of the energy of rows at X.
+void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces);
 
 }  // namespace dynmesh

@@ -65,8 +65,8 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                           std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(landmarks);
-  const RowMatrix matrix(rows, x.size());
-  matrix.add_forces(rows, x, force);
+  const RowProduct row_product(rows);
+  add_forces(rows, x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }
@@ -82,7 +82,7 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
       product[tie.i] = product[tie.i] + tied;
       product[tie.j] = product[tie.j] - tied;
     }
-    matrix.add_product(direction, product, workers_);
+    row_product.add(direction, product);
     workers_.for_each_in_chunks(product.size(), [&](std::size_t v) {
       product[v] = product[v] + weights[v] * direction[v];
     });

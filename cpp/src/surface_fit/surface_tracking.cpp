@@ -6,7 +6,9 @@
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
+#include "mesh/decimation.hpp"
 #include "surface_fit/cloth.hpp"
+#include "surface_fit/coarse_tracking.hpp"
 
 namespace dynmesh {
 namespace {
@@ -36,49 +38,91 @@ void carry_on(std::span<Vector3> x, std::span<Vector3> y, double share) {
 SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& topology,
                                  Workers& workers, Field first_frame,
                                  const TrackingConstants& constants, const TrainingFrames& training,
-                                 bool has_uncertainty, double epsilon)
-    : constants_(constants),
+                                 bool has_uncertainty, double epsilon,
+                                 std::vector<Material> materials)
+    : workers_(workers),
+      constants_(constants),
       faces_(std::move(faces)),
       model_(topology, faces_, first_frame, training, epsilon, workers),
-      materials_(find_materials(faces_, topology, first_frame, constants_)),
+      materials_(materials.empty() ? find_materials(faces_, topology, first_frame, constants_)
+                                   : std::move(materials)),
       shape_(model_, faces_, workers, constants_, materials_, has_uncertainty),
       matches_(faces_, topology, workers, constants_, first_frame, model_.mean_edge, materials_,
                model_.clusters()),
       all_slide_(std::ranges::all_of(materials_, &Material::slides)),
       any_slides_(std::ranges::any_of(materials_, &Material::slides)),
+      is_sparse_(!any_slides_ && !constants_.is_coarse),
       x_(first_frame.begin(), first_frame.end()),
       observed_(first_frame.size()) {}
+
+SurfaceTracking::~SurfaceTracking() = default;
+
+void SurfaceTracking::coarsen(std::size_t most_vertices, bool is_live,
+                              const TrainingFrames& training, double epsilon) {
+  // The points do not tell how far cloth slides, so that it needs all iterations itself.
+  if (most_vertices >= model_.size() || (any_slides_ && !is_live)) return;
+  DecimatedMesh mesh = decimated(faces_, model_.topology, model_.first_frame, most_vertices,
+                                 constants_.fewest_vertices);
+  if (mesh.vertices.size() == model_.size()) return;
+  coarse_ = std::make_unique<CoarseTracking>(std::move(mesh), model_, materials_, workers_,
+                                             constants_, training, epsilon);
+  coarse_->measure_heights(matches_);
+  constants_.steps = constants_.whole_steps;
+  constants_.settled = constants_.whole_settled;
+  if (is_live) constants_.whole_iterations = 0;
+}
 
 void SurfaceTracking::begin(Memory& memory) const {
   memory.before = memory.last;
   shape_.begin(memory);
+  if (coarse_ != nullptr) coarse_->begin(memory);
 }
 
 SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointScan& measurement,
                                             const Guides& guides, Memory& next) {
-  next.q = memory.q;
-  next.fit = memory.fit;
-  shape_.rest_shape(memory.fit);
-  matches_.begin(measurement);
-  predict(memory);
-  factored_weight_ = 0;
-  const int iterations = approach(guides.fewest_iterations);
-  std::vector<Vector3> before = x_;
-  for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, guides, memory.m, next)) break;
-    // The last iteration begins where the one before it ended.
-    if (left > 1) carry_on(x_, before, constants_.prediction);
-  }
+  const int iterations = find(memory, measurement, guides, next);
   shape_.prepare_errors(matches_.rows(), x_);
   Found found = observe();
   found.iterations = iterations;
   return found;
 }
 
+int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, const Guides& guides,
+                          Memory& next) {
+  next.q = memory.q;
+  next.fit = memory.fit;
+  const Field rest = shape_.rest_shape(memory.fit);
+  matches_.begin(measurement);
+  factored_weight_ = 0;
+  int iterations = 0;
+  if (coarse_ == nullptr) {
+    predict(memory);
+    iterations = approach(guides.fewest_iterations);
+    iterate_to_end(iterations, guides, memory.m, next);
+  } else {
+    iterations = coarse_->fit(memory, measurement, rest, next, x_);
+    iterate_to_end(constants_.whole_iterations, guides, memory.m, next);
+    if (constants_.whole_iterations == 0) {
+      matches_.find(x_, {.walked = constants_.resolution, .weight = constants_.last_weight});
+    }
+  }
+  return iterations;
+}
+
+void SurfaceTracking::iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next) {
+  std::vector<Vector3> before = x_;
+  for (int left = iterations; left-- > 0;) {
+    if (!iterate(left, guides, m, next)) break;
+    // The last iteration begins where the one before it ended.
+    if (left > 1) carry_on(x_, before, constants_.prediction);
+  }
+}
+
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
 void SurfaceTracking::predict(const Memory& memory) {
-  const Search search = {.is_sparse = !any_slides_, .scale = constants_.radius / 2};
+  const Search search = {
+      .walked = constants_.radius, .is_sparse = is_sparse_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
@@ -97,7 +141,7 @@ void SurfaceTracking::predict(const Memory& memory) {
 /// the farther the points are, the more slowly their weight grows.
 int SurfaceTracking::approach(int fewest_iterations) {
   const Search search = {
-      .walked = constants_.radius, .is_sparse = !any_slides_, .scale = constants_.radius / 2};
+      .walked = constants_.radius, .is_sparse = is_sparse_, .scale = constants_.radius / 2};
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
@@ -120,7 +164,7 @@ bool SurfaceTracking::iterate(int left, const Guides& guides, Field m, Memory& n
   const Matches::Rows& rows = matches_.find(x_, {.walked = constants_.resolution,
                                                  .weight = weight,
                                                  .looks_farther = !arrives,
-                                                 .is_sparse = !any_slides_ && !arrives});
+                                                 .is_sparse = is_sparse_ && !arrives});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
     shape_.factorize(rows, guides.landmarks, std::sqrt(growth));

@@ -7,6 +7,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,8 @@ struct Guides {
   double yields_beyond = std::numeric_limits<double>::infinity();  ///< as NonrigidStep::Draw
 };
 
+class CoarseTracking;
+
 /// The places of the points on the surface and the rotations of its shape depend on the positions X
 /// of a frame, so they and X are found in turn. Holds nothing on which a later frame depends.
 /// Frames allocate memory.
@@ -41,7 +44,14 @@ class SurfaceTracking {
   SurfaceTracking(std::vector<Triangle> faces, const Topology& topology, Workers& workers,
                   Field first_frame, const TrackingConstants& constants = {},
                   const TrainingFrames& training = {}, bool has_uncertainty = false,
-                  double epsilon = std::numeric_limits<double>::epsilon());
+                  double epsilon = std::numeric_limits<double>::epsilon(),
+                  std::vector<Material> materials = {});
+  ~SurfaceTracking();
+
+  /// Lets the iterations of frames run on a coarse mesh of at most so many vertices. If it
+  /// `is_live`, none follows on the template, which is restored by its shape.
+  void coarsen(std::size_t most_vertices, bool is_live, const TrainingFrames& training,
+               double epsilon);
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
@@ -83,11 +93,16 @@ class SurfaceTracking {
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
+  friend class CoarseTracking;
+
+  int find(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
+  void iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next);
   void predict(const Memory& memory);
   int approach(int fewest_iterations);
   bool iterate(int left, const Guides& guides, Field m, Memory& next);
   Found observe();
 
+  Workers& workers_;
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
   ShapeModel model_;
@@ -95,6 +110,8 @@ class SurfaceTracking {
   NonrigidStep shape_;
   Matches matches_;
   bool all_slide_, any_slides_;
+  bool is_sparse_;  // whether a part of the points suffices at first
+  std::unique_ptr<CoarseTracking> coarse_;
 
   // Of the current frame:
   double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import formats
-from .._checks import check_flags, check_integer, check_path
+from .._checks import check_flags, check_integer, check_path, check_resolution
 from .._errors import locating
 from .._options import Input, Method, Output
 from .._progress import steps, tracked
@@ -26,7 +26,7 @@ from ..geometry import mean_edge_of
 from ..registration import Registration
 from ..scans import ScanReader, open_scans
 from ..scans.reader import DepthReader
-from ..tracker import Tracker
+from ..tracker import Resolution, Tracker
 from ..tracking.background import Background, Crop
 from ..tracking.landmarks import read_landmarks
 from ..tracking.placing import Placed, placed_in, push_scan
@@ -141,6 +141,7 @@ def track(
     crop: Input[Crop | str | None] = None,
     remove_planes: Input[bool] = False,
     recover: Method[bool] = True,
+    resolution: Method[Resolution] = "best",
     training: Method[TrainingFrames | None] = None,
     threads: Method[int] = 1,
     uncertainty: Method[bool] = False,
@@ -175,6 +176,8 @@ def track(
             larger than the mesh.
         recover: whether to seek the mesh again in a scan in which it is lost: from the last good
             frame and, at most once in ten frames, by a registration.
+        resolution: on how many vertices of the mesh it is tracked: "best", on all in the end, or a
+            number, such as 2500, from which the others follow, which is faster and less accurate.
         training: complete frames of the same mesh, from which it is learned how it varies; one file
             or several.
         threads: the number of threads that may work on a frame; more than one helps from about
@@ -200,6 +203,7 @@ def track(
         if further is not None:
             check_path(name, further)
     check_flags(recover=recover, uncertainty=uncertainty)
+    check_resolution(resolution)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
     table = output_path("csv", csv, overwrite, ".csv")
@@ -234,6 +238,7 @@ def track(
                         at.points,
                         uncertainty=uncertainty,
                         recover=recover,
+                        resolution=resolution,
                         threads=threads,
                         training=poses,
                     )

@@ -199,7 +199,7 @@ SETTINGS: dict[str, tuple[str, Any]] = {
 def test_the_signatures_show_every_setting_of_the_core() -> None:
     kinds: Any = {
         dynmesh.Completer: _core.default_settings(),
-        dynmesh.Tracker: _core.default_tracker_settings(),
+        dynmesh.Tracker: _core.default_tracker_settings() | {"resolution": "best"},
     }
     for kind, defaults in kinds.items():
         taken = inspect.signature(kind).parameters.values()

@@ -1,0 +1,50 @@
+"""Prints the error and the time of tracking at both resolutions, as a table.
+
+    script/reproduce tracking-resolutions FOLDER [NAME ...] [--frames 21]
+
+The scans are those of tracking-conditions, in motion and alone. Errors are mean distances from the
+true vertices, in mean edges of frame 0; times are the median of a frame in queries of scipy's
+cKDTree for 10 000 of 20 000 points, on one thread each.
+"""
+
+import argparse
+
+import numpy as np
+
+from dynmesh import Tracker, degrade
+from dynmesh.tracker import Resolution
+from dynmesh.tracking.placing import push_scan
+
+from .harness import Line, Table, number, sequences
+from .runner import followed
+from .subjects import Subject
+from .tracking_conditions import FAR, NOISE, POINTS, seconds_of_query
+
+RESOLUTIONS: tuple[Resolution, ...] = ("best", 2500, 1250)
+
+
+def row_of(subject: Subject, n: int) -> Line:
+    """Return the row of a subject and a number of cameras."""
+    cameras = degrade.orbit(subject.box, n, distance=FAR, up=subject.up_vector)(0)
+    scans = list(
+        degrade.scan_points(
+            subject.vertices[1:], subject.faces, cameras, points=POINTS, noise=NOISE
+        )
+    )
+    cells: list[str] = []
+    for resolution in RESOLUTIONS:
+        tracker = Tracker(subject.faces, subject.vertices[0], resolution=resolution)
+        found = followed(subject, scans, lambda _, scan: push_scan(tracker, scan))  # noqa: B023
+        queries = np.median(found[:, 1]) / seconds_of_query()
+        cells += [number(float(found[:, 0].mean())), number(float(queries))]
+    return subject.name, str(n), *cells
+
+
+def tables(arguments: argparse.Namespace) -> list[Table]:
+    """The error and the time of tracking at both resolutions."""
+    head = ["sequence", "cameras"]
+    for resolution in RESOLUTIONS:
+        head += [str(resolution), "queries"]
+    subjects = sequences(arguments, 21)
+    rows = [row_of(subject, n) for subject in subjects for n in arguments.cameras]
+    return [Table("tracking-resolutions", [tuple(head), *rows])]

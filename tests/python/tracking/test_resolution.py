@@ -1,0 +1,94 @@
+"""Tracking on fewer vertices of a template, from which the others follow."""
+
+import numpy as np
+import pytest
+from meshes import Mesh, bumpy_torus, join, turned
+from scans_of_meshes import bent, edge, error, scan_of
+
+from dynmesh import Tracker
+from dynmesh.tracker import Resolution
+
+
+@pytest.fixture(scope="module")
+def mesh() -> Mesh:
+    return bumpy_torus(64)  # 4 096 vertices
+
+
+@pytest.mark.parametrize(("resolution", "limit"), [("best", 0.01), (1024, 0.06)])
+def test_a_rigid_motion_bends_nothing(
+    mesh: Mesh, resolution: Resolution, limit: float, rng: np.random.Generator
+) -> None:
+    tracker = Tracker(mesh.faces, mesh.vertices, resolution=resolution)
+    for n in range(1, 5):
+        truth = turned(mesh.vertices, 0.02 * n)
+        tracked = tracker.push(*scan_of(mesh, truth, 6000, rng))
+        assert error(mesh, truth, tracked) < limit
+
+
+@pytest.mark.parametrize("resolution", ["best", 1024])
+def test_a_bending_surface_is_followed(
+    mesh: Mesh, resolution: Resolution, rng: np.random.Generator
+) -> None:
+    tracker = Tracker(mesh.faces, mesh.vertices, resolution=resolution)
+    errors = []
+    for n in range(1, 6):
+        truth = bent(mesh.vertices, 0.02 * n)
+        tracked = tracker.push(*scan_of(mesh, truth, 6000, rng, noise=0.05 * edge(mesh)))
+        errors.append(error(mesh, truth, tracked))
+        assert tracker.report.quality == "good"
+    assert max(errors) < 0.15
+    assert max(np.diff(errors)) < 0.05  # no frame leaps
+
+
+@pytest.mark.parametrize("resolution", ["best", 700])
+def test_a_state_and_threads_leave_the_frames_as_they_are(
+    resolution: Resolution, rng: np.random.Generator
+) -> None:
+    one = bumpy_torus(64)
+    both = join(one, bumpy_torus(16))
+    frames = [bent(both.vertices, 0.1 * n) for n in range(1, 4)]
+    training = [bent(both.vertices, 0.05 * n) for n in range(5)]
+    scans = [scan_of(both, truth, 8000, rng) for truth in frames]
+
+    def tracker(threads: int) -> Tracker:
+        return Tracker(
+            both.faces, both.vertices, resolution=resolution, threads=threads,
+            training=training, uncertainty=True,
+        )  # fmt: skip
+
+    alone, shared, restored = tracker(1), tracker(2), tracker(1)
+    for scan in scans:
+        restored.restore(alone.state())
+        tracked = alone.push(*scan)
+        for other in (shared, restored):
+            np.testing.assert_array_equal(other.push(*scan), tracked)
+            np.testing.assert_array_equal(other.standard_error, alone.standard_error)
+    assert np.isfinite(alone.standard_error).all()
+    other = Tracker(both.faces, both.vertices, resolution=900, training=training, uncertainty=True)
+    with pytest.raises(ValueError, match="resolution"):
+        other.restore(alone.state())
+
+
+def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(
+    rng: np.random.Generator,
+) -> None:
+    mesh = bumpy_torus(24)
+    scan = scan_of(mesh, bent(mesh.vertices, 0.1), 3000, rng)
+    tracked = [
+        Tracker(mesh.faces, mesh.vertices, resolution=one).push(*scan)
+        for one in ("best", 576, 10_000)
+    ]
+    np.testing.assert_array_equal(tracked[0], tracked[1])
+    np.testing.assert_array_equal(tracked[0], tracked[2])
+
+
+@pytest.mark.parametrize("value", [0, -1, "live", 2**31])
+def test_other_resolutions_are_refused(mesh: Mesh, value: Resolution) -> None:
+    with pytest.raises(ValueError, match=rf"^resolution: must be 'best' or a number .* {value!r}$"):
+        Tracker(mesh.faces, mesh.vertices, resolution=value)
+
+
+@pytest.mark.parametrize("value", [True, 2.5, None])
+def test_what_is_no_resolution_is_refused(mesh: Mesh, value: Resolution) -> None:
+    with pytest.raises(TypeError, match=r"^resolution: "):
+        Tracker(mesh.faces, mesh.vertices, resolution=value)
