@@ -28,11 +28,17 @@ double vertices_of(const DecimatedMesh& mesh, const ShapeModel& whole) {
 }
 
 /// Those with which the coarse mesh resists points as the whole one does. In mean edges, bending
-/// grows with the fourth power of their length and distances shrink.
+/// grows with the fourth power of their length, and distances shrink: those from the surface are
+/// the same as for the whole mesh, so that other things in the scan draw no more. Only the scale
+/// of far points shrinks less, as the coarse mesh is what comes from afar.
 TrackingConstants for_coarse(TrackingConstants constants, double ratio) {
   constants.is_coarse = true;
   constants.last_weight *= ratio * ratio;
-  constants.iterations_per_edge *= std::sqrt(ratio);
+  const double length = std::sqrt(ratio);
+  constants.iterations_per_edge *= length;
+  constants.radius /= length;
+  constants.resolution /= length;
+  constants.largest_scale /= std::sqrt(length);
   return constants;
 }
 
