@@ -136,6 +136,10 @@ class Stream:
         """The number of frames since construction or `reset`; `restore` restores it."""
         return int(self._core.n_frames())
 
+    def __repr__(self) -> str:
+        """Names the size."""
+        return f"{type(self).__name__}({self.n_vertices} vertices, {self.n_edges} edges)"
+
     @property
     def n_vertices(self) -> int:
         """The number of vertices, k."""

@@ -157,10 +157,6 @@ class Tracker(Stream):
         check_resolution(resolution)
         super().__init__(faces, first_frame, training, _KINDS, settings)
 
-    def __repr__(self) -> str:
-        """Names the size."""
-        return f"Tracker({self.n_vertices} vertices, {self.n_edges} edges)"
-
     @staticmethod
     def _create(faces: Any, first_frame: Any, settings: dict[str, Any], training: Any) -> Any:
         resolution = settings["resolution"]
