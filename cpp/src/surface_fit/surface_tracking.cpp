@@ -121,8 +121,8 @@ void SurfaceTracking::iterate_to_end(int iterations, const Guides& guides, Field
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
 /// the points: a step that brought the surface to where it was all the time leads past it.
 void SurfaceTracking::predict(const Memory& memory) {
-  const Search search = {
-      .walked = constants_.radius, .is_sparse = is_sparse_, .scale = constants_.radius / 2};
+  // Nothing is walked: where a point begins would depend on the order of the points.
+  const Search search = {.is_sparse = is_sparse_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
