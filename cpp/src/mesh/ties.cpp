@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/geometry.hpp"
@@ -92,6 +93,19 @@ std::vector<Tie> find_ties(const Topology& topology, Field first_frame, double m
     }
   }
   return ties;
+}
+
+std::vector<std::size_t> find_bodies(const Topology& topology, std::span<const Tie> ties,
+                                     double length) {
+  std::vector<std::size_t> bodies(topology.report.components);
+  std::iota(bodies.begin(), bodies.end(), std::size_t{0});
+  for (const Tie& tie : ties) {
+    if (!(squared_norm(tie.kept) <= length * length)) continue;
+    const std::size_t one = bodies[at(topology.component[tie.i])];
+    const std::size_t other = bodies[at(topology.component[tie.j])];
+    std::ranges::replace(bodies, std::max(one, other), std::min(one, other));
+  }
+  return bodies;
 }
 
 }  // namespace dynmesh

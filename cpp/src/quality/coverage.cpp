@@ -13,7 +13,7 @@ namespace dynmesh {
 namespace {
 
 /// The least cosine between normals of the same surface.
-constexpr double agreement = TrackingConstants{}.agreement;
+const double agreement = TrackingConstants{}.agreement;
 
 /// (k,) the area around each vertex: a third of its triangles.
 std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {

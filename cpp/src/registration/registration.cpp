@@ -174,7 +174,7 @@ Registration<Real> register_template(Faces faces, Points<const Real> positions,
                                      const Landmarks<Real>& landmarks,
                                      const RegistrationSettings& settings,
                                      const Training<Real>* training) {
-  constexpr TrackingConstants constants;
+  const TrackingConstants constants;
   return registered(faces, positions, landmarks, settings, training,
                     [&](Workers& /*workers*/, double mean_edge) {
                       return point_scan_of(images, constants.jump * mean_edge,

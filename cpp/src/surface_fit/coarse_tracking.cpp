@@ -28,16 +28,19 @@ double vertices_of(const DecimatedMesh& mesh, const ShapeModel& whole) {
 }
 
 /// Those with which the coarse mesh resists points as the whole one does. In mean edges, bending
-/// grows with the fourth power of their length, and distances shrink: those from the surface are
-/// the same as for the whole mesh, so that other things in the scan draw no more. Only the scale
-/// of far points shrinks less, as the coarse mesh is what comes from afar.
+/// grows with the fourth power of their length, and points a little less, since they would else
+/// bend it by their noise. Distances shrink: they are the same as for the whole mesh, so that other
+/// things in the scan draw no more. Only the scale of far points shrinks less, as the coarse mesh
+/// is what comes from afar.
 TrackingConstants for_coarse(TrackingConstants constants, double ratio) {
   constants.is_coarse = true;
-  constants.last_weight *= ratio * ratio;
   const double length = std::sqrt(ratio);
+  constants.last_weight *= length * length * length;
   constants.iterations_per_edge *= length;
   constants.radius /= length;
   constants.resolution /= length;
+  constants.near /= length;
+  constants.farthest_end /= length;
   constants.largest_scale /= std::sqrt(length);
   return constants;
 }

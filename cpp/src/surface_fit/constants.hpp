@@ -8,17 +8,19 @@ namespace dynmesh {
 
 struct TrackingConstants {
   /// The iterations of a frame run on a coarse mesh if the template has more vertices than this:
-  /// on so many of them, at most a quarter, and with at least so many of each component. So many
-  /// follow on the template, whose solutions go on farther, since all that is left is smooth and
-  /// slow to solve.
+  /// on so many of them, at most half, and with at least so many of each component. At most so many
+  /// follow on the template, until it lies still, whose solutions go on farther, since all that is
+  /// left is smooth and slow to solve.
   std::size_t coarse_vertices = 2500;
-  std::size_t share_of_vertices = 4;
+  std::size_t share_of_vertices = 2;
   std::size_t fewest_vertices = 60;
   int whole_iterations = 2;
-  int whole_steps = 40;
-  double whole_settled = 1e-3;
+  double whole_settled = 5e-4;
   /// The coarse mesh is drawn to so many points for each of its vertices, evenly spread.
   std::size_t coarse_points = 3;
+  /// Of these, so many of each body tell whether a frame begins where the last two lead to, and how
+  /// the body moves rigidly.
+  std::size_t rigid_points = 1000;
   bool is_coarse = false;
 
   /// The share of the last motion with which the next one begins: of a frame, and of an iteration

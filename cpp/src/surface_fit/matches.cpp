@@ -206,9 +206,8 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
-  const double spacing = static_cast<double>(points_.size()) / static_cast<double>(x.size());
-  const std::size_t every =
-      search.is_sparse ? std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row) : 1;
+  const double spacing = static_cast<double>(points_.size()) / static_cast<double>(search.points);
+  const std::size_t every = std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row);
   rows_.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {
     Place before;

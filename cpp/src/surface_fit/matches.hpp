@@ -7,6 +7,7 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/tracker.hpp>
 #include <dynmesh/types.hpp>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct Search {
   /// Whether a point that disagrees with its nearest place looks for another place, as the surface
   /// still bends towards it; otherwise it is of something else.
   bool looks_farther = false;
-  bool is_sparse = false;  ///< whether a part of the points, evenly spread, suffices
+  /// About so many of the points, evenly spread, suffice.
+  std::size_t points = std::numeric_limits<std::size_t>::max();
   /// The distance at which a point counts half, whatever the material; 0: what is usual around it.
   double scale = 0;
 };

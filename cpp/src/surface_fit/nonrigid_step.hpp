@@ -36,6 +36,7 @@ class NonrigidStep {
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
+  [[nodiscard]] std::span<const Tie> ties() const { return surface_system_.ties(); }
 
   /// What `take` takes.
   struct Draw {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numeric>
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
@@ -43,22 +44,38 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
          Eigen::Translation3d(-centre);
 }
 
-RowProduct::RowProduct(std::span<const SurfaceRow> rows) {
-  rows_.reserve(rows.size());
+RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers)
+    : workers_(workers), along_(rows.size()), first_of_(k + 1) {
   for (const SurfaceRow& row : rows) {
-    rows_.push_back({row.corners, row.shares, std::sqrt(row.weight) * row.normal});
+    for (const auto corner : row.corners) ++first_of_[corner + 1];
+  }
+  std::partial_sum(first_of_.begin(), first_of_.end(), first_of_.begin());
+  auto next = first_of_;
+  rows_.resize(rows.size());
+  corners_.resize(3 * rows.size());
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto normal = std::sqrt(rows[r].weight) * rows[r].normal;
+    rows_[r] = {rows[r].corners, rows[r].shares, normal};
+    for (std::size_t s = 0; s < 3; ++s) {
+      corners_[next[rows[r].corners[s]]++] = {static_cast<std::uint32_t>(r),
+                                              rows[r].shares[s] * normal};
+    }
   }
 }
 
-void RowProduct::add(Field step, std::span<Vector3> product) const {
-  for (const auto& [corners, shares, normal] : rows_) {
+void RowProduct::add(Field step, std::span<Vector3> product) {
+  workers_.for_each_in_chunks(rows_.size(), [&](std::size_t r) {
+    const auto& [corners, shares, normal] = rows_[r];
     const auto& [a, b, c] = corners;
-    const double along =
-        dot(normal, shares[0] * step[a] + shares[1] * step[b] + shares[2] * step[c]);
-    product[a] = product[a] + shares[0] * along * normal;
-    product[b] = product[b] + shares[1] * along * normal;
-    product[c] = product[c] + shares[2] * along * normal;
-  }
+    along_[r] = dot(normal, shares[0] * step[a] + shares[1] * step[b] + shares[2] * step[c]);
+  });
+  workers_.for_each_in_chunks(product.size(), [&](std::size_t v) {
+    Vector3 sum = product[v];
+    for (std::size_t i = first_of_[v]; i < first_of_[v + 1]; ++i) {
+      sum = sum + along_[corners_[i].row] * corners_[i].normal;
+    }
+    product[v] = sum;
+  });
 }
 
 void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces) {

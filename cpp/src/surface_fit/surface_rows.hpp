@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/workers.hpp"
 #include "surface_fit/surface_places.hpp"
 
 namespace dynmesh {
@@ -28,10 +29,12 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
 /// Half of the Hessian of the energy of rows.
 class RowProduct {
  public:
-  explicit RowProduct(std::span<const SurfaceRow> rows);
+  /// For (k,) positions.
+  RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers);
 
-  /// Adds the product with a step: (k,).
-  void add(Field step, std::span<Vector3> product) const;
+  /// Adds the product with a step: (k,). The sums at a vertex are those of its rows in their order,
+  /// whichever thread takes them.
+  void add(Field step, std::span<Vector3> product);
 
  private:
   struct Row {
@@ -39,7 +42,15 @@ class RowProduct {
     std::array<double, 3> shares;
     Vector3 normal;  // sqrt(w) n
   };
+  struct Corner {
+    std::uint32_t row;
+    Vector3 normal;  // b_s sqrt(w) n
+  };
+  Workers& workers_;
   std::vector<Row> rows_;
+  std::vector<double> along_;          // (rows,) the products of rows and the step
+  std::vector<std::size_t> first_of_;  // (k + 1,) of each vertex in corners_
+  std::vector<Corner> corners_;
 };
 
 /// Adds half of the negative gradient of the energy of rows at X.

@@ -65,7 +65,7 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
                           std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(landmarks);
-  const RowProduct row_product(rows);
+  RowProduct row_product(rows, x.size(), workers_);
   add_forces(rows, x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);

@@ -2,27 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
 #include "mesh/decimation.hpp"
+#include "mesh/ties.hpp"
 #include "surface_fit/cloth.hpp"
 #include "surface_fit/coarse_tracking.hpp"
 
 namespace dynmesh {
 namespace {
 
-/// Moves a frame, and returns the largest distance that a vertex moved.
-double move_by(const Eigen::Isometry3d& motion, std::span<Vector3> frame) {
-  double largest = 0;
-  for (auto& x : frame) {
-    const Eigen::Vector3d moved = motion * to_eigen(x);
-    largest = std::max(largest, (moved - to_eigen(x)).squaredNorm());
-    x = from_eigen(moved);
-  }
-  return std::sqrt(largest);
-}
+constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
 /// X + share (X - Y) replaces X, and X replaces Y.
 void carry_on(std::span<Vector3> x, std::span<Vector3> y, double share) {
@@ -49,9 +44,14 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       shape_(model_, faces_, workers, constants_, materials_, has_uncertainty),
       matches_(faces_, topology, workers, constants_, first_frame, model_.mean_edge, materials_,
                model_.clusters()),
+      bodies_(find_bodies(topology, shape_.ties(), constants_.radius * model_.mean_edge)),
       all_slide_(std::ranges::all_of(materials_, &Material::slides)),
       any_slides_(std::ranges::any_of(materials_, &Material::slides)),
-      is_sparse_(!any_slides_ && !constants_.is_coarse),
+      points_at_first_(any_slides_ || constants_.is_coarse ? all : first_frame.size()),
+      rigid_points_(constants_.is_coarse
+                        ? constants_.rigid_points *
+                              std::set<std::size_t>(bodies_.begin(), bodies_.end()).size()
+                        : points_at_first_),
       x_(first_frame.begin(), first_frame.end()),
       observed_(first_frame.size()) {}
 
@@ -67,9 +67,8 @@ void SurfaceTracking::coarsen(std::size_t most_vertices, bool is_live,
   coarse_ = std::make_unique<CoarseTracking>(std::move(mesh), model_, materials_, workers_,
                                              constants_, training, epsilon);
   coarse_->measure_heights(matches_);
-  constants_.steps = constants_.whole_steps;
   constants_.settled = constants_.whole_settled;
-  if (is_live) constants_.whole_iterations = 0;
+  is_live_ = is_live;
 }
 
 void SurfaceTracking::begin(Memory& memory) const {
@@ -101,9 +100,10 @@ int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, co
     iterate_to_end(iterations, guides, memory.m, next);
   } else {
     iterations = coarse_->fit(memory, measurement, rest, next, x_);
-    iterate_to_end(constants_.whole_iterations, guides, memory.m, next);
-    if (constants_.whole_iterations == 0) {
+    if (is_live_) {
       matches_.find(x_, {.walked = constants_.resolution, .weight = constants_.last_weight});
+    } else {
+      settle(guides, memory.m, next);
     }
   }
   return iterations;
@@ -112,9 +112,22 @@ int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, co
 void SurfaceTracking::iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next) {
   std::vector<Vector3> before = x_;
   for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, guides, m, next)) break;
+    if (!iterate(left, left == 1, guides, m, next)) break;
     // The last iteration begins where the one before it ended.
     if (left > 1) carry_on(x_, before, constants_.prediction);
+  }
+}
+
+/// Iterates with the last weights until X lies still.
+void SurfaceTracking::settle(const Guides& guides, Field m, Memory& next) {
+  double largest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < constants_.whole_iterations && !lies_still(largest); ++i) {
+    const std::vector<Vector3> before = x_;
+    iterate(0, i == 0, guides, m, next);
+    largest = 0;
+    for (std::size_t v = 0; v < x_.size(); ++v) {
+      largest = std::max(largest, squared_norm(x_[v] - before[v]));
+    }
   }
 }
 
@@ -122,7 +135,7 @@ void SurfaceTracking::iterate_to_end(int iterations, const Guides& guides, Field
 /// the points: a step that brought the surface to where it was all the time leads past it.
 void SurfaceTracking::predict(const Memory& memory) {
   // Nothing is walked: where a point begins would depend on the order of the points.
-  const Search search = {.is_sparse = is_sparse_, .scale = constants_.radius / 2};
+  const Search search = {.points = rigid_points_, .scale = constants_.radius / 2};
   const auto distance_from = [&](Field x) {
     matches_.find(x, search);
     return matches_.distance_of(constants_.far_share);
@@ -137,16 +150,41 @@ void SurfaceTracking::predict(const Memory& memory) {
   }
 }
 
-/// Moves X as a whole to the points until it lies still, and returns how many iterations are left:
-/// the farther the points are, the more slowly their weight grows.
+/// Moves each body to the planes of its points, or of all points if it has few. Returns the square
+/// of the largest distance that a vertex moved.
+double SurfaceTracking::move_bodies(const Matches::Rows& rows) {
+  const Topology& topology = model_.topology;
+  std::vector<Matches::Rows> of_bodies(bodies_.size());
+  for (const SurfaceRow& row : rows) {
+    of_bodies[bodies_[at(topology.component[row.corners[0]])]].push_back(row);
+  }
+  std::optional<Eigen::Isometry3d> of_all;
+  std::vector<Eigen::Isometry3d> motions(bodies_.size());
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    if (bodies_[body] != body) continue;
+    const bool has_few = of_bodies[body].size() < constants_.fewest;
+    if (has_few && !of_all) of_all = fit_to_planes(rows, x_);
+    motions[body] = has_few ? *of_all : fit_to_planes(of_bodies[body], x_);
+  }
+  double largest = 0;
+  for (std::size_t v = 0; v < x_.size(); ++v) {
+    const Eigen::Vector3d moved = motions[bodies_[at(topology.component[v])]] * to_eigen(x_[v]);
+    largest = std::max(largest, (moved - to_eigen(x_[v])).squaredNorm());
+    x_[v] = from_eigen(moved);
+  }
+  return largest;
+}
+
+/// Moves X to the points until it lies still, and returns how many iterations are left: the farther
+/// the points are, the more slowly their weight grows.
 int SurfaceTracking::approach(int fewest_iterations) {
   const Search search = {
-      .walked = constants_.radius, .is_sparse = is_sparse_, .scale = constants_.radius / 2};
+      .walked = constants_.radius, .points = rigid_points_, .scale = constants_.radius / 2};
   for (int step = 0; step < constants_.most_iterations; ++step) {
     const Matches::Rows& rows = matches_.find(x_, search);
     // Cloth bends while it moves, which its planes cannot tell from a rigid motion along it.
     if (all_slide_ || rows.size() < constants_.fewest) break;
-    if (move_by(fit_to_planes(rows, x_), x_) < constants_.resolution * model_.mean_edge) break;
+    if (lies_still(move_bodies(rows))) break;
   }
   if (any_slides_) return constants_.most_iterations;
   const double distance = matches_.distance_of(constants_.far_share);
@@ -156,7 +194,8 @@ int SurfaceTracking::approach(int fewest_iterations) {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceTracking::iterate(int left, const Guides& guides, Field m, Memory& next) {
+bool SurfaceTracking::iterate(int left, bool fits_modes, const Guides& guides, Field m,
+                              Memory& next) {
   const double last_weight = guides.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
@@ -164,13 +203,13 @@ bool SurfaceTracking::iterate(int left, const Guides& guides, Field m, Memory& n
   const Matches::Rows& rows = matches_.find(x_, {.walked = constants_.resolution,
                                                  .weight = weight,
                                                  .looks_farther = !arrives,
-                                                 .is_sparse = is_sparse_ && !arrives});
+                                                 .points = arrives ? all : points_at_first_});
   if (!(weight < constants_.factored_growth * factored_weight_)) {
     const double growth = std::min(constants_.factored_growth, last_weight / weight);
     shape_.factorize(rows, guides.landmarks, std::sqrt(growth));
     factored_weight_ = weight;
   }
-  const double mode_weights = left == 1 ? constants_.first_weight / weight : 0;
+  const double mode_weights = fits_modes ? constants_.first_weight / weight : 0;
   return shape_.take({rows, guides.landmarks, guides.yields_beyond, mode_weights}, m, x_, next);
 }
 

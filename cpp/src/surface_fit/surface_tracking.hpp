@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
@@ -97,10 +98,16 @@ class SurfaceTracking {
 
   int find(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
   void iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next);
+  void settle(const Guides& guides, Field m, Memory& next);
   void predict(const Memory& memory);
+  double move_bodies(const Matches::Rows& rows);
   int approach(int fewest_iterations);
-  bool iterate(int left, const Guides& guides, Field m, Memory& next);
+  bool iterate(int left, bool fits_modes, const Guides& guides, Field m, Memory& next);
   Found observe();
+  /// Whether no vertex moved farther than the root of this.
+  [[nodiscard]] bool lies_still(double squared) const {
+    return squared < std::pow(constants_.resolution * model_.mean_edge, 2);
+  }
 
   Workers& workers_;
   TrackingConstants constants_;
@@ -109,8 +116,10 @@ class SurfaceTracking {
   std::vector<Material> materials_;
   NonrigidStep shape_;
   Matches matches_;
+  std::vector<std::size_t> bodies_;  // (components,) which of them move rigidly together
   bool all_slide_, any_slides_;
-  bool is_sparse_;  // whether a part of the points suffices at first
+  bool is_live_ = false;
+  std::size_t points_at_first_, rigid_points_;  // of which a part suffices
   std::unique_ptr<CoarseTracking> coarse_;
 
   // Of the current frame:
