@@ -29,7 +29,7 @@ class Run:
 
     Attributes:
         nmsve: NMSVE in bounding-box diagonals, NaN where a position is not finite.
-        seconds: the processor time of the method alone.
+        seconds: the time of the method alone, usually of the processor.
         iterations: the number of iterations, or 0 if the method does not iterate.
         frames: the completed frames that were to be kept, by number.
     """
@@ -60,6 +60,7 @@ def run(
     masks: Sequence[Mask],
     *,
     keep: Iterable[int] = (),
+    clock: Callable[[], float] = time.thread_time,
 ) -> Run:
     """Complete the frames after frame 0, and measure.
 
@@ -68,6 +69,7 @@ def run(
         method: the method.
         masks: (k,) bool for every frame, that of frame 0 included.
         keep: the numbers of the frames to keep.
+        clock: returns seconds; the default is the processor time of the calling thread.
 
     Raises:
         ImportError, ValueError, RuntimeError: the method cannot complete the sequence.
@@ -77,9 +79,9 @@ def run(
     seconds, iterations = np.zeros(len(truth)), np.zeros(len(truth), np.int64)
     complete = method.begin(subject.faces, subject.vertices[0])
     for i, (points, known) in enumerate(zip(truth, masks[1:], strict=True)):
-        start = time.thread_time()
+        start = clock()
         frame, iterations[i] = complete(points, known)
-        seconds[i] = time.thread_time() - start
+        seconds[i] = clock() - start
         completed[i] = frame
     nmsve = metrics.nmsve(subject.faces, truth, completed) / subject.diagonal
     return Run(nmsve, seconds, iterations, {n: completed[n - 1].copy() for n in keep})

@@ -3,7 +3,8 @@
     python -m benchmarks.figures [--page PAGE] [--data FOLDER] [--out FOLDER] [--draft]
 
 writes OUT/PAGE/* for PAGE readme, method, training and track, or for one of them, from the
-built-in sequences; OUT is docs/figures unless it is given. With --data, it also writes
+built-in sequences, and for results from docs/tables; OUT is docs/figures unless it is given.
+With --data, it also writes
 OUT/how_it_works/* of a recording in that folder. Without libigl, its columns are left out. Takes
 about five minutes; a draft takes seconds, as it shows a small sheet instead.
 """
@@ -15,9 +16,9 @@ import dynmesh
 
 from ..harness import DOCS
 from ..subjects import Subject
-from . import generations, how_it_works, walker
+from . import generations, how_it_works, latency, walker
 
-PAGES = ("how_it_works", "readme", "method", "training", "track")
+PAGES = ("how_it_works", "readme", "method", "training", "track", "results")
 
 
 def main() -> None:
@@ -46,6 +47,8 @@ def main() -> None:
             walker.training(subject, out, other.vertices)
         elif page == "track":
             walker.track(subject, out)
+        elif page == "results":
+            latency.draw(out)
 
 
 if __name__ == "__main__":

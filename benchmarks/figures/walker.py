@@ -15,8 +15,8 @@ from dynmesh._arrays import Mask, Positions
 from dynmesh.draw import figures
 from dynmesh.draw.figures import View
 from dynmesh.geometry import vertex_normals
-from dynmesh.tracking.placing import push_scan
 
+from .. import tracking_baselines
 from ..harness import nmsve_cell, progress
 from ..methods import BIHARMONIC, DETAIL, MOTION, Method, trained
 from ..pictures import ERRORS, Panel, sheet, surface, view_of
@@ -121,21 +121,23 @@ def track(figure: Subject, folder: Path) -> None:
     subject = replace(figure, vertices=figure.vertices[: shown + 1], azimuth=40)
     # The cameras circle the positions of all frames, so that no point leaves the pictures.
     cameras = dynmesh.degrade.orbit(subject.box, _CAMERAS, up=subject.up_vector)
-    scans = dynmesh.degrade.scan_points(subject.vertices, subject.faces, cameras, outliers=0.01)
-    tracker = dynmesh.Tracker(subject.faces, subject.vertices[0])
-    for scan in progress(scans, "tracking", shown + 1):
-        frame = push_scan(tracker, scan)
-    error, view = vertex_error(subject, shown, frame), view_of(subject, [shown])
+    scans = list(
+        dynmesh.degrade.scan_points(subject.vertices, subject.faces, cameras, outliers=0.01)
+    )
+    view, scan = view_of(subject, [shown]), scans[-1]
     ahead = scan.points[scan.normals @ view.axes[2] > 0]
     dots = np.ones(len(ahead), np.bool_)
     points = figures.render(subject.faces[:0], ahead, view, np.zeros(len(ahead)), (_DOTS,), dots)
     panels = [
         Panel([points], "scan", f"{len(scan.points)} points, {_CAMERAS} cameras"),
         Panel([surface(subject, subject.vertices[shown], view)], "true"),
-        Panel(
-            [surface(subject, frame, view, error)],
-            "tracked",
-            f"off by {100 * np.mean(error):.2f} % on average",
-        ),
     ]
+    register = tracking_baselines.methods(subject)
+    for label in ("dynmesh", "rigid ICP (trimesh)"):
+        frame = subject.vertices[0]
+        for later in progress(scans[1:], label):
+            frame = register[label](frame, later)
+        error = vertex_error(subject, shown, frame)
+        caption = f"off by {100 * np.mean(error):.2f} % on average"
+        panels.append(Panel([surface(subject, frame, view, error)], label, caption))
     sheet([panels], folder / "track" / "walker.png", ERRORS)
