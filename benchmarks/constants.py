@@ -1,6 +1,6 @@
 """Halves and doubles each constant of tracking and registration, and measures the errors.
 
-    script/reproduce constants FOLDER [NAME ...] [--frames 13]
+    script/reproduce constants FOLDER [NAME ...] [--frames 9]
 
 The library is built a second time, in the folder of --out, to read its constants from the
 environment. Tracking: the scans of tracking-conditions, in motion and with a second subject, and
@@ -150,7 +150,7 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
     """Errors of tracking and registration with each constant halved and doubled."""
     folder = arguments.out / "constants"
     module = build(folder)
-    found = [case for subject in sequences(arguments, 13) for case in cases(subject)]
+    found = [case for subject in sequences(arguments, 9) for case in cases(subject)]
     (folder / "cases.pickle").write_bytes(pickle.dumps(found))
 
     def measure(change: tuple[str, str, str]) -> list[float]:
