@@ -24,8 +24,8 @@ def draw(folder: Path) -> None:
         for method in (MOTION, DETAIL, TWO_THREADS, BIHARMONIC, ARAP):
             cells = zip(counts, times[method.label], strict=False)
             measured = {int(n): float(cell) for n, cell in cells if cell != ABSENT}
-            style = {"color": method.colour, "marker": "o", "label": method.label}
-            axes.plot([*measured], [*measured.values()], method.dash, **style)
+            (line,) = axes.plot([*measured], [*measured.values()], method.dash, marker="o")
+            line.set(color=method.colour, label=method.label)
         axes.axhline(_FRAME, color="#666666", linewidth=1)
         axes.annotate("a frame at 60 Hz", (int(counts[-1]), _FRAME), ha="right", va="bottom")
         axes.set_xticks([int(n) for n in counts], labels=counts)

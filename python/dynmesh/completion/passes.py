@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import Mask
 from .._checks import check_positive
 from .._errors import SettingError, locating, naming
 from .._progress import tracked
@@ -78,15 +79,19 @@ class Tally:
             those in which nothing was observed: a few of them are no reason to doubt the others.
         empty: the numbers of those in which nothing was observed.
         dropped: number of vertices that were left missing.
+        seen: (k,) which vertices were known in any of the frames that were completed.
     """
+
+    seen: Mask
 
     reports: list[FrameReport] = field(default_factory=list)
     wrong: dict[int, FrameReport] = field(default_factory=dict)
     empty: set[int] = field(default_factory=set)
     dropped: int = 0
 
-    def add(self, number: int, report: FrameReport) -> None:
+    def add(self, number: int, report: FrameReport, known: Mask) -> None:
         """Notes what was done for a frame; from both sides, that is reported twice."""
+        self.seen |= known
         self.reports.append(report)
         if report.known == 0:
             self.empty.add(number)
@@ -146,7 +151,7 @@ def completed_frames(
         OSError, ValueError: a frame cannot be read or completed.
     """
     bidirectional, drop_above = settings.get("bidirectional", False), settings.get("drop_above")
-    tally = Tally()
+    tally = Tally(np.zeros(source.n_vertices, np.bool_))
     whole = start.frame(completer.dtype, completer.settings["uncertainty"])
     out, *further = passes = _passes(start.number, source.n_frames, bidirectional)
     waiting = _records(whole, source.n_frames if bidirectional else start.number + 1)
@@ -167,7 +172,7 @@ def completed_frames(
                 points = completer.push(frame.points, frame.claimed)
             if number == start.number:
                 continue
-            tally.add(number, completer.report)
+            tally.add(number, completer.report, completer.age == 0)
             since = completer.age >= completer.n_frames  # not observed since
             assert origin.age is not None
             age = completer.age + np.where(since, origin.age, 0)

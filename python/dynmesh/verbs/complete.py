@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from .._arrays import Mask
 from .._checks import check_flags
 from .._errors import naming
 from .._options import Input, Method
@@ -16,6 +17,7 @@ from ..completion.passes import SequenceSettings, Tally, completed_frames, verdi
 from ..completion.start import Start, StartFrame, check_start, open_with_template, start_in
 from ..completion.training import Training, TrainingFrames
 from ..computed import ComputedFrames
+from ..diagnosis.finding import percent
 from ..formats import PathLike
 from ..formats.masks import MaskedFrames
 from ..formats.table import is_scene
@@ -229,7 +231,11 @@ def _report(
     return CompletionReport(
         quality=quality,
         reason=reason,
-        remarks=(*whole.remarks(source.header), *_of_mask(source, shares)),
+        remarks=(
+            *whole.remarks(source.header),
+            *_of_mask(source, shares),
+            *_of_unseen(source, tally.seen),
+        ),
         frames=source.n_frames,
         start=whole.number_in(source.header),
         completed=len(reports),
@@ -247,3 +253,18 @@ def _of_mask(source: Frames, shares: list[float]) -> Iterator[str]:
     share = float(np.median(shares or [1.0]))
     if isinstance(source, MaskedFrames) and source.is_given and share < _FEW:
         yield f"only {share:.0%} are known in most frames: is the mask inverted?"
+
+
+def _of_unseen(source: Frames, seen: Mask) -> Iterator[str]:
+    """Yields which share of the vertices only estimates describe, if some are in patches."""
+    is_inside = ~seen
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        for one, other in ((a, b), (b, a)):
+            is_inside[source.faces[seen[source.faces[:, other]], one]] = False
+    if is_inside.any():
+        n = int(np.count_nonzero(~seen))
+        yield (
+            f"{counted(n, 'vertex')}, {percent(n / len(seen))} of all, are known in no frame that "
+            "was completed: nothing corrects their estimates, which may be far off; look at them, "
+            "or use training frames"
+        )

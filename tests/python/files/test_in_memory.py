@@ -290,6 +290,20 @@ def test_an_inverted_mask_is_asked_about(tmp_path: Path, inverted: bool) -> None
         assert "just the vertices that are not finite are known" in said
 
 
+@pytest.mark.parametrize("hidden", ["patch", "single vertices", "in one frame"])
+def test_what_was_never_seen_is_named_if_it_is_in_patches(hidden: str) -> None:
+    known = np.ones((6, 100), np.bool_)
+    rows, columns = np.divmod(np.arange(100), 10)
+    if hidden == "single vertices":
+        known[1:, (rows % 3 == 1) & (columns % 3 == 1)] = False
+    else:
+        known[1 : 2 if hidden == "in one frame" else 6, (rows < 4) & (columns < 4)] = False
+    completed = dynmesh.complete(replace(SHOT, known=known))
+    list(completed)
+    unseen = [remark for remark in completed.report.remarks if "16 vertices, 16 %" in remark]
+    assert len(unseen) == (hidden == "patch")
+
+
 def test_zeros_are_missing_in_the_first_frame_as_well(tmp_path: Path) -> None:
     known = np.stack(list(dynmesh.degrade.random_known(7, 100, 0.6)))[1:]
     zeros = np.where(known[..., None], SHOT.vertices + 5, np.float32(0))
