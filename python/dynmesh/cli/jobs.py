@@ -94,10 +94,10 @@ class BatchReport(Report):
     def lines(self) -> list[str]:
         """Says what failed, what else to know of each output, and how many jobs were done."""
         messages = []
-        for one in self.results:
-            messages += [f"{one.status}: {why}" for why in one.wrong]
-            messages += [f"{one.output}: {remark}" for remark in one.remarks]
-        counts = Counter(one.status for one in self.results)
+        for result in self.results:
+            messages += [f"{result.status}: {why}" for why in result.wrong]
+            messages += [f"{result.output}: {remark}" for remark in result.remarks]
+        counts = Counter(result.status for result in self.results)
         doubtful = f"{counts['doubtful']} doubtful, " if counts["doubtful"] else ""
         return [
             *messages,
@@ -150,11 +150,11 @@ def batch(
         closing(_run(client, rows)) as made,
     ):
         results = tuple(tracked(made, len(rows), "completing", progress))
-    result = Counter(one.status for one in results)
-    counts = [f"{result[one]} {one}" for one in ("failed", "doubtful") if result[one]]
-    why = "; ".join(message for one in results for message in one.wrong)
+    number = Counter(result.status for result in results)
+    counts = [f"{number[status]} {status}" for status in ("failed", "doubtful") if number[status]]
+    why = "; ".join(message for result in results for message in result.wrong)
     return BatchReport(
-        quality="failed" if result["failed"] else "doubtful" if result["doubtful"] else "good",
+        quality="failed" if number["failed"] else "doubtful" if number["doubtful"] else "good",
         reason=f"{' and '.join(counts)} of {counted(len(results), 'job')}: {why}" if why else "",
         output=table,
         results=results,

@@ -61,23 +61,23 @@ def check_counts(path: Path, read: Sequence[Any]) -> None:
 
 
 def _check_accessor(
-    told: dict[str, Any], number: int, primitive: dict[str, Any], *, is_position: bool
+    document: dict[str, Any], number: int, primitive: dict[str, Any], *, is_position: bool
 ) -> None:
-    accessor = told["accessors"][number]
+    accessor = document["accessors"][number]
     what = f"accessor {number}, of {'positions' if is_position else 'faces'},"
     if "sparse" in accessor:
         _refuse(f"{what} is sparse")
     if "bufferView" not in accessor:
         by = " and ".join(primitive.get("extensions", {})) or "no buffer"
         _refuse(f"{what} is given by {by}")
-    for name in told["bufferViews"][accessor["bufferView"]].get("extensions", {}):
+    for name in document["bufferViews"][accessor["bufferView"]].get("extensions", {}):
         _refuse(f"{what} is given by {name}")
     if is_position and accessor["componentType"] != _FLOAT and accessor.get("normalized"):
         _refuse(f"{what} is of normalised integers")
 
 
-def _primitives(told: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    for mesh in told.get("meshes", []):
+def _primitives(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    for mesh in document.get("meshes", []):
         yield from mesh["primitives"]
 
 

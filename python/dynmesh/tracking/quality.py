@@ -36,13 +36,13 @@ class Counts:
     far: float = 0.0
     squares: float = 0.0
 
-    def add(self, one: Agreement | TrackingReport) -> None:
+    def add(self, agreement: Agreement | TrackingReport) -> None:
         """Adds a frame."""
-        if one.points:
-            self.points += one.points
-            self.far += one.far * one.points
-            if one.far < 1:
-                self.squares += one.distance**2 * (1 - one.far) * one.points
+        if agreement.points:
+            self.points += agreement.points
+            self.far += agreement.far * agreement.points
+            if agreement.far < 1:
+                self.squares += agreement.distance**2 * (1 - agreement.far) * agreement.points
 
     @property
     def share(self) -> float:
@@ -77,7 +77,7 @@ class FrameQuality:
     @classmethod
     def of(cls, tracked: "Tracked") -> "FrameQuality":
         """Takes what a report says."""
-        names = [one.name for one in fields(cls)][1:]
+        names = [attribute.name for attribute in fields(cls)][1:]
         return cls(tracked.number, *(getattr(tracked.report, name) for name in names))
 
 
@@ -119,11 +119,11 @@ class Fits:
             self.empty += 1
             self.unmeasured.append(number)
             return
-        one = Tracked(number, tracker.report)
-        self.tracked.append(one)
-        if one.report.cause == "unseen":
+        tracked = Tracked(number, tracker.report)
+        self.tracked.append(tracked)
+        if tracked.report.cause == "unseen":
             self.unmeasured.append(number)
-        self.total.add(one.report)
+        self.total.add(tracked.report)
         sensors = tracker.agreement_of_sensors
         for name, agreement in zip(scans.cameras_of(frame), sensors, strict=True):
             if agreement.points:
@@ -139,11 +139,11 @@ class Fits:
     @property
     def _frames(self) -> Quality:
         """How good the frames are together of which more than hardly anything was measured."""
-        return _core.quality_of_frames([one.report.quality for one in self._measured])
+        return _core.quality_of_frames([tracked.report.quality for tracked in self._measured])
 
     @property
     def _measured(self) -> list[Tracked]:
-        return [one for one in self.tracked if one.report.cause != "unseen"]
+        return [tracked for tracked in self.tracked if tracked.report.cause != "unseen"]
 
     @property
     def _mostly_empty(self) -> bool:
@@ -152,16 +152,18 @@ class Fits:
     @property
     def worst(self) -> list[Tracked]:
         """The frames that are not good, the worst one first."""
-        bad = [one for one in self._measured if one.report.quality != "good"]
+        bad = [tracked for tracked in self._measured if tracked.report.quality != "good"]
         order = ("ruined", "doubtful")
-        ranked = sorted(bad, key=lambda one: (order.index(one.report.quality), -one.report.far))
+        ranked = sorted(
+            bad, key=lambda tracked: (order.index(tracked.report.quality), -tracked.report.far)
+        )
         return ranked[:_MOST_FRAMES]
 
     @property
     def suspects(self) -> tuple[str, ...]:
         """The cameras with far more of them than the others, or that are much farther away."""
-        shares = {name: one.share for name, one in self.cameras.items()}
-        each = ((name, one.distance) for name, one in self.cameras.items())
+        shares = {name: camera.share for name, camera in self.cameras.items()}
+        each = ((name, camera.distance) for name, camera in self.cameras.items())
         known = {name: distance for name, distance in each if distance is not None}
         more = beyond(shares, _MORE_THAN_OTHERS, _core.ruined_far)
         farther = beyond(known, FARTHER_THAN_OTHERS, _MEASURED * self.mean_edge)
@@ -183,8 +185,8 @@ class Fits:
             )
         if self.suspects:
             cameras = (
-                f"{name!r} ({one.share:.1%} far, the others {one.distance or 0.0:.2g} away)"
-                for name, one in self.cameras.items()
+                f"{name!r} ({camera.share:.1%} far, the others {camera.distance or 0.0:.2g} away)"
+                for name, camera in self.cameras.items()
                 if name in self.suspects
             )
             messages.append(
@@ -200,7 +202,7 @@ class Fits:
 
     def _told_of_frames(self) -> Iterator[str]:
         """Says how many frames are not good, and what is wrong with the worst one."""
-        bad = [one.number for one in self._measured if one.report.quality != "good"]
+        bad = [tracked.number for tracked in self._measured if tracked.report.quality != "good"]
         worst = self.worst[0]
         yield (
             f"{len(bad)} of {counted(len(self._measured), 'frame')} "
@@ -215,7 +217,7 @@ class Fits:
         if self.unmeasured:
             names = some_of([str(number) for number in self.unmeasured], _MOST_FRAMES)
             messages.append(f"hardly anything was measured of frames {names}")
-        seen = [one.report.seen for one in self._measured]
+        seen = [tracked.report.seen for tracked in self._measured]
         if (falls := _core.falling_sight(seen)) < len(seen):
             messages.append(
                 f"of the vertices, {max(seen[:falls]):.0%} were seen until frame "
@@ -230,7 +232,7 @@ def ranges_of(numbers: list[Number]) -> str:
     """Names numbers in order, runs of them by their ends, such as "3, 7 to 12"."""
     runs = [
         [number for _, number in run]
-        for _, run in groupby(enumerate(numbers), lambda one: one[1] - one[0])
+        for _, run in groupby(enumerate(numbers), lambda item: item[1] - item[0])
     ]
     named = [str(run[0]) if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs]
     return some_of(named, _MOST_FRAMES)
@@ -240,7 +242,7 @@ def beyond(values: Mapping[Any, float], times: float, least: float) -> set[Any]:
     """Returns the names whose value is so many times the median of the others, and not small."""
     result = set()
     for name, value in values.items():
-        others = [one for other, one in values.items() if other != name]
+        others = [value for other, value in values.items() if other != name]
         if others and value > max(least, times * float(np.median(others))):
             result.add(name)
     return result

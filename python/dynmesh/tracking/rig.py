@@ -74,25 +74,25 @@ class Fit:
 def fit_of(scan: DepthScan, surface: Surface, *, moves: bool = True) -> Fit:
     """Compares a scan, in the unit of the template, also after the rigid motion of tracking."""
     clouds = [subject_of(cloud, surface) for cloud in without_jumps(scan).clouds]
-    cloud = np.concatenate(clouds)
-    extents = [np.linalg.norm(np.ptp(one, axis=0)) for one in clouds if len(one)]
-    if len(cloud) < LEAST or max(extents) < _COVERED * surface.size:
-        medians = _medians([surface.distances(one) for one in clouds], surface)
+    points = np.concatenate(clouds)
+    extents = [np.linalg.norm(np.ptp(cloud, axis=0)) for cloud in clouds if len(cloud)]
+    if len(points) < LEAST or max(extents) < _COVERED * surface.size:
+        medians = _medians([surface.distances(cloud) for cloud in clouds], surface)
         return Fit(1.0, 1.0, (1.0,) * len(clouds), medians)
-    result = find_alignment(surface.faces, surface.points, cloud)
+    result = find_alignment(surface.faces, surface.points, points)
     most = max(_FAR * surface.size, _FAR_EDGES * surface.mean_edge)
-    ways = [cloud, (cloud - result.shift) @ result.rotation][: 1 + moves]
-    distances = [surface.distances(one) for one in ways]
-    shares = [float(np.mean(one > most)) for one in distances]
+    placed = [points, (points - result.shift) @ result.rotation][: 1 + moves]
+    distances = [surface.distances(positions) for positions in placed]
+    shares = [float(np.mean(far > most)) for far in distances]
     away = distances[int(np.argmin(shares))]
-    each = np.split(away, np.cumsum([len(one) for one in clouds])[:-1])
-    far = tuple(float(np.mean(one > most)) if len(one) else 0.0 for one in each)
+    each = np.split(away, np.cumsum([len(cloud) for cloud in clouds])[:-1])
+    far = tuple(float(np.mean(own > most)) if len(own) else 0.0 for own in each)
     return Fit(min(shares), shares[0], far, _medians(each, surface))
 
 
 def _medians(each: list[Floats], surface: Surface) -> tuple[float, ...]:
     """The median of the distances of each camera, in mean edges; 0 without points."""
-    return tuple(float(np.median(one)) / surface.mean_edge if len(one) else 0.0 for one in each)
+    return tuple(float(np.median(own)) / surface.mean_edge if len(own) else 0.0 for own in each)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -151,7 +151,7 @@ class RigReport(Report):
         if self.meant is not None:
             return f"{self.wrong}: {far}, but {self.meant.far:.1%} if that is corrected"
         if self.rig is not None:
-            blind = [one.name for one in self.rig.cameras if one.name not in self.cameras]
+            blind = [camera.name for camera in self.rig.cameras if camera.name not in self.cameras]
             more = f"; those without an image in it are not judged: {', '.join(blind)}"
             return f"the cameras fit: {far}{more if blind else ''}"
         wrong = [self.cameras[number] for number in sorted(self.stated.wrong)]
@@ -236,7 +236,7 @@ def judge_rig(
     enough = min(_AT_MOST, _FEWER * stated.far, stated.far - _LESS)
     # Opposite cameras of a ring that are exchanged differ from the two others by a turn alone.
     best, reading, meant = min(
-        tried, key=lambda one: (one[0].far > enough, one[0].in_place > enough, one[0].far)
+        tried, key=lambda fit: (fit[0].far > enough, fit[0].in_place > enough, fit[0].far)
     )
     if best.far > enough:
         return judged
