@@ -105,7 +105,7 @@ def placed_in(
 
     if result.other_unit:
         why = sizes() or rooms or inside_out(scan)
-        raise InputError("; ".join(filter(None, [advice, why, away])), file=mesh.path)
+        raise InputError("; ".join(filter(None, [away, why, advice])), file=mesh.path)
     # The walls of a room face its middle.
     advice = "; ".join(filter(None, [rooms or inside_out(scan), advice]))
     placed = partial(Placed, distance=result.before, advice=advice)
@@ -139,10 +139,8 @@ def placed_in(
         alignment = None if result.lies_in_scan else result
         return placed(start, alignment=alignment, doubt=cameras or _registered(doubt))
     if registered.quality == "ruined" and not result.lies_in_scan:
-        faults = "; ".join(filter(None, [advice, sizes(), away]))
-        raise InputError(
-            f"{faults}, {result.after:.3g} after the best rigid motion: {doubt}", file=mesh.path
-        )
+        fault = f"{away}, {result.after:.3g} after the best rigid motion: {doubt}"
+        raise InputError("; ".join(filter(None, [fault, sizes(), advice])), file=mesh.path)
     doubt = cameras or _registered(doubt)
     return placed(registered.vertices, registration=registered, doubt=doubt)
 

@@ -129,10 +129,10 @@ def complete(
 ) -> ComputedFrames[CompletionReport]:
     """Completes a sequence, from a whole frame backwards and forwards.
 
-    No frame need be whole: if none is, completion starts at the one with most vertices. What the
-    first one lacks is put together from the others, and the result is doubtful if that is probably
-    wrong. It is probably ruined if many edges become four times as long or as short. A USD file
-    completed into another one becomes a layer over it, which keeps everything else. The output
+    No frame need be whole: if none is, completion starts at the one with most vertices. Vertices
+    that it lacks are put together from the other frames, and the result is doubtful if that is
+    probably wrong. It is probably ruined if many edges become four times as long or as short. A USD
+    file completed into another one becomes a layer over it, which keeps everything else. The output
     appears under its name when it is complete.
 
     Args:
