@@ -46,6 +46,7 @@ COMPLEMENTS = ("agreement", "along", "far_share", "kept", "prediction", "precond
 """Shares and cosines, of which the difference from 1 is halved and doubled."""
 FARTHEST = 5.0
 """The largest error of a registration, in mean edges."""
+_STRUCT = re.compile(r"^(?:inline constexpr )?struct (\w+) \{$", re.MULTILINE)
 _CONSTANT = re.compile(r"^  (double|int|std::size_t) (\w+) = (-?[\d.e-]+);$", re.MULTILINE)
 _HOOK = """#pragma once
 #include <cstdlib>
@@ -62,9 +63,15 @@ class Constant(NamedTuple):
     """A constant of the library."""
 
     of: str
+    struct: str
     name: str
     value: float
     is_whole: bool
+
+    @property
+    def variable(self) -> str:
+        """The name in the environment."""
+        return f"{self.struct}.{self.name}"
 
     @property
     def label(self) -> str:
@@ -100,8 +107,10 @@ class Case(NamedTuple):
 def constants() -> Iterator[Constant]:
     """Yield the constants of the headers."""
     for of, header in HEADERS.items():
-        for kind, name, value in _CONSTANT.findall((SOURCES / header).read_text("utf-8")):
-            yield Constant(of, name, float(value), kind != "double")
+        _, *parts = _STRUCT.split((SOURCES / header).read_text("utf-8"))
+        for struct, text in zip(parts[::2], parts[1::2], strict=True):
+            for kind, name, value in _CONSTANT.findall(text):
+                yield Constant(of, struct, name, float(value), kind != "double")
 
 
 def build(folder: Path) -> Path:
@@ -115,11 +124,14 @@ def build(folder: Path) -> Path:
         shutil.copy(SOURCES / name, sources / name)
     shutil.copytree(SOURCES / "third_party_notes", sources / "third_party_notes")
     (sources / "cpp/src/base/constant.hpp").write_text(_HOOK, "utf-8")
-    for of, header in HEADERS.items():
-        text = (sources / header).read_text("utf-8")
-        text = text.replace("inline constexpr struct", "inline const struct")
-        text = text.replace("#pragma once", '#pragma once\n#include "base/constant.hpp"')
-        text = _CONSTANT.sub(rf'  \1 \2 = static_cast<\1>(constant("{of}.\2", \3));', text)
+    for header in HEADERS.values():
+        first, *parts = _STRUCT.split((sources / header).read_text("utf-8"))
+        text = first.replace("#pragma once", '#pragma once\n#include "base/constant.hpp"')
+        for struct, members in zip(parts[::2], parts[1::2], strict=True):
+            own = rf'  \1 \2 = static_cast<\1>(constant("{struct}.\2", \3));'
+            is_object = "\n};" not in members
+            text += f"{'inline const ' if is_object else ''}struct {struct} {{"
+            text += _CONSTANT.sub(own, members)
         (sources / header).write_text(text, "utf-8")
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps"]
     install += ["--no-build-isolation", "--target", str(module), str(sources)]
@@ -164,7 +176,7 @@ def tables(arguments: argparse.Namespace) -> list[Table]:
 
     varied = list(constants())
     changes = [(of, "unchanged", "") for of in HEADERS]
-    changes += [(c.of, f"{c.of}.{c.name}", c.times(f)) for c in varied for f in (0.5, 2)]
+    changes += [(c.of, c.variable, c.times(f)) for c in varied for f in (0.5, 2)]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         measured = list(progress(pool.map(measure, changes), "constants", len(changes)))
     usual = dict(zip(HEADERS, measured, strict=False))

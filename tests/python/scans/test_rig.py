@@ -345,7 +345,7 @@ def test_tracking_names_the_command_where_the_first_frame_is_ruined(
         ended = run_here(*words, "--cameras", wrong)
         assert ended.returncode in (1, 3)
         assert "dynmesh rig" in ended.stderr
-        assert misread != "axes" or f"dynmesh: {body}: dynmesh rig" in ended.stderr
+        assert misread != "axes" or f"dynmesh: {body}: the template" in ended.stderr
     assert "dynmesh rig" not in run(*words).stderr
 
 
