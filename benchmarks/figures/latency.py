@@ -21,7 +21,8 @@ def draw(folder: Path) -> None:
     with new_figure(8, 4.5) as figure:
         axes = figure.add_subplot(xlabel="vertices", ylabel="ms per frame")
         axes.set(xscale="log", yscale="log")
-        for method in (MOTION, DETAIL, TWO_THREADS, BIHARMONIC, ARAP):
+        methods = (MOTION, DETAIL, TWO_THREADS, BIHARMONIC, ARAP)
+        for method in (method for method in methods if method.label in times):
             cells = zip(counts, times[method.label], strict=False)
             measured = {int(n): float(cell) for n, cell in cells if cell != ABSENT}
             (line,) = axes.plot([*measured], [*measured.values()], method.dash, marker="o")
