@@ -3,7 +3,7 @@
 import csv
 from pathlib import Path
 
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import StrMethodFormatter
 
 from ..harness import ABSENT, DOCS
 from ..methods import ARAP, BIHARMONIC, DETAIL, MOTION
@@ -31,6 +31,6 @@ def draw(folder: Path) -> None:
         axes.annotate("a frame at 60 Hz", (int(counts[-1]), _FRAME), ha="right", va="bottom")
         axes.set_xticks([int(n) for n in counts], labels=counts)
         axes.minorticks_off()
-        axes.yaxis.set_major_formatter(ScalarFormatter())
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.legend()
         save(figure, folder / "results" / "latency.png", is_chart=True)
