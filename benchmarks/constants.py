@@ -48,7 +48,7 @@ FARTHEST = 5.0
 """The largest error of a registration, in mean edges."""
 _STRUCT = re.compile(r"^(?:inline constexpr )?struct (\w+) \{$", re.MULTILINE)
 _CONSTANT = re.compile(r"^  (double|int|std::size_t) (\w+) = (-?[\d.e-]+);$", re.MULTILINE)
-_HOOK = """#pragma once
+_HEADER = """#pragma once
 #include <cstdlib>
 namespace dynmesh {
 inline double constant(const char* name, double value) {
@@ -60,7 +60,15 @@ inline double constant(const char* name, double value) {
 
 
 class Constant(NamedTuple):
-    """A constant of the library."""
+    """A constant of the library.
+
+    Attributes:
+        of: what is measured with it, a key of HEADERS.
+        struct: the structure that holds it.
+        name: its name there.
+        value: its default.
+        is_whole: whether it is an integer.
+    """
 
     of: str
     struct: str
@@ -123,13 +131,13 @@ def build(folder: Path) -> Path:
     for name in ("CMakeLists.txt", "LICENSE", "README.md", "pyproject.toml"):
         shutil.copy(SOURCES / name, sources / name)
     shutil.copytree(SOURCES / "third_party_notes", sources / "third_party_notes")
-    (sources / "cpp/src/base/constant.hpp").write_text(_HOOK, "utf-8")
+    (sources / "cpp/src/base/constant.hpp").write_text(_HEADER, "utf-8")
     for header in HEADERS.values():
         first, *parts = _STRUCT.split((sources / header).read_text("utf-8"))
         text = first.replace("#pragma once", '#pragma once\n#include "base/constant.hpp"')
         for struct, members in zip(parts[::2], parts[1::2], strict=True):
             own = rf'  \1 \2 = static_cast<\1>(constant("{struct}.\2", \3));'
-            is_object = "\n};" not in members
+            is_object = "\n};" not in members  # which reads the environment when it is loaded
             text += f"{'inline const ' if is_object else ''}struct {struct} {{"
             text += _CONSTANT.sub(own, members)
         (sources / header).write_text(text, "utf-8")

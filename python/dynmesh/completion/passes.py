@@ -83,7 +83,6 @@ class Tally:
     """
 
     seen: Mask
-
     reports: list[FrameReport] = field(default_factory=list)
     wrong: dict[int, FrameReport] = field(default_factory=dict)
     empty: set[int] = field(default_factory=set)
