@@ -15,10 +15,6 @@ inline constexpr struct TrainingConstants {
   double reach = 0.7;
   /// Smaller weights of a part at a vertex are dropped.
   double least_weight = 0.15;
-  /// Modes that change the shape by less than this are dropped, the root mean square of a standard
-  /// deviation over the part in mean edge lengths: frames that do not deform, stored in single
-  /// precision, have such modes.
-  double least_mode = 1e-4;
 
   /// The least v, the variance of the coefficients, at which the training sequence is not used, and
   /// the largest one. It is used fully from twice the least. Changes since the last frame, which
@@ -84,11 +80,9 @@ inline constexpr struct FirstOrderConstants {
   /// The lower bound of the weight of an edge, in mean weights.
   double least_weight = 0.001;
 
-  /// Of each component, this many anchors are left out of a test, at most this share of them, and
-  /// none if fewer than `least_kept` would be left.
+  /// Of each component, about this many anchors are left out of a test, at most this share of them.
   double left_out = 50;
   double largest_left_out = 0.3;
-  double least_kept = 4;
   /// A test moves the vertices at most this many times the mean distance between anchors from those
   /// left out.
   double rings = 1.5;
@@ -100,8 +94,6 @@ inline constexpr struct FirstOrderConstants {
   double kept = 0.8;
   /// Smaller shares gain too little for the time that the step takes.
   double least_share = 0.3;
-  /// A gain is reduced by this many standard deviations.
-  double deviations = 0.5;
 
   /// The number of frames from test to test, which doubles from 1 to this in the first frames.
   Index gap = 8;

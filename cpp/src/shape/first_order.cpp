@@ -105,8 +105,7 @@ bool FirstOrder::draw(const Generations& generations, std::uint64_t frame) {
     drawn_of(v).left_out += is_left_out_[v];
   }
   for (std::size_t v = 0; v < generation.size(); ++v) {
-    if (drawn_of(v).anchors - drawn_of(v).left_out < first_order_constants.least_kept)
-      is_left_out_[v] = 0;
+    if (drawn_of(v).left_out == drawn_of(v).anchors) is_left_out_[v] = 0;
   }
   return std::ranges::count(is_left_out_, 1) > 0;
 }
@@ -193,35 +192,26 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding,
   const auto has_shown_enough = [](const Component& component) {
     return component.gains.count >= first_order_constants.least_count;
   };
-  Gains common, newest_common;
+  Gains common;
   for (std::size_t c = 0; c < components.size(); ++c) {
     // A component of which nothing was left out keeps what it has shown.
     if (newest_[c].count > 0) add(components[c].gains, newest_[c], first_order_constants.kept);
-    if (has_shown_enough(components[c])) continue;
-    add(common, components[c].gains);
-    add(newest_common, newest_[c]);
+    if (!has_shown_enough(components[c])) add(common, components[c].gains);
   }
-  for (std::size_t c = 0; c < components.size(); ++c) {
-    const bool is_alone = has_shown_enough(components[c]);
-    const Gains& newest = is_alone ? newest_[c] : newest_common;
-    if (newest.count == 0) continue;
-    components[c].share = best_share(is_alone ? components[c].gains : common, newest);
+  for (Component& component : components) {
+    component.share = best_share(has_shown_enough(component) ? component.gains : common);
   }
 }
 
-/// The share with the largest sum of gains, reduced by what may be chance. One that was clearly
-/// worse in the newest test is not taken.
-double FirstOrder::best_share(const Gains& gains, const Gains& newest) {
+/// The share with the largest sum of gains, reduced by its standard deviation.
+double FirstOrder::best_share(const Gains& gains) {
   double best = 0;
   double share = 0;
   for (std::size_t q = 0; q < n_shares && gains.count >= first_order_constants.least_count; ++q) {
     const double candidate = static_cast<double>(q + 1) / n_shares;
-    const bool is_worse = newest.sums[q] + std::sqrt(newest.squares[q]) < 0;
-    if (is_worse || candidate < first_order_constants.least_share) continue;
-    const double found =
-        gains.sums[q] - first_order_constants.deviations * std::sqrt(gains.squares[q]);
-    if (found <= best) continue;
-    best = found;
+    const double gain = gains.sums[q] - std::sqrt(gains.squares[q]);
+    if (candidate < first_order_constants.least_share || gain <= best) continue;
+    best = gain;
     share = candidate;
   }
   return share;

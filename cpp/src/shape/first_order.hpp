@@ -66,7 +66,7 @@ class FirstOrder {
             ShapeSystem& system, std::vector<Component>& components);
   void learn(Field first_order, Field observed, double rounding,
              std::vector<Component>& components);
-  [[nodiscard]] static double best_share(const Gains& gains, const Gains& newest);
+  [[nodiscard]] static double best_share(const Gains& gains);
   double mix(const Frame& frame, const Generations& generations, ShapeSystem& system,
              std::span<const Component> components);
   std::span<Vector3> find_step(Field positions, Field last, std::span<Vector3> scratch);

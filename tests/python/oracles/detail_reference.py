@@ -349,7 +349,7 @@ class Shares:
         random = np.array([mixed((of_frame + v) & BITS_64) / 2**64 for v in range(len(known))])
         held = known & (random < probability)
         left = np.bincount(self.part[known & ~held], minlength=len(self.share))
-        return np.asarray(held & (left >= 4)[self.part])
+        return np.asarray(held & (left > 0)[self.part])
 
     def learn(self, of_detail: Array, of_first_order: Array, held: NDArray[np.bool_]) -> None:
         """Chooses the shares by the errors (k, 3) of both at the anchors that are left out."""
@@ -366,11 +366,7 @@ class Shares:
         self.squares = kept[:, None] ** 2 * self.squares + squares
         self.count = kept * self.count + count
         for group in self._groups():
-            if count[group].sum() == 0:
-                continue
-            found = self.sums[group].sum(axis=0) - 0.5 * np.sqrt(self.squares[group].sum(axis=0))
-            newest = sums[group].sum(axis=0) + np.sqrt(squares[group].sum(axis=0))
-            found[newest < 0] = -np.inf
+            found = self.sums[group].sum(axis=0) - np.sqrt(self.squares[group].sum(axis=0))
             found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
             enough = self.count[group].sum() >= 30
             self.share[group] = found.argmax() / 10 if enough else 0.0
