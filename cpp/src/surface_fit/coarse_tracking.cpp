@@ -32,8 +32,8 @@ double vertices_of(const DecimatedMesh& mesh, const ShapeModel& whole) {
 /// bend it by their noise. Distances shrink: they are the same as for the whole mesh, so that other
 /// things in the scan draw no more. Only the scale of far points shrinks less, as the coarse mesh
 /// is what comes from afar.
-TrackingConstants for_coarse(TrackingConstants constants, double ratio) {
-  constants.is_coarse = true;
+TrackingConstants for_coarse(TrackingConstants constants, std::size_t n_vertices, double ratio) {
+  constants.most_points = constants.points_of_vertex * n_vertices;
   const double length = std::sqrt(ratio);
   constants.last_weight *= length * length * length;
   constants.iterations_per_edge *= length;
@@ -101,8 +101,9 @@ CoarseTracking::CoarseTracking(DecimatedMesh mesh, const ShapeModel& whole,
           build_topology({mesh_.faces.data()->data(), mesh_.faces.size()}, mesh_.vertices.size())),
       first_frame_(chosen(whole.first_frame, mesh_.vertices)),
       tracking_(mesh_.faces, topology_, workers, first_frame_,
-                for_coarse(constants, vertices_of(mesh_, whole)), chosen(training, mesh_.vertices),
-                false, epsilon, materials_of(mesh_, topology_, whole, materials)),
+                for_coarse(constants, mesh_.vertices.size(), vertices_of(mesh_, whole)),
+                chosen(training, mesh_.vertices), false, epsilon,
+                materials_of(mesh_, topology_, whole, materials)),
       memory_(first_frame_),
       next_(first_frame_),
       nearest_(nearest_to(whole.clusters(), whole.topology.cells, mesh_.vertices)),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 
 namespace dynmesh {
 
@@ -15,13 +16,16 @@ struct TrackingConstants {
   std::size_t share_of_vertices = 2;
   std::size_t fewest_vertices = 60;
   int whole_iterations = 2;
-  double whole_settled = 5e-4;
-  /// The coarse mesh is drawn to so many points for each of its vertices, evenly spread.
-  std::size_t coarse_points = 3;
-  /// Of these, so many of each body tell whether a frame begins where the last two lead to, and how
-  /// the body moves rigidly.
+  double whole_settled = 1e-3;
+  /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
+  /// so many points for each vertex, evenly spread. A coarse mesh, which the template follows,
+  /// needs no more at all. Of these, so many of each body tell whether a frame begins where the
+  /// last two lead to, and how the body moves rigidly.
+  int final_iterations = 2;
+  std::size_t points_of_vertex = 3;
   std::size_t rigid_points = 1000;
-  bool is_coarse = false;
+  /// The largest number of points; others are left out.
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();
 
   /// The share of the last motion with which the next one begins: of a frame, and of an iteration
   /// (the heavy ball, Polyak 1964).
@@ -40,11 +44,8 @@ struct TrackingConstants {
   int most_iterations = 8;
   double iterations_per_edge = 3;
   double far_share = 0.98;
-  /// In all but so many last iterations, the surface has not arrived, and is stiff: it needs only
-  /// as many points as vertices, evenly spread.
-  int final_iterations = 2;
   /// The most steps of conjugate gradients for a fit, and the share of the error at which they end.
-  int steps = 20;
+  int steps = 12;
   double settled = 3e-3;
   /// The preconditioner has so much of the weights of the points at a vertex, which tell one of its
   /// three coordinates each.

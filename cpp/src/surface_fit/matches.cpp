@@ -57,6 +57,12 @@ std::vector<std::uint32_t> along_curve(Field points, double cell) {
   return order;
 }
 
+/// So that about as many as wanted are left of them; 1 if there are no more.
+std::size_t every_nth(std::size_t points, std::size_t wanted) {
+  const double spacing = static_cast<double>(points) / static_cast<double>(wanted);
+  return std::max<std::size_t>(static_cast<std::size_t>(std::llround(spacing)), 1);
+}
+
 /// An agreement that has numbers of points in the place of shares, and a sum of squares in that of
 /// the distance.
 Agreement no_points() { return {0, 0, 0, 0}; }
@@ -108,13 +114,10 @@ Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Work
 void Matches::begin(const PointScan& measurement) {
   measurement_ = &measurement;
   order_ = along_curve(measurement.points, mean_edge_);
-  if (constants_.is_coarse) {
-    const std::size_t most = constants_.coarse_points * normals_.size();
-    const std::size_t every = std::max<std::size_t>((order_.size() + most / 2) / most, 1);
-    std::size_t n = 0;
-    for (std::size_t i = 0; i < order_.size(); i += every) order_[n++] = order_[i];
-    order_.resize(n);
-  }
+  const std::size_t every = every_nth(order_.size(), constants_.most_points);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < order_.size(); i += every) order_[n++] = order_[i];
+  order_.resize(n);
   found_.assign(order_.size(), {});
   points_.clear();
   for (const std::uint32_t i : order_) {
@@ -206,8 +209,7 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
-  const double spacing = static_cast<double>(points_.size()) / static_cast<double>(search.points);
-  const std::size_t every = std::clamp<std::size_t>(std::llround(spacing), 1, in_a_row);
+  const std::size_t every = std::min(every_nth(points_.size(), search.points), in_a_row);
   rows_.assign(points_.size(), {});
   const auto find_in_a_row = [&](std::size_t first) {
     Place before;

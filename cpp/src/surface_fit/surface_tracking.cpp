@@ -47,11 +47,10 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       bodies_(find_bodies(topology, shape_.ties(), constants_.radius * model_.mean_edge)),
       all_slide_(std::ranges::all_of(materials_, &Material::slides)),
       any_slides_(std::ranges::any_of(materials_, &Material::slides)),
-      points_at_first_(any_slides_ || constants_.is_coarse ? all : first_frame.size()),
-      rigid_points_(constants_.is_coarse
-                        ? constants_.rigid_points *
-                              std::set<std::size_t>(bodies_.begin(), bodies_.end()).size()
-                        : points_at_first_),
+      points_at_first_(any_slides_ ? all : constants_.points_of_vertex * first_frame.size()),
+      rigid_points_(std::min(
+          points_at_first_,
+          constants_.rigid_points * std::set<std::size_t>(bodies_.begin(), bodies_.end()).size())),
       x_(first_frame.begin(), first_frame.end()),
       observed_(first_frame.size()) {}
 
