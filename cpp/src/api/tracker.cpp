@@ -21,7 +21,7 @@
 #include "shape/memory.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/scan_arguments.hpp"
-#include "surface_fit/surface_tracking.hpp"
+#include "surface_fit/template_tracking.hpp"
 
 namespace dynmesh {
 
@@ -41,8 +41,8 @@ void tell_quality(TrackingReport& report) {
 
 /// Refuses a first scan that lies elsewhere than the template. Later ones may show that
 /// the subject has left.
-void check_first_scan(const PointScan& scan, const SurfaceTracking::Found& found, Field last,
-                      const SurfaceTracking& surface) {
+void check_first_scan(const PointScan& scan, const TemplateTracking::Found& found, Field last,
+                      const TemplateTracking& surface) {
   const double far_share = found.agreements.all.far_share;
   const double observed = static_cast<double>(std::ranges::count(found.observed, 1)) /
                           static_cast<double>(found.observed.size());
@@ -65,11 +65,10 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
       : FrameStream::Parts(std::move(of_all), std::move(frame), DisconnectedRule::follow,
                            dynmesh::largest_coordinate<Real>),
         settings(chosen),
-        surface(mesh->faces, mesh->topology, mesh->workers, first_frame, TrackingConstants{},
-                mesh->training, settings.uncertainty, std::numeric_limits<Real>::epsilon()),
+        surface(mesh->faces, mesh->topology, mesh->workers, first_frame, mesh->training,
+                {at(settings.resolution), settings.uncertainty,
+                 static_cast<double>(std::numeric_limits<Real>::epsilon())}),
         recovery(*mesh, first_frame, settings.recover) {
-    const auto epsilon = static_cast<double>(std::numeric_limits<Real>::epsilon());
-    surface.coarsen(most_coarse_vertices(), settings.resolution > 0, mesh->training, epsilon);
     surface.begin(memory);
     recovery.begin(memory);
     next = memory;
@@ -83,7 +82,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   /// calls changes before `advance`.
   TrackingReport track(const PointScan& measurement, Points<Real> tracked,
                        Clock::time_point start) {
-    SurfaceTracking::Found found = surface.fit(memory, measurement, {}, next);
+    TemplateTracking::Found found = surface.fit(memory, measurement, next);
     if (memory.n_frames == 0) check_first_scan(measurement, found, memory.last, surface);
     TrackingReport made;
     made.measure = recovery.measure(memory, found);
@@ -92,7 +91,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     if (is_due) {
       again = recovery.find_again(surface, memory, measurement, found, made.measure, next);
       if (!again) {
-        found = surface.fit(memory, measurement, {}, next);
+        found = surface.fit(memory, measurement, next);
         made.measure = recovery.measure(memory, found);
       }
     }
@@ -121,14 +120,6 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     report = made;
     of_sensors = std::move(found.agreements.of_sensors);
     return report;
-  }
-
-  /// The number of vertices of the mesh on which the iterations run.
-  [[nodiscard]] std::size_t most_coarse_vertices() const {
-    if (settings.resolution > 0) return at(settings.resolution);
-    const TrackingConstants& constants = surface.constants();
-    if (n_vertices() <= constants.coarse_vertices) return n_vertices();
-    return std::min(constants.coarse_vertices, n_vertices() / constants.share_of_vertices);
   }
 
   /// Tells the standard errors, and the root mean square of those that are finite; 0 without any.
@@ -184,7 +175,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   }
 
   TrackerSettings settings;
-  SurfaceTracking surface;
+  TemplateTracking surface;
   Recovery recovery;
   std::vector<Real> standard_error;  // (k,), or empty
   TrackingReport report;

@@ -75,7 +75,7 @@ bool NonrigidStep::take(const Draw& draw, Field m, std::span<Vector3> x, Memory&
   }
   turn(next.q, wanted_, turned_, workers_);
   find_forces(x, next.q, draw.yields_beyond);
-  surface_system_.solve(draw.rows, draw.landmarks, x, forces_);
+  surface_system_.solve(draw.rows, draw.landmarks, draw.settled, x, forces_);
   return true;
 }
 
@@ -160,17 +160,16 @@ void NonrigidStep::fit_modes(const Draw& draw, Field m, Field x, Memory& next) {
   system_.apply(steps, k_steps);
   const double rounding = model_.rounding.mean_square(x);
   fit_.find({anchors_, x, kx_, wanted, steps, k_steps, rounding}, system_, next.q, next.fit);
-  rest_shape(next.fit);
+  find_rest_shape(next.fit);
 }
 
-Field NonrigidStep::rest_shape(const FitMemory& fit) {
+void NonrigidStep::find_rest_shape(const FitMemory& fit) {
   rest_ = model_.first_shape;
-  if (fit.prior_weight == 0) return rest_;
+  if (fit.prior_weight == 0) return;
   const Field added = fit_.shape_of(fit);
   for (std::size_t v = 0; v < rest_.size(); ++v) {
     rest_[v] = model_.first_shape[v] + fit.prior_weight * added[v];
   }
-  return rest_;
 }
 
 void NonrigidStep::prepare_errors(std::span<const SurfaceRow> rows, Field x) {

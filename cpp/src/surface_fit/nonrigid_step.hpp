@@ -45,6 +45,7 @@ class NonrigidStep {
     /// The shape yields where |K X - Q m| is more than so many times its median: it resists with as
     /// much force there as at the limit (Huber 1964), since bodies bend at joints.
     double yields_beyond = std::numeric_limits<double>::infinity();
+    double settled = 0;  ///< the share of the error at which the solution ends
     /// If it is not 0, the modes of the training sequence are fitted first, with so many times the
     /// weights of the rows.
     double mode_weights = 0;
@@ -70,11 +71,12 @@ class NonrigidStep {
   void fit_rotations(Field frame, std::span<Quaternion> q) { rotations_.fit(frame, q); }
   /// Finds the rotations and the shape of a frame in place of those of `memory`.
   void remember(Field frame, Memory& memory);
-  /// (k,) the rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of
+  /// Finds the rest shape p = m_first + k B a, in the axes of frame 0: m_first is the detail of
   /// frame 0, B are the modes of a training sequence, a are the coefficients that the last frame
   /// supports and k, 0 to 1, how far the training sequence is used. See docs/method.md, "Training
   /// frames". Without training, p is m_first.
-  Field rest_shape(const FitMemory& fit);
+  void find_rest_shape(const FitMemory& fit);
+  [[nodiscard]] Field rest_shape() const { return rest_; }  ///< (k,) p
 
  private:
   void find_forces(Field x, std::span<const Quaternion> q, double yields_beyond);

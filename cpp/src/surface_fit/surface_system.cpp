@@ -63,7 +63,7 @@ void SurfaceSystem::factorize(std::span<const SurfaceRow> rows, std::span<const 
 }
 
 void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
-                          std::span<Vector3> x, std::span<Vector3> force) {
+                          double settled, std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(landmarks);
   RowProduct row_product(rows, x.size(), workers_);
   add_forces(rows, x, force);
@@ -92,8 +92,8 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
         steps.size(), [&](std::size_t v) { steps[v] = steps[v] + length[0] * direction[v]; });
   };
   const ConjugateVectors<Vector3> vectors = {force, product, direction, product};
-  conjugate_gradients<1>(vectors, constants_.steps, constants_.settled, precondition,
-                         multiply_direction, advance, workers_);
+  conjugate_gradients<1>(vectors, constants_.steps, settled, precondition, multiply_direction,
+                         advance, workers_);
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
 }
 

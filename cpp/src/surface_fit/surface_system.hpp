@@ -44,8 +44,8 @@ class SurfaceSystem {
   void factorize_again() { shape_.factorize(anchors_); }
 
   /// Adds the step D to X for which A D is the sum of `force` (k,), which is lost, and of the
-  /// forces of the rows and landmarks at X.
-  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks,
+  /// forces of the rows and landmarks at X. Ends at the share `settled` of the error.
+  void solve(std::span<const SurfaceRow> rows, std::span<const Landmark> landmarks, double settled,
              std::span<Vector3> x, std::span<Vector3> force);
 
  private:

@@ -9,10 +9,8 @@
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
-#include "mesh/decimation.hpp"
 #include "mesh/ties.hpp"
 #include "surface_fit/cloth.hpp"
-#include "surface_fit/coarse_tracking.hpp"
 
 namespace dynmesh {
 namespace {
@@ -54,80 +52,55 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
       x_(first_frame.begin(), first_frame.end()),
       observed_(first_frame.size()) {}
 
-SurfaceTracking::~SurfaceTracking() = default;
-
-void SurfaceTracking::coarsen(std::size_t most_vertices, bool is_live,
-                              const TrainingFrames& training, double epsilon) {
-  // The points do not tell how far cloth slides, so that it needs all iterations itself.
-  if (most_vertices >= model_.size() || (any_slides_ && !is_live)) return;
-  DecimatedMesh mesh = decimated(faces_, model_.topology, model_.first_frame, most_vertices,
-                                 constants_.fewest_vertices);
-  if (mesh.vertices.size() == model_.size()) return;
-  coarse_ = std::make_unique<CoarseTracking>(std::move(mesh), model_, materials_, workers_,
-                                             constants_, training, epsilon);
-  coarse_->measure_heights(matches_);
-  constants_.settled = constants_.whole_settled;
-  is_live_ = is_live;
-}
-
 void SurfaceTracking::begin(Memory& memory) const {
   memory.before = memory.last;
   shape_.begin(memory);
-  if (coarse_ != nullptr) coarse_->begin(memory);
 }
 
 SurfaceTracking::Found SurfaceTracking::fit(const Memory& memory, const PointScan& measurement,
                                             const Guides& guides, Memory& next) {
-  const int iterations = find(memory, measurement, guides, next);
-  shape_.prepare_errors(matches_.rows(), x_);
-  Found found = observe();
-  found.iterations = iterations;
-  return found;
+  return observe(find(memory, measurement, guides, next));
 }
 
 int SurfaceTracking::find(const Memory& memory, const PointScan& measurement, const Guides& guides,
                           Memory& next) {
-  next.q = memory.q;
-  next.fit = memory.fit;
-  const Field rest = shape_.rest_shape(memory.fit);
-  matches_.begin(measurement);
-  factored_weight_ = 0;
-  int iterations = 0;
-  if (coarse_ == nullptr) {
-    predict(memory);
-    iterations = approach(guides.fewest_iterations);
-    iterate_to_end(iterations, guides, memory.m, next);
-  } else {
-    iterations = coarse_->fit(memory, measurement, rest, next, x_);
-    if (is_live_) {
-      matches_.find(x_, {.walked = constants_.resolution, .weight = constants_.last_weight});
-    } else {
-      settle(guides, memory.m, next);
-    }
+  start(memory, measurement, next);
+  predict(memory);
+  const int iterations = approach(guides.fewest_iterations);
+  std::vector<Vector3> before = x_;
+  for (int left = iterations; left-- > 0;) {
+    if (!iterate(left, left == 1, constants_.settled, guides, memory.m, next)) break;
+    // The last iteration begins where the one before it ended.
+    if (left > 1) carry_on(x_, before, constants_.prediction);
   }
   return iterations;
 }
 
-void SurfaceTracking::iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next) {
-  std::vector<Vector3> before = x_;
-  for (int left = iterations; left-- > 0;) {
-    if (!iterate(left, left == 1, guides, m, next)) break;
-    // The last iteration begins where the one before it ended.
-    if (left > 1) carry_on(x_, before, constants_.prediction);
-  }
+std::span<Vector3> SurfaceTracking::start(const Memory& memory, const PointScan& measurement,
+                                          Memory& next) {
+  next.q = memory.q;
+  next.fit = memory.fit;
+  shape_.find_rest_shape(memory.fit);
+  matches_.begin(measurement);
+  factored_weight_ = 0;
+  return x_;
 }
 
-/// Iterates with the last weights until X lies still.
-void SurfaceTracking::settle(const Guides& guides, Field m, Memory& next) {
+SurfaceTracking::Found SurfaceTracking::settle(const Memory& memory, int most_iterations,
+                                               int iterations, Memory& next) {
   double largest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < constants_.whole_iterations && !lies_still(largest); ++i) {
+  for (int i = 0; i < most_iterations && !lies_still(largest); ++i) {
     const std::vector<Vector3> before = x_;
-    iterate(0, i == 0, guides, m, next);
+    iterate(0, i == 0, constants_.whole_settled, {}, memory.m, next);
     largest = 0;
     for (std::size_t v = 0; v < x_.size(); ++v) {
       largest = std::max(largest, squared_norm(x_[v] - before[v]));
     }
   }
+  if (most_iterations == 0) {
+    matches_.find(x_, {.walked = constants_.resolution, .weight = constants_.last_weight});
+  }
+  return observe(iterations);
 }
 
 /// Begins with the frame that the last two lead to, or with the last one if it is clearly nearer to
@@ -193,8 +166,8 @@ int SurfaceTracking::approach(int fewest_iterations) {
 
 /// Matches the points with X, and then finds X for these and the landmarks; `left` iterations are
 /// to follow. Returns false if there are neither.
-bool SurfaceTracking::iterate(int left, bool fits_modes, const Guides& guides, Field m,
-                              Memory& next) {
+bool SurfaceTracking::iterate(int left, bool fits_modes, double settled, const Guides& guides,
+                              Field m, Memory& next) {
   const double last_weight = guides.times_weight * constants_.last_weight;
   const double weight =
       std::max(constants_.first_weight, last_weight * std::pow(constants_.weight_growth, -left));
@@ -209,11 +182,17 @@ bool SurfaceTracking::iterate(int left, bool fits_modes, const Guides& guides, F
     factored_weight_ = weight;
   }
   const double mode_weights = fits_modes ? constants_.first_weight / weight : 0;
-  return shape_.take({rows, guides.landmarks, guides.yields_beyond, mode_weights}, m, x_, next);
+  return shape_.take({rows, guides.landmarks, guides.yields_beyond, settled, mode_weights}, m, x_,
+                     next);
 }
 
-/// Which vertices have a measured point in the end, and how far the points are.
-SurfaceTracking::Found SurfaceTracking::observe() {
+SurfaceTracking::Found SurfaceTracking::observe(int iterations) {
+  shape_.prepare_errors(matches_.rows(), x_);
+  return compared(iterations);
+}
+
+/// Which vertices have a measured point after so many iterations, and how far the points are.
+SurfaceTracking::Found SurfaceTracking::compared(int iterations) {
   matches_.follow(x_);
   std::ranges::fill(observed_, std::uint8_t{0});
   matches_.for_each_near([&](const Place& place) {
@@ -221,7 +200,7 @@ SurfaceTracking::Found SurfaceTracking::observe() {
       if (place.shares[s] > 0) observed_[place.corners[s]] = 1;
     }
   });
-  return {x_, observed_, 0, matches_.agreements()};
+  return {x_, observed_, iterations, matches_.agreements()};
 }
 
 void SurfaceTracking::remember(const Memory& memory, bool moves, Memory& next) {
@@ -238,7 +217,7 @@ SurfaceTracking::Found SurfaceTracking::compare(Field frame, const PointScan& me
   std::ranges::copy(frame, x_.begin());
   matches_.begin(measurement);
   matches_.find(x_, {.scale = constants_.radius / 2});
-  return observe();
+  return compared(0);
 }
 
 void SurfaceTracking::bend(const Guides& guides, int steps, Memory& memory) {
@@ -252,7 +231,7 @@ void SurfaceTracking::bend(const Guides& guides, int steps, Memory& memory) {
       const auto& start = memory.last[moving[i].vertex];
       moving[i].target = start + share * (guides.landmarks[i].target - start);
     }
-    shape_.take({{}, moving, guides.yields_beyond}, memory.m, x_, bent);
+    shape_.take({{}, moving, guides.yields_beyond, constants_.settled}, memory.m, x_, bent);
   }
   place(x_, memory);
   forget_shape(memory);

@@ -8,7 +8,6 @@
 #include <dynmesh/topology.hpp>
 #include <dynmesh/types.hpp>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -33,8 +32,6 @@ struct Guides {
   double yields_beyond = std::numeric_limits<double>::infinity();  ///< as NonrigidStep::Draw
 };
 
-class CoarseTracking;
-
 /// The places of the points on the surface and the rotations of its shape depend on the positions X
 /// of a frame, so they and X are found in turn. Holds nothing on which a later frame depends.
 /// Frames allocate memory.
@@ -47,12 +44,12 @@ class SurfaceTracking {
                   const TrainingFrames& training = {}, bool has_uncertainty = false,
                   double epsilon = std::numeric_limits<double>::epsilon(),
                   std::vector<Material> materials = {});
-  ~SurfaceTracking();
 
-  /// Lets the iterations of frames run on a coarse mesh of at most so many vertices. If it
-  /// `is_live`, none follows on the template, which is restored by its shape.
-  void coarsen(std::size_t most_vertices, bool is_live, const TrainingFrames& training,
-               double epsilon);
+  /// Lets the points be matched as with the whole of which this is a coarse mesh, in frame 0 of
+  /// both.
+  void measure_heights(SurfaceTracking& whole) {
+    matches_.measure_heights(model_.first_frame, whole.matches_, whole.model_.first_frame);
+  }
 
   /// What is remembered of frame 0.
   void begin(Memory& memory) const;
@@ -68,6 +65,16 @@ class SurfaceTracking {
   /// Finds the surface in a frame from what is remembered of the last one. `next` then holds the
   /// rotations of X, and what it says of modes.
   Found fit(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
+  /// The same without what is observed. Returns how often points were matched.
+  int find(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
+
+  /// Starts a frame that is found otherwise than by `find`. Returns X, (k,), to be set like the
+  /// rotations in `next`.
+  std::span<Vector3> start(const Memory& memory, const PointScan& measurement, Memory& next);
+  /// Ends such a frame: iterates from X with the last weights until it lies still, so often at
+  /// most. `iterations` preceded elsewhere.
+  Found settle(const Memory& memory, int most_iterations, int iterations, Memory& next);
+
   /// Compares a frame with what was measured.
   Found compare(Field frame, const PointScan& measurement);
 
@@ -80,30 +87,40 @@ class SurfaceTracking {
     shape_.measure_errors(memory, x_, is_lost ? matches_.distance_of_far() : 0, next);
   }
 
+  /// Sets the rotations in a memory to those of the positions that were found last.
+  void fit_rotations(Memory& memory) { shape_.fit_rotations(x_, memory.q); }
+  /// Sets the rotations and the shape in a memory to those of its last frame.
+  void find_shape(Memory& memory) { shape_.remember(memory.last, memory); }
+
   /// Lets a memory be of this frame, at rest and in any pose.
   void place(Field frame, Memory& memory);
   /// Lets the last frame have the rest shape, where its own is not trusted.
   void forget_shape(Memory& memory) {
-    std::ranges::copy(shape_.rest_shape(memory.fit), memory.m.begin());
+    shape_.find_rest_shape(memory.fit);
+    std::ranges::copy(shape_.rest_shape(), memory.m.begin());
   }
   /// Bends the last frame, without points, while its landmarks move to their targets.
   void bend(const Guides& guides, int steps, Memory& memory);
 
+  /// (k,) of the frame that was found last.
+  [[nodiscard]] Field x() const { return x_; }
+  /// (k,) the rest shape in the frame that has been started.
+  [[nodiscard]] Field rest_shape() const { return shape_.rest_shape(); }
+  [[nodiscard]] const ShapeModel& model() const { return model_; }
+  [[nodiscard]] std::span<const Material> materials() const { return materials_; }
+  [[nodiscard]] bool any_slides() const { return any_slides_; }
   [[nodiscard]] const Matches& matches() const { return matches_; }
   [[nodiscard]] double mean_edge() const { return model_.mean_edge; }
   [[nodiscard]] const TrackingConstants& constants() const { return constants_; }
 
  private:
-  friend class CoarseTracking;
-
-  int find(const Memory& memory, const PointScan& measurement, const Guides& guides, Memory& next);
-  void iterate_to_end(int iterations, const Guides& guides, Field m, Memory& next);
-  void settle(const Guides& guides, Field m, Memory& next);
   void predict(const Memory& memory);
   double move_bodies(const Matches::Rows& rows);
   int approach(int fewest_iterations);
-  bool iterate(int left, bool fits_modes, const Guides& guides, Field m, Memory& next);
-  Found observe();
+  bool iterate(int left, bool fits_modes, double settled, const Guides& guides, Field m,
+               Memory& next);
+  Found observe(int iterations);
+  Found compared(int iterations);
   /// Whether no vertex moved farther than the root of this.
   [[nodiscard]] bool lies_still(double squared) const {
     return squared < std::pow(constants_.resolution * model_.mean_edge, 2);
@@ -118,9 +135,7 @@ class SurfaceTracking {
   Matches matches_;
   std::vector<std::size_t> bodies_;  // (components,) which of them move rigidly together
   bool all_slide_, any_slides_;
-  bool is_live_ = false;
   std::size_t points_at_first_, rigid_points_;  // of which a part suffices
-  std::unique_ptr<CoarseTracking> coarse_;
 
   // Of the current frame:
   double factored_weight_ = 0;  // of the iteration for which the preconditioner was factored

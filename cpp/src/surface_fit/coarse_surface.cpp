@@ -1,0 +1,144 @@
+#include "surface_fit/coarse_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/geometry.hpp"
+
+namespace dynmesh {
+namespace {
+
+std::vector<Vector3> chosen_of(Field frame, std::span<const Index> vertices) {
+  std::vector<Vector3> some;
+  for (const Index v : vertices) some.push_back(frame[at(v)]);
+  return some;
+}
+
+/// (clusters,) the coarse vertex that is nearest to the centre of each, counted in edges.
+std::vector<Index> nearest_to(const Clusters& clusters, const Cells& cells,
+                              std::span<const Index> vertices) {
+  std::vector<Index> nearest(cells.size(), none);
+  std::vector<Index> reached(vertices.begin(), vertices.end());
+  for (std::size_t c = 0; c < vertices.size(); ++c) {
+    nearest[at(vertices[c])] = static_cast<Index>(c);
+  }
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    for (const Index other : cells[at(reached[i])]) {
+      if (nearest[at(other)] != none) continue;
+      nearest[at(other)] = nearest[at(reached[i])];
+      reached.push_back(other);
+    }
+  }
+  std::vector<Index> of_clusters;
+  for (const Index centre : clusters.centres) of_clusters.push_back(nearest[at(centre)]);
+  return of_clusters;
+}
+
+Anchors anchors_at(std::span<const Index> vertices, std::size_t k) {
+  Anchors anchors(k, false);
+  std::ranges::fill(anchors.is_solved, std::uint8_t{1});
+  std::ranges::fill(anchors.counts, 1.0);
+  for (const Index v : vertices) anchors.is_solved[at(v)] = 0;
+  anchors.number = vertices.size();
+  anchors.n_solved = k - vertices.size();
+  return anchors;
+}
+
+}  // namespace
+
+CoarseSurface::CoarseSurface(DecimatedMesh mesh, const ShapeModel& whole,
+                             std::span<const Material> materials, Workers& workers)
+    : whole_(whole),
+      materials_(materials),
+      workers_(workers),
+      mesh_(std::move(mesh)),
+      topology_(
+          build_topology({mesh_.faces.data()->data(), mesh_.faces.size()}, mesh_.vertices.size())),
+      first_frame_(chosen_of(whole.first_frame, mesh_.vertices)),
+      nearest_(nearest_to(whole.clusters(), whole.topology.cells, mesh_.vertices)),
+      anchors_(anchors_at(mesh_.vertices, whole.size())),
+      system_(whole.k, workers),
+      rotations_(whole.surroundings, workers),
+      turns_(whole.clusters().size()),
+      shape_(whole.size()),
+      kx_(whole.size()) {
+  system_.factorize(anchors_);
+}
+
+/// How many vertices of the whole surface there are for a coarse one: the square of a ratio of
+/// lengths.
+double CoarseSurface::ratio() const {
+  return static_cast<double>(whole_.size()) / static_cast<double>(size());
+}
+
+/// In mean edges, bending grows with the fourth power of their length, and points a little less,
+/// since they would else bend the surface by their noise. Distances shrink: they are the same as
+/// for the whole surface, so that other things in the scan draw no more. Only the scale of far
+/// points shrinks less, as the coarse mesh is what comes from afar.
+TrackingConstants CoarseSurface::constants_of(TrackingConstants constants) const {
+  constants.most_points = constants.points_of_vertex * size();
+  const double length = std::sqrt(ratio());
+  constants.last_weight *= length * length * length;
+  constants.iterations_per_edge *= length;
+  constants.radius /= length;
+  constants.resolution /= length;
+  constants.near /= length;
+  constants.farthest_end /= length;
+  constants.largest_scale /= std::sqrt(length);
+  return constants;
+}
+
+/// Membranes grow with the square of the length.
+std::vector<Material> CoarseSurface::materials() const {
+  std::vector<Material> some(topology_.report.components);
+  for (std::size_t c = 0; c < size(); ++c) {
+    Material& material = some[at(topology_.component[c])];
+    material = materials_[at(whole_.topology.component[at(mesh_.vertices[c])])];
+    material.membrane *= ratio();
+  }
+  return some;
+}
+
+TrainingFrames CoarseSurface::chosen(const TrainingFrames& frames) const {
+  TrainingFrames some;
+  for (const auto& frame : frames) some.push_back(chosen_of(frame, mesh_.vertices));
+  return some;
+}
+
+void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
+  for (std::size_t c = 0; c < size(); ++c) {
+    const std::size_t v = at(mesh_.vertices[c]);
+    coarse.last[c] = memory.last[v];
+    coarse.before[c] = memory.before[v];
+    coarse.q[c] = memory.q[v];
+  }
+  coarse.fit = memory.coarse_fit;
+}
+
+/// As method detail: Q is turned further as the coarse vertices were, and X is solved for; then Q
+/// is fitted to it, and X is solved for again.
+void CoarseSurface::restore(const Memory& last, const Memory& next, const Memory& memory,
+                            Field rest, Memory& found, std::span<Vector3> x) {
+  for (std::size_t c = 0; c < turns_.size(); ++c) {
+    const auto& [w, i, j, k] = last.q[at(nearest_[c])];
+    turns_[c] = product(next.q[at(nearest_[c])], {w, -i, -j, -k});
+  }
+  rotations_.turn_further(turns_, memory.q, found.q);
+  std::ranges::copy(memory.last, x.begin());
+  for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
+  for (int i = 0; i < 2; ++i) {
+    if (i > 0) rotations_.fit(x, found.q);
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      const double pull = materials_[at(whole_.topology.component[v])].pull;
+      shape_[v] = memory.m[v] + pull * (rest[v] - memory.m[v]);
+    }
+    turn(found.q, shape_, shape_, workers_);
+    system_.apply(x, 1, kx_);
+    const Field steps = system_.solve<1>(
+        [&](std::size_t v, std::size_t) { return shape_[v] - kx_[v]; }, x, anchors_);
+    for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[v] + steps[v];
+  }
+}
+
+}  // namespace dynmesh

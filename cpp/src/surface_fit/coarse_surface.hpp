@@ -1,0 +1,67 @@
+/// Some of the vertices of a surface, and how all others follow them.
+#pragma once
+
+#include <dynmesh/topology.hpp>
+#include <dynmesh/types.hpp>
+#include <span>
+#include <vector>
+
+#include "base/training_frames.hpp"
+#include "base/workers.hpp"
+#include "mesh/decimation.hpp"
+#include "shape/memory.hpp"
+#include "shape/model.hpp"
+#include "shape/rotations.hpp"
+#include "shape/shape_system.hpp"
+#include "surface_fit/cloth.hpp"
+#include "surface_fit/constants.hpp"
+
+namespace dynmesh {
+
+/// A coarse mesh of a surface. All other vertices follow from its own as a completion does from
+/// these as anchors: with the shape of the last frame, turned as the coarse mesh around them.
+class CoarseSurface {
+ public:
+  /// `whole`, `materials` and `workers` must outlive this object.
+  CoarseSurface(DecimatedMesh mesh, const ShapeModel& whole, std::span<const Material> materials,
+                Workers& workers);
+
+  [[nodiscard]] std::size_t size() const { return mesh_.vertices.size(); }
+  [[nodiscard]] const std::vector<Triangle>& faces() const { return mesh_.faces; }
+  [[nodiscard]] const Topology& topology() const { return topology_; }
+  [[nodiscard]] Field first_frame() const { return first_frame_; }
+
+  /// Those of the whole surface with which the coarse mesh resists points as the whole one does.
+  [[nodiscard]] TrackingConstants constants_of(TrackingConstants constants) const;
+  /// (components,) of the coarse mesh.
+  [[nodiscard]] std::vector<Material> materials() const;
+  [[nodiscard]] TrainingFrames chosen(const TrainingFrames& frames) const;
+  /// Copies what a memory of the whole surface holds of the coarse vertices, but for the shape.
+  void choose(const Memory& memory, Memory& coarse) const;
+
+  /// Finds X, (k,), for the positions and rotations of the coarse mesh in `next`, which were those
+  /// in `last` in the frame of `memory`. `rest` is the rest shape. `found` then holds the rotations
+  /// of X.
+  void restore(const Memory& last, const Memory& next, const Memory& memory, Field rest,
+               Memory& found, std::span<Vector3> x);
+
+ private:
+  [[nodiscard]] double ratio() const;
+
+  const ShapeModel& whole_;
+  std::span<const Material> materials_;
+  Workers& workers_;
+  DecimatedMesh mesh_;
+  Topology topology_;
+  std::vector<Vector3> first_frame_;
+  std::vector<Index> nearest_;  // (clusters,) the coarse vertex that is nearest to each
+  Anchors anchors_;             // always the same, so that the whole system is factored once
+  ShapeSystem system_;
+  Rotations rotations_;
+
+  // Of the current frame:
+  std::vector<Quaternion> turns_;  // (clusters,)
+  std::vector<Vector3> shape_, kx_;
+};
+
+}  // namespace dynmesh
