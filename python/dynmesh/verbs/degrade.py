@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 from .. import formats
 from .._checks import check_between, check_choice, check_integer, check_not_negative
 from .._errors import InputError, numbering
+from .._keywords import suggesting
 from .._options import Input, Method, Output
 from .._progress import tracked
 from .._report import OutputReport, Report, counted
@@ -34,6 +35,7 @@ _CAMERAS = 4
 _POINTS = 20_000
 
 
+@suggesting
 def degrade(
     path: PathLike,
     output: PathLike,
@@ -64,7 +66,7 @@ def degrade(
         path: the sequence: a file, a folder, or a pattern such as 'scans/*.ply'.
         output: the result; of scans, a folder.
         known: keep this share of the vertices, at random in every frame.
-        camera: keep what so many circling cameras see.
+        camera: the number of circling cameras, at least 1; what they see is kept.
         patches: hide this share under patches, for several frames.
         dropout: drop this share of the frames entirely.
         noise: add Gaussian noise of this standard deviation, in mean edges of frame 0; scans have
@@ -152,6 +154,7 @@ def degrade(
         return formats.write(output, frames, overwrite=overwrite)
 
 
+@suggesting
 def degraded(
     sequence: PathLike | Frames,
     *,

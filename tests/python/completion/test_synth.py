@@ -55,7 +55,7 @@ def volumes(sequence: dynmesh.Sequence, parts: int) -> Array:
 @pytest.mark.parametrize("name", KINDS)
 def test_a_subject_is_a_surface_that_moves_and_does_not_collapse(name: str) -> None:
     kind, sequence = KINDS[name], subject(name)
-    assert (sequence.up_axis, sequence.fps) == ("z", 30.0)
+    assert (sequence.up_axis, sequence.fps, sequence.metres_per_unit) == ("z", 30.0, 1.0)
     assert sequence.vertices.dtype == np.float32
     assert sequence.vertices.shape == (kind.frames, kind.vertices, 3)
     topology = dynmesh.Completer(sequence.faces, sequence.vertices[0]).topology
