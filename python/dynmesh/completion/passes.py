@@ -100,27 +100,31 @@ class Tally:
 
 def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, str]:
     """How good the completed frames are, and why they are not good; else, it is empty."""
-    messages = []
-    for quality, how in (("ruined", "probably ruined"), ("doubtful", "doubtful")):
+    ruined, doubtful = list[str](), list[str]()
+    for quality, messages in (("ruined", ruined), ("doubtful", doubtful)):
         wrong = {number: one for number, one in tally.wrong.items() if one.quality == quality}
         if wrong:
             frames = frames_listed(sorted(wrong), header)
-            messages.append(
-                f"{how}: in {frames}, {wrong[min(wrong)].reason}; dynmesh info looks for causes"
-            )
+            messages.append(f"in {frames}, {wrong[min(wrong)].reason}")
     if start.made is not None and start.made.doubtful:
-        messages.append(
+        doubtful.append(
             "the frame that was put together is probably wrong, as its edges are far from the "
             "lengths that other frames show; look at it, and start from a template if it is"
         )
     if 2 * len(tally.empty) > header.n_frames:
-        messages.append("nothing was observed in most frames")
+        doubtful.append("nothing was observed in most frames")
     elif tally.reports:
         share = float(np.median([one.known for one in tally.reports])) / header.n_vertices
         if share < _LEAST_KNOWN:
-            messages.append(f"hardly anything is known: {share:.2%} of the vertices in most frames")
-    is_ruined = any(one.quality == "ruined" for one in tally.wrong.values())
-    return ("ruined" if is_ruined else "doubtful" if messages else "good"), "; ".join(messages)
+            doubtful.append(f"hardly anything is known: {share:.2%} of the vertices in most frames")
+    parts = [
+        f"{how}: {'; '.join(messages)}"
+        for how, messages in (("probably ruined", ruined), ("doubtful", doubtful))
+        if messages
+    ]
+    if tally.wrong:
+        parts.append("dynmesh info looks for causes")
+    return ("ruined" if ruined else "doubtful" if doubtful else "good"), "; ".join(parts)
 
 
 def completed_frames(

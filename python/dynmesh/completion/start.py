@@ -90,11 +90,10 @@ class StartFrame:
         if self.made is None:
             return
         k, known = len(self.points), int(np.count_nonzero(self.made.known))
-        unseen = int(np.count_nonzero(~self.made.seen))
+        others = int(np.count_nonzero(self.made.seen)) - known
         yield (
             f"completion started from frame {number}, which knows {known} of "
-            f"{counted(k, 'vertex')}; {k - known - unseen} were put together from other frames"
-            + (f", {unseen} were seen in no frame" if unseen else "")
+            f"{counted(k, 'vertex')}; {others} were put together from other frames"
         )
 
 

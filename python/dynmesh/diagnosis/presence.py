@@ -81,8 +81,8 @@ class Presence:
             never = np.count_nonzero(~(self._seen | self._in_first))
             advice = (
                 f"No frame is complete. {start}, which knows most vertices, {percent(known / k)}; "
-                f"{percent((k - known - never) / k)} are put together from other frames, and "
-                f"{percent(never / k)} were seen in no frame. {_BACKWARDS}"
+                f"{percent((k - known - never) / k)} are put together from other frames. "
+                f"{_BACKWARDS}"
             )
         yield Finding.at(
             "first_frame_incomplete",

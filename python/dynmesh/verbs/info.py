@@ -6,14 +6,16 @@ from textwrap import wrap
 from typing import Any
 
 from .. import formats
+from .._keywords import suggesting
 from .._options import Output
-from .._report import Quality, Report
+from .._report import Quality, Report, some_of
 from ..diagnosis import Diagnosis, diagnose
 from ..formats import PathLike, Source
 from ..formats.times import spacing
 from ..frames import Frames
 
 _WIDTH = 80  # of findings, which are long
+_MOST_NAMES = 5
 _FRAME = {"detail": (10.8, 1.35), "motion": (0.572, 1.08)}
 """The milliseconds of a frame of 10 000 vertices, and the power of the number of vertices by which
 they grow: the row of the method in docs/tables/sizes.csv."""
@@ -27,11 +29,15 @@ class InfoReport(Report):
     Attributes:
         format: the name of the format; "memory" of frames that are no file.
         meshes: the paths of the meshes of a file with several, and whether each moves.
+        files: which files of a folder or a pattern are frames.
+        not_read: the other files and folders in a folder.
         diagnosis: of the mesh; None if none was chosen.
     """
 
     format: str
     meshes: Mapping[str, bool]
+    files: str = ""
+    not_read: tuple[str, ...] = ()
     diagnosis: Diagnosis | None = None
 
     def lines(self) -> list[str]:
@@ -43,6 +49,8 @@ class InfoReport(Report):
         if self.diagnosis is None:
             return [*messages, *super().lines()]
         rows = [("format", self.format), *_rows(self.diagnosis)]
+        others = [("not read", some_of([*self.not_read], _MOST_NAMES))] if self.not_read else []
+        rows[1:1] = [("files read", self.files), *others] if self.files else []
         width = 2 + max(len(name) for name, _ in rows)
         messages += [
             *([""] if messages else []),
@@ -66,6 +74,7 @@ class InfoReport(Report):
         return values
 
 
+@suggesting
 def info(
     sequence: PathLike | Frames,
     *,
@@ -101,11 +110,37 @@ def info(
         return InfoReport(format=name, meshes=several, remarks=message)
     with formats.opened(sequence, **source) as reader:
         diagnosis = diagnose(reader, progress=progress)
+        files, others = _files_of(reader)
     quality: Quality = "failed" if strict and diagnosis.findings else "good"
     remarks = diagnosis.header.remarks
     return InfoReport(
-        quality=quality, format=name, meshes=several, diagnosis=diagnosis, remarks=remarks
+        quality=quality,
+        format=name,
+        meshes=several,
+        files=files,
+        not_read=others,
+        diagnosis=diagnosis,
+        remarks=remarks,
     )
+
+
+def _files_of(frames: Frames) -> tuple[str, tuple[str, ...]]:
+    """Which files of a folder or a pattern are frames, and what else a folder holds.
+
+    Nothing is said of a sequence in memory, and of one in a single file that was named.
+    """
+    files, path = [*frames.files], frames.path
+    if not files or path.is_file():
+        return "", ()
+    ends = dict.fromkeys((files[0].name, files[-1].name))
+    each = f"one for each of {len(files)} frames" if len(files) > 1 else "the only frame"
+    entries = sorted(path.iterdir()) if path.is_dir() else []
+    others = (
+        entry.name + "/" * entry.is_dir()
+        for entry in entries
+        if entry not in files and not entry.name.startswith(".")
+    )
+    return f"{' to '.join(ends)}: {each}", tuple(others)
 
 
 def _rows(diagnosis: Diagnosis) -> Iterator[tuple[str, str]]:
