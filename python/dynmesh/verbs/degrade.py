@@ -132,9 +132,11 @@ def degrade(
         message = f"{counted(n, 'frame')} of {measured / n:.0f} {what}"
         message += f" from {counted(cameras, 'camera')}"
         return OutputReport(output=Path(output), frames=n, remarks=(message, *guess))
-    for name, value, usual in (("cameras", cameras, _CAMERAS), ("points", points, _POINTS)):
-        if value != usual:
-            raise InputError("is for scans alone", argument=name, value=value)
+    if cameras != _CAMERAS:
+        message = "is for scans alone; `camera` is the number of cameras of a loss"
+        raise InputError(message, argument="cameras", value=cameras)
+    if points != _POINTS:
+        raise InputError("is for scans alone", argument="points", value=points)
     formats.check_format(output, None)
     with (
         formats.open(path, **(source or {})) as reader,

@@ -166,7 +166,7 @@ shell = [
     misused(f"{_COMPLETE} --start half", "--start:", "'half'"),
     misused(f"{_COMPLETE} --speed 3", "--speed"),
     misused(_DEGRADE, "nothing to do"),
-    misused(f"{_DEGRADE} --known 0.5 --cameras 2", "--cameras: is for scans alone"),
+    misused(f"{_DEGRADE} --known 0.5 --cameras 2", "--cameras: is for scans alone; --camera is"),
     misused(f"{_DEGRADE} --known 0.5 --up x", "--up: is for --camera and scans alone"),
     misused("degrade body.npz new --depth 32x24 --points 5", "--points: is not for depth images"),
     refused("degrade late_start.npz new.npz --noise 1", "late_start.npz: frame 1001: "),
