@@ -234,7 +234,8 @@ def test_a_gap_is_judged_by_the_usual_distance(
     put(tmp_path, [f"f2_{number}" for number in numbers.split()])
     for path in (tmp_path, tmp_path / "f*.obj"):
         if lost:
-            assert_refused(path, rf": f2_{lost}\.obj is missing, as its frames are usually .* apart")
+            told = rf": f2_{lost}\.obj is missing, as its frames are usually .* apart"
+            assert_refused(path, told)
         else:
             dynmesh.open(path).close()
         with dynmesh.open(path, gaps="lost") as reader:

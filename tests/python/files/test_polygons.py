@@ -23,6 +23,8 @@ FACES: dict[str, Any] = {
 }
 RECORDS = {"write", "write_ply", "scan_folder"}
 """Entries that are given records, which hold arrays."""
+ARRAYS = {"out", "texture", "times"}
+"""Arguments that must be arrays."""
 
 
 def sequence_of(faces: Any) -> dynmesh.Sequence:
@@ -31,9 +33,11 @@ def sequence_of(faces: Any) -> dynmesh.Sequence:
 
 VERBS: dict[str, Any] = {
     "complete": lambda faces: dynmesh.read(dynmesh.complete(sequence_of(faces))).vertices,
-    "evaluate": lambda faces: dynmesh.evaluate(
-        dynmesh.Sequence(FRAMES, faces), dynmesh.Sequence(1.1 * FRAMES, faces)
-    ).nmsve,
+    "evaluate": lambda faces: (
+        dynmesh.evaluate(
+            dynmesh.Sequence(FRAMES, faces), dynmesh.Sequence(1.1 * FRAMES, faces)
+        ).nmsve
+    ),
     "info": lambda faces: str(dynmesh.diagnose(sequence_of(faces)).findings),
     "view": lambda faces: dynmesh.view(sequence_of(faces), max_frames=2).shown.triangles,
     "picture": lambda faces: np.asarray(dynmesh.picture(sequence_of(faces), count=1, size=32)),
@@ -57,11 +61,8 @@ def plain(found: Any) -> Any:
 @pytest.mark.parametrize("name", ENTRIES)
 def test_every_function_takes_polygons_and_lists(name: str, tmp_path: Path) -> None:
     call, given = ENTRIES[name]
-    lists = {
-        argument: values.tolist()
-        for argument, values in given.items()
-        if isinstance(values, np.ndarray) and argument not in ("out", "texture") and name not in RECORDS
-    }
+    arrays = {a: v for a, v in given.items() if isinstance(v, np.ndarray) and a not in ARRAYS}
+    lists = {} if name in RECORDS else {a: values.tolist() for a, values in arrays.items()}
     changes = [{}, lists, *({"faces": one} for one in FACES.values() if "faces" in given)]
     made = []
     for number, change in enumerate(changes):

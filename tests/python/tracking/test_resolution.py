@@ -80,15 +80,3 @@ def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(
     ]
     np.testing.assert_array_equal(tracked[0], tracked[1])
     np.testing.assert_array_equal(tracked[0], tracked[2])
-
-
-@pytest.mark.parametrize("value", [0, -1, "live", 2**31])
-def test_other_resolutions_are_refused(mesh: Mesh, value: Resolution) -> None:
-    with pytest.raises(ValueError, match=rf"^resolution: must be 'best' or a number .* {value!r}$"):
-        Tracker(mesh.faces, mesh.vertices, resolution=value)
-
-
-@pytest.mark.parametrize("value", [True, 2.5, None])
-def test_what_is_no_resolution_is_refused(mesh: Mesh, value: Resolution) -> None:
-    with pytest.raises(TypeError, match=r"^resolution: "):
-        Tracker(mesh.faces, mesh.vertices, resolution=value)

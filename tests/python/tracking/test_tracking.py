@@ -74,20 +74,6 @@ def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> No
     assert np.abs(tracker.push(points) - found).max() < 0.04 * edge(mesh)
 
 
-def test_normals_are_estimated(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(24)
-    sensors = 9 * np.array(
-        [[1.0, 0, 1], [-1, 0, 1], [1, 0, -1], [-1, 0, -1], [0, 1, 0], [0, -1, 0]]
-    )
-    given, seen, disconnected = (Tracker(mesh.faces, mesh.vertices) for _ in range(3))
-    for n in range(1, 4):
-        truth = bent(mesh.vertices, 0.1 * n)
-        points, normals = scan_of(mesh, truth, 6000, rng)
-        limit = error(mesh, truth, given.push(points, normals)) + 0.2
-        assert error(mesh, truth, seen.push(points, viewpoints=sensors)) < limit
-        assert error(mesh, truth, disconnected.push(points)) < limit
-
-
 @pytest.mark.parametrize(("spacing", "noise"), [(4, 0.05), (4, 0.2), (8, 0.05)])
 def test_points_of_a_line_scanner_are_tracked(
     spacing: float, noise: float, rng: np.random.Generator
