@@ -509,20 +509,23 @@ def test_samples_of_archives_are_frames(
     assert sequence.name == "/Body"
 
 
-def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path) -> None:
+@pytest.mark.parametrize("rate", [24.0, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001])
+def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path, rate: float) -> None:
     path = tmp_path / "a.abc"
-    archive = Abc.CreateArchiveWithInfo(str(path), 24.0, "another program", "")
+    archive = Abc.CreateArchiveWithInfo(str(path), rate, "another program", "")
     times = [1001, 1003, 1005, 1010]
-    sampling = archive.addTimeSampling(stored_at(*(time / 24 for time in times)))
+    sampling = archive.addTimeSampling(stored_at(*(time / rate for time in times)))
     add_mesh(archive, "Body", [1, 2, 3, 4], sampling)
     del archive
     again = dynmesh.read(path)
-    assert again.fps == 24
+    assert again.fps == rate
     np.testing.assert_array_equal(again.times, times)
     dynmesh.write(tmp_path / "b.abc", again)
     found = Abc.IArchive(str(tmp_path / "b.abc")).getTop().getChild("Body")
     stored = Geometry.IPolyMesh(found.getParent(), "Body").getSchema().getTimeSampling()
-    np.testing.assert_array_equal([stored.getSampleTime(i) for i in range(4)], np.array(times) / 24)
+    np.testing.assert_array_equal(
+        [stored.getSampleTime(i) for i in range(4)], np.array(times) / rate
+    )
 
 
 def parameter(schema: Any, kind: str, scope: Any, *samples: Any) -> None:
