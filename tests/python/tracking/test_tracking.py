@@ -251,51 +251,23 @@ def test_a_useless_training_changes_nothing(rng: np.random.Generator) -> None:
         assert other.report.prior_weight == 0
 
 
-def test_a_training_may_be_elsewhere(rng: np.random.Generator) -> None:
-    mesh = bumpy_torus(14)
-    frames = training(mesh, 3)
-    turn = np.array([[0.0, -1, 0], [0.6, 0, -0.8], [0.8, 0, 0.6]])
-    here = Tracker(mesh.faces, mesh.vertices, training=frames, uncertainty=True)
-    moved = Tracker(mesh.faces, mesh.vertices, training=frames @ turn.T + 30.0, uncertainty=True)
-    for n in range(1, 4):
-        points, normals = scan_of(mesh, waved(mesh.vertices, 0.4 * n), 1500, rng)
-        tracked = here.push(points, normals)
-        assert np.abs(moved.push(points, normals) - tracked).max() < 1e-4
-        assert moved.standard_error == pytest.approx(here.standard_error, rel=1e-3)
-    assert here.report.prior_weight > 0
-
-
 def test_standard_errors_describe_the_distance_from_the_surface(
     rng: np.random.Generator,
 ) -> None:
+    """Points tell the distance along normals well, and hidden parts follow a shape that changes."""
     mesh = bumpy_torus(24)
     tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
     plain = Tracker(mesh.faces, mesh.vertices)
     assert (tracker.standard_error == 0).all()
-    within, hidden = [], []
-    for n in range(1, 12):
-        truth = waved(mesh.vertices, 0.12 * n)
-        scan = half(*scan_of(mesh, truth, 4000, rng, noise=0.01))
+    seen, unseen = [], []
+    for n in range(1, 16):
+        truth = bent(mesh.vertices, 0.06 * n)
+        scan = half(*scan_of(mesh, truth, 4000, rng, noise=0.02))
         tracked = tracker.push(*scan)
         assert (tracked == plain.push(*scan)).all()
         bars = tracker.standard_error
         assert (bars > 0).all()
         assert tracker.report.standard_error == pytest.approx(np.sqrt((bars**2).mean()))
-        off = np.abs(((tracked - truth) * vertex_normals(mesh.faces, truth)).sum(axis=1))
-        within.append((off <= 1.645 * bars).mean())
-        hidden.append(bars[~tracker.observed].mean() / bars[tracker.observed].mean())
-    assert 0.6 < np.mean(within) < 0.99
-    assert np.mean(hidden) > 1.1
-
-
-def test_standard_errors_hold_for_seen_and_for_unseen_vertices(rng: np.random.Generator) -> None:
-    """Points tell the distance along normals well, and hidden parts follow a shape that changes."""
-    mesh = bumpy_torus(24)
-    tracker = Tracker(mesh.faces, mesh.vertices, uncertainty=True)
-    seen, unseen = [], []
-    for n in range(1, 16):
-        truth = bent(mesh.vertices, 0.06 * n)
-        tracked = tracker.push(*half(*scan_of(mesh, truth, 4000, rng, noise=0.02)))
         off = np.abs(((tracked - truth) * vertex_normals(mesh.faces, truth)).sum(axis=1))
         errors = off / tracker.standard_error
         seen.extend(errors[tracker.observed])
