@@ -42,9 +42,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+def changed(change: Any, rig: Rig) -> Rig:
+    """The rig, with every camera changed."""
+    return replace(rig, cameras=tuple(map(change, rig.cameras)))
+
+
 def posed(change: Any, rig: Rig) -> Rig:
-    cameras = (replace(c, camera_to_world=change(c.camera_to_world)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+    return changed(lambda c: replace(c, camera_to_world=change(c.camera_to_world)), rig)
 
 
 def named(names: list[str], rig: Rig) -> Rig:
@@ -55,27 +59,21 @@ def named(names: list[str], rig: Rig) -> Rig:
 def scaled(depths: float, positions: float, rig: Rig) -> Rig:
     factors = np.block([[np.ones((3, 3)), np.full((3, 1), positions)], [np.ones((1, 4))]])
     moved = posed(lambda pose: pose * factors, rig)
-    cameras = (replace(c, depth_scale=depths * (c.depth_scale or 1)) for c in moved.cameras)
-    return replace(rig, cameras=tuple(cameras))
+    return changed(lambda c: replace(c, depth_scale=depths * (c.depth_scale or 1)), moved)
 
 
-def resized(rig: Rig) -> Rig:
-    factors = np.diag([2.0, 2, 1])
-    cameras = (replace(c, intrinsics=factors @ np.asarray(c.intrinsics)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def focused(factors: Any, rig: Rig) -> Rig:
+    return changed(lambda c: replace(c, intrinsics=np.asarray(c.intrinsics) * factors), rig)
 
 
-def with_centre_exchanged(rig: Rig) -> Rig:
-    matrices = [np.array(camera.intrinsics) for camera in rig.cameras]
-    for matrix in matrices:
-        matrix[0, 2], matrix[1, 2] = matrix[1, 2], matrix[0, 2]
-    pairs = zip(rig.cameras, matrices, strict=True)
-    return replace(rig, cameras=tuple(replace(c, intrinsics=matrix) for c, matrix in pairs))
+def with_centre_exchanged(camera: ScanCamera) -> ScanCamera:
+    matrix = np.array(camera.intrinsics)
+    matrix[0, 2], matrix[1, 2] = matrix[1, 2], matrix[0, 2]
+    return replace(camera, intrinsics=matrix)
 
 
-def with_counts(rig: Rig) -> Rig:
-    cameras = (replace(c, depth_scale=1 / (c.depth_scale or 1)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def with_counts(camera: ScanCamera) -> ScanCamera:
+    return replace(camera, depth_scale=1 / (camera.depth_scale or 1))
 
 
 def with_camera(rig: Rig, number: int, **changed: Any) -> Rig:
@@ -100,9 +98,15 @@ MISREAD: dict[str, tuple[Any, str]] = {
     "depths": (partial(scaled, 1000, 1), "depth_scale is 1000 times too large"),
     "small depths": (partial(scaled, 0.001, 1), "depth_scale is 1000 times too small"),
     "ten": (partial(scaled, 10, 1), "depth_scale is 10 times too large"),
-    "size": (resized, "the intrinsics are those of images twice as large"),
-    "centre": (with_centre_exchanged, "cx and cy of the intrinsics are exchanged"),
-    "counts": (with_counts, "depth_scale is the number of counts in a unit"),
+    "size": (
+        partial(focused, [[2], [2], [1]]),
+        "the intrinsics are those of images twice as large",
+    ),
+    "centre": (
+        partial(changed, with_centre_exchanged),
+        "cx and cy of the intrinsics are exchanged",
+    ),
+    "counts": (partial(changed, with_counts), "depth_scale is the number of counts in a unit"),
     "positions": (partial(scaled, 1, 1000), "the positions of the cameras are in millimetres"),
     "both units": (partial(scaled, 1000, 1000), "positions and depths of the cameras are in mill"),
 }
@@ -281,12 +285,6 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     assert not (tmp_path / "o.json").exists()
 
 
-def refocused(factor: float, rig: Rig) -> Rig:
-    longer = [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]
-    cameras = (replace(c, intrinsics=np.asarray(c.intrinsics) * longer) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
-
-
 @pytest.mark.parametrize(
     ("focal_length", "size", "told"),
     [
@@ -307,7 +305,8 @@ def test_focal_lengths_and_sizes_that_are_wrong_everywhere_are_told(
         tmp_path / "body.obj", replace(body, vertices=size * (body.vertices - middle) + middle)
     )
     rig = read_cameras(folder / "depth" / "cameras.json")
-    write_cameras(tmp_path / "wrong.json", refocused(focal_length, rig))
+    longer = [[focal_length, 1, 1], [1, focal_length, 1], [1, 1, 1]]
+    write_cameras(tmp_path / "wrong.json", focused(longer, rig))
     output = [tmp_path / "o.npz"] if command == "track" else []
     words: list[str | Path] = [command, folder / "depth", *output]
     words += ["--template", tmp_path / "body.obj"]

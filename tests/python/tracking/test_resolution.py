@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from meshes import Mesh, bumpy_torus, join, turned
+from meshes import Mesh, bumpy_torus, turned
 from scans_of_meshes import bent, edge, error, scan_of
 
 from dynmesh import Tracker
@@ -38,35 +38,6 @@ def test_a_bending_surface_is_followed(
         assert tracker.report.quality == "good"
     assert max(errors) < 0.15
     assert max(np.diff(errors)) < 0.05  # no frame leaps
-
-
-@pytest.mark.parametrize("resolution", ["best", 700])
-def test_a_state_and_threads_leave_the_frames_as_they_are(
-    resolution: Resolution, rng: np.random.Generator
-) -> None:
-    one = bumpy_torus(64)
-    both = join(one, bumpy_torus(16))
-    frames = [bent(both.vertices, 0.1 * n) for n in range(1, 4)]
-    training = [bent(both.vertices, 0.05 * n) for n in range(5)]
-    scans = [scan_of(both, truth, 8000, rng) for truth in frames]
-
-    def tracker(threads: int) -> Tracker:
-        return Tracker(
-            both.faces, both.vertices, resolution=resolution, threads=threads,
-            training=training, uncertainty=True,
-        )  # fmt: skip
-
-    alone, shared, restored = tracker(1), tracker(2), tracker(1)
-    for scan in scans:
-        restored.restore(alone.state())
-        tracked = alone.push(*scan)
-        for other in (shared, restored):
-            np.testing.assert_array_equal(other.push(*scan), tracked)
-            np.testing.assert_array_equal(other.standard_error, alone.standard_error)
-    assert np.isfinite(alone.standard_error).all()
-    other = Tracker(both.faces, both.vertices, resolution=900, training=training, uncertainty=True)
-    with pytest.raises(ValueError, match="resolution"):
-        other.restore(alone.state())
 
 
 def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(

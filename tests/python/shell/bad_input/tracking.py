@@ -160,6 +160,13 @@ cases = [
     _call(
         "restore", "of a completer", ValueError, "state: not a", state=lambda _: _COMPLETER.state()
     ),
+    _call(
+        "restore",
+        "of another resolution",
+        ValueError,
+        "resolution",
+        state=lambda _: dynmesh.Tracker(_SHEET.faces, _SHEET.vertices, resolution=20).state(),
+    ),
     _call("restore", "of float32", ValueError, "32-bit positions", state=lambda _: _SINGLE.state()),
     *(
         _call(
