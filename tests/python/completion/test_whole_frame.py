@@ -145,20 +145,6 @@ def test_a_part_that_only_another_frame_knows_is_taken_from_it() -> None:
     assert np.isinf(whole.standard_error[part]).all()
 
 
-@pytest.mark.parametrize("n_known", [3, 4])
-def test_a_part_of_which_three_vertices_are_known_is_taken_from_another_frame(n_known: int) -> None:
-    """As it was there beside the rest; of four, it is where they are."""
-    mesh, part = join(sheet(7), sheet(4, 12.0)), slice(49, None)
-    aside = np.zeros((10, 65, 3))
-    aside[:, part, 2] = 0.1 * np.arange(10)[:, None]
-    frames = mesh.vertices + aside
-    known = np.ones(frames.shape[:2], np.bool_)
-    known[2, part] = np.isin(np.arange(16), [0, 3, 12, 10][:n_known])
-    whole = dynmesh.whole_frame(mesh.faces, frames, known, frame=2)
-    off = np.abs(whole.positions[part] - frames[2][part]).max()
-    assert (off < 0.05) == (n_known == 4)
-
-
 def test_where_the_others_do_not_help_the_frame_is_filled_smoothly() -> None:
     known = RECORDING.known.copy()
     known[3] = True
