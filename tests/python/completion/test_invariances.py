@@ -110,6 +110,7 @@ OPERATIONS: dict[str, Callable[[Scene], Result]] = {
     "tracker": tracked,
     "tracker, training": lambda s: tracked(s, training=s.training),
     "tracker, uncertainty": lambda s: tracked(s, uncertainty=True),
+    "tracker, resolution": lambda s: tracked(s, resolution=60),
     "registration": registered,
     "evaluation": evaluated,
     "degrade, camera": seen,

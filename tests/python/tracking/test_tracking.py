@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import Mesh, bumpy_torus
+from meshes import Mesh, bumpy_torus, turned
 from scans_of_meshes import bent, edge, error, person, scan_of
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -15,6 +15,7 @@ from tracking_reference import Tracked, estimated_normals, vertex_normals
 import dynmesh
 from dynmesh import Tracker
 from dynmesh.degrade.visibility import visible
+from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
 
@@ -204,3 +205,47 @@ def test_points_of_other_things_are_ignored(rng: np.random.Generator) -> None:
         points[::100] += rng.normal(size=points[::100].shape)
         tracked = tracker.push(np.concatenate([points, wall]), np.concatenate([normals, upwards]))
         assert error(mesh, truth, tracked) < limit
+
+
+@pytest.fixture(scope="module")
+def fine() -> Mesh:
+    return bumpy_torus(64)  # 4 096 vertices
+
+
+@pytest.mark.parametrize(("resolution", "limit"), [("best", 0.01), (1024, 0.06)])
+def test_a_rigid_motion_bends_nothing(
+    fine: Mesh, resolution: Resolution, limit: float, rng: np.random.Generator
+) -> None:
+    tracker = Tracker(fine.faces, fine.vertices, resolution=resolution)
+    for n in range(1, 5):
+        truth = turned(fine.vertices, 0.02 * n)
+        tracked = tracker.push(*scan_of(fine, truth, 6000, rng))
+        assert error(fine, truth, tracked) < limit
+
+
+@pytest.mark.parametrize("resolution", ["best", 1024])
+def test_a_bending_surface_is_followed(
+    fine: Mesh, resolution: Resolution, rng: np.random.Generator
+) -> None:
+    tracker = Tracker(fine.faces, fine.vertices, resolution=resolution)
+    errors = []
+    for n in range(1, 6):
+        truth = bent(fine.vertices, 0.02 * n)
+        tracked = tracker.push(*scan_of(fine, truth, 6000, rng, noise=0.05 * edge(fine)))
+        errors.append(error(fine, truth, tracked))
+        assert tracker.report.quality == "good"
+    assert max(errors) < 0.15
+    assert max(np.diff(errors)) < 0.05  # no frame leaps
+
+
+def test_a_template_with_fewer_vertices_is_tracked_on_all_of_them(
+    rng: np.random.Generator,
+) -> None:
+    mesh = bumpy_torus(24)
+    scan = scan_of(mesh, bent(mesh.vertices, 0.1), 3000, rng)
+    tracked = [
+        Tracker(mesh.faces, mesh.vertices, resolution=one).push(*scan)
+        for one in ("best", 576, 10_000)
+    ]
+    np.testing.assert_array_equal(tracked[0], tracked[1])
+    np.testing.assert_array_equal(tracked[0], tracked[2])
