@@ -4,7 +4,12 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cstdint>
 #include <dynmesh/quality.hpp>
+#include <dynmesh/topology.hpp>
+#include <vector>
+
+#include "meshes.hpp"
 
 namespace dynmesh::testing {
 namespace {
@@ -44,6 +49,16 @@ TEST_CASE("what speaks against a mesh makes it doubtful or ruined, for the cause
     CHECK(measure.reason().empty() == (one.quality == Quality::good));
     if (one.quality != Quality::good) CHECK(measure.cause() == one.cause);
   }
+}
+
+TEST_CASE("a mesh has grown by its median edge, whatever has become of a part of it") {
+  const auto mesh = sheet<double>(20);
+  const auto before = rows_of(mesh.vertices);
+  const Topology topology = build_topology(mesh.faces(), mesh.size());
+  const std::vector<std::uint8_t> observed(mesh.size(), 1);
+  auto after = before;
+  for (auto& x : after) x = (x.y > 13 ? 9.0 : 2.0) * x;
+  CHECK(measured({}, observed, topology.cells, before, after).growth == doctest::Approx(2));
 }
 
 }  // namespace

@@ -155,7 +155,6 @@ double slope_of_rows_after(int steps) {
   ShapeSystem shape(model.k, workers, std::vector<double>(k, 0.0));
   TrackingConstants constants;
   constants.steps = steps;
-  constants.settled = 0;
   const std::vector<Tie> ties = {{3, 100, 2.0}};
   const std::vector<Landmark> landmarks = {{7, {1, 2, 3}, 0.4}};
   SurfaceSystem system(shape, model, constants, ties, workers);
@@ -174,7 +173,7 @@ double slope_of_rows_after(int steps) {
   Field force(k);
   shape.apply_transposed(residual, force);
   Field d(k);
-  system.solve(rows, landmarks, d, force);
+  system.solve(rows, landmarks, 0, d, force);
   const auto energy = [&](const Field& x) {
     Field detail(k);
     shape.apply(x, 1, detail);

@@ -125,14 +125,6 @@ def test_a_first_frame_that_does_not_fit_is_told(change: str, kind: str) -> None
         assert set(found[:4]) != {"good"}, method
 
 
-@pytest.mark.parametrize("factor", [1000, 2.54, 0.001, 0.3])
-def test_another_unit_is_named_whether_it_is_larger_or_smaller(factor: float) -> None:
-    subject = walker()
-    completer = dynmesh.Completer(subject.faces, factor * subject.vertices[0], method="motion")
-    completer.push(subject.vertices[1])
-    assert "in another unit of length" in completer.report.reason
-
-
 def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
     subject = walker()
     frames = subject.vertices[:6].copy()
@@ -164,14 +156,3 @@ def test_a_verdict_is_restored() -> None:
         other.reset(subject.vertices[4])
         assert other.report.quality == "good"
     assert set(kept) == {"good", "doubtful"}
-
-
-def test_frames_in_which_nothing_is_known_are_doubtful() -> None:
-    frames = walker().vertices
-    completer = dynmesh.Completer(walker().faces, frames[0])
-    reports = []
-    for frame, is_known in zip(frames[1:3], (False, True), strict=True):
-        completer.push(frame, np.full(len(frame), is_known))
-        reports.append(completer.report)
-    assert [report.quality for report in reports] == ["doubtful", "good"]
-    assert "nothing is known" in reports[0].reason

@@ -124,14 +124,6 @@ MESH: Mesh = sheet(7)
 FRAMES = np.stack([turned(MESH.vertices, 0.05 * i) for i in range(5)])
 
 
-def test_completers_and_trackers_name_their_size() -> None:
-    size = (
-        f"{len(MESH.vertices)} vertices, {dynmesh.Completer(MESH.faces, FRAMES[0]).n_edges} edges"
-    )
-    for kind in (dynmesh.Completer, dynmesh.Tracker):
-        assert repr(kind(MESH.faces, FRAMES[0])) == f"{kind.__name__}({size})"
-
-
 def test_what_the_caller_does_with_its_arrays_later_has_no_effect() -> None:
     given = MESH.faces.astype(np.int32), FRAMES[0].copy(), FRAMES.copy()
     completer = dynmesh.Completer(*given[:2], training=given[2])

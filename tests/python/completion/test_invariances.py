@@ -110,6 +110,7 @@ OPERATIONS: dict[str, Callable[[Scene], Result]] = {
     "tracker": tracked,
     "tracker, training": lambda s: tracked(s, training=s.training),
     "tracker, uncertainty": lambda s: tracked(s, uncertainty=True),
+    "tracker, resolution": lambda s: tracked(s, resolution=60),
     "registration": registered,
     "evaluation": evaluated,
     "degrade, camera": seen,
@@ -171,6 +172,10 @@ EXCEPTIONS = (
     Exempt(
         ("tracker",), (*SPACE, "after a rest"), 2e-4,
         "of places on the surface that are as near, any counts",
+    ),
+    Exempt(
+        ("tracker, resolution",), ("after a rest",), 0.05,
+        "points that lie on the template lie beside the coarser mesh",
     ),
     Exempt(("registration",), COMPONENTS, 0.3, "the mesh is first moved as a whole"),
     Exempt(("tracker",), COMPONENTS, 0.06, "at first, a part of the points suffices"),

@@ -145,7 +145,7 @@ def test_systems_can_be_reused(rng: np.random.Generator) -> None:
 
 
 @given(
-    meshes.meshes(),
+    st.one_of(meshes.meshes(), meshes.meshes(300)),
     st.data(),
     st.booleans(),
     st.integers(0, 4),

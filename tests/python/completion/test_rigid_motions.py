@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import meshes
 import numpy as np
 import pytest
 from hypothesis import given
@@ -201,13 +200,3 @@ def test_their_standard_errors_are_not_far_too_small(rng: np.random.Generator) -
             off = np.linalg.norm(completer.push(truth, known) - truth, axis=1)[~known]
             rounding = 1e-14 * diagonal(mesh.vertices) * n
             assert (100 * completer.standard_error[~known] + rounding > off).all()
-
-
-@given(meshes.meshes(), st.data())
-def test_the_blend_is_bounded(mesh: Mesh, data: st.DataObject) -> None:
-    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
-    completer = dynmesh.Completer(mesh.faces, mesh.vertices)
-    for _ in range(4):
-        points = mesh.vertices + 0.3 * rng.normal(size=mesh.vertices.shape)
-        completer.push(points, data.draw(meshes.masks(len(points))))
-        assert abs(completer.report.blend) <= 1.5

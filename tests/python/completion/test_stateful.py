@@ -381,9 +381,14 @@ class TrackerCalls(AnyCalls):
     def begin(self, data: st.DataObject) -> None:
         super().begin(data)
 
+    def draw_settings(self, data: st.DataObject) -> None:
+        super().draw_settings(data)
+        self.resolution = data.draw(st.sampled_from(["best", 20]))
+
     def make(self, place: Place, threads: int) -> Subject:
         first, training = self.given(place)
         options: Any = {"training": training, "uncertainty": self.uncertainty}
+        options["resolution"] = self.resolution
         return dynmesh.Tracker(self.faces, first, threads=threads, **options)
 
     def scan(self, data: st.DataObject) -> tuple[Array, Array]:

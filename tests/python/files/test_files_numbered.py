@@ -1,7 +1,5 @@
-"""Sequences with one file per frame: names, numbers and gaps, and how their frames fit together."""
+"""Sequences with one file per frame: names, numbers and gaps."""
 
-import csv
-import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -10,29 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 import to_file
-from commands import dynmesh_command as run
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from meshes import Mesh
-from plain_files import FACE, POINTS, TRIANGLE, XYZ, ply
-from sequences import assert_refused, sea
+from plain_files import TRIANGLE
+from sequences import assert_refused, names, sequence_of
 
 import dynmesh
-from dynmesh.cli.options import slice_of
 from dynmesh.formats.frame_names import FrameNames
-from dynmesh.formats.times import frame_numbers, indices_of
-
-
-def sequence_of(mesh: Mesh, n: int = 3, dtype: Any = np.float32) -> dynmesh.Sequence:
-    shift = np.arange(n).reshape(n, 1, 1) / 3
-    return dynmesh.Sequence((mesh.vertices + shift).astype(dtype), mesh.faces)
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
-
-
-# Names
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj"])
@@ -87,32 +70,6 @@ def test_a_folder_is_written_and_read(tmp_path: Path, mesh: Mesh) -> None:
     assert_refused(tmp_path / "none", r"\.obj", dynmesh.open, format="obj")
 
 
-@pytest.mark.parametrize(
-    ("numbers", "missing"),
-    [
-        (["0018", "0019", "0021"], "0020"),
-        (["8", "9", "11"], "10"),
-        (["0", "2", "4", "8"], "6"),
-        (["0", "2", "4"], None),
-        (["1000", "1033", "1067"], None),  # milliseconds
-        (["1", "01", "3"], "01"),  # two of one number
-    ],
-)
-def test_gaps_are_refused(tmp_path: Path, numbers: list[str], missing: str | None) -> None:
-    for number in numbers:
-        (tmp_path / f"f2_{number}.obj").write_text(TRIANGLE)
-    for path in (tmp_path, tmp_path / "f*.obj"):
-        if missing is None:
-            with dynmesh.open(path) as reader:
-                assert reader.n_frames == len(numbers)
-                assert reader.header.start == int(numbers[0])
-            with dynmesh.open(path, gaps="lost") as reader:  # times are no gaps
-                assert reader.n_frames == len(numbers)
-        else:
-            with pytest.raises(ValueError, match=rf": f2_{missing}\.obj"):
-                dynmesh.open(path)
-
-
 def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) -> None:
     path = tmp_path / "f_%03d.ply"
     dynmesh.write(path, replace(sequence_of(mesh, 5), start=997))
@@ -123,37 +80,6 @@ def test_a_shorter_sequence_replaces_a_longer_one(tmp_path: Path, mesh: Mesh) ->
     dynmesh.write(path, sequence_of(mesh, 2))
     assert names(tmp_path) == ["f_000.ply", "f_001.ply", "f_12.ply", "g_001.ply"]
     assert dynmesh.read(path).vertices.shape == (2, 49, 3)
-
-
-@pytest.mark.parametrize(
-    ("names", "path", "start"),
-    [
-        (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", 999),
-        (["f.7", "f.8"], "f.%d.obj", 7),
-        (["take2_0998", "take2_1003"], ".", 998),
-        (["take2_0998", "take2_1003"], "take*.obj", 998),
-        (["0031"], "*.obj", 31),
-        (["2_left", "10_left"], ".", 2),
-        (["f_7"], "f_7.obj", 0),
-        (["a7", "b8"], ".", 0),
-        (["take1_0001", "take2_0001"], ".", 1),
-        (["f_0001", "last"], ".", 0),
-        (["last"], ".", 0),
-        (["f_20250101120000000"], ".", 0),
-        (["f_20250101120000000"], "f_%d.obj", 0),
-        (["a1/f_7", "a2/f_8"], "a1/f_7.obj", 0),
-    ],
-)
-def test_the_first_number_is_where_it_starts(
-    tmp_path: Path, names: list[str], path: str, start: int
-) -> None:
-    folder = tmp_path / "shot5"
-    for name in names:
-        file = folder / f"{name}.obj"
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(TRIANGLE)
-    with dynmesh.open(folder / path) as reader:
-        assert reader.header.start == start
 
 
 READ: list[tuple[list[str], str, list[float]]] = [
@@ -186,8 +112,19 @@ READ: list[tuple[list[str], str, list[float]]] = [
     (["s_2024-05-01_23-59-58", "s_2024-05-01_23-59-59", "s_2024-05-02_00-00-07"], "", [0, 1, 2]),
     (["20240501T120000.250", "20240501T120000.750", "20240501T120001.250"], "", [0, 1, 2]),
     (["2024-05-01_12-30-59_0007", "2024-05-01_12-30-59_0008"], "", [7, 8]),
+    (["f_0999", "f_1000", "f_1001"], "f_%04d.obj", [999, 1000, 1001]),
+    (["take2_0998", "take2_1003"], "", [998, 1003]),
+    (["take1_0001", "take2_0001"], "", [1, 2]),
+    (["2_left", "10_left"], "", [2, 10]),
+    (["0031"], "*.obj", [31]),
+    (["f_7"], "f_7.obj", [0]),
+    (["a7", "b8"], "", [0, 1]),
+    (["f_0001", "last"], "", [0, 1]),
+    (["f_20250101120000000"], "", [0]),
+    (["f_20250101120000000"], "f_%d.obj", [0]),
 ]
 AMBIGUOUS = [
+    (["f2_1", "f2_01", "f2_3"], r": f2_01\.obj"),
     (["f-3", "f-2", "f-1"], r"'f-%d\.obj' \(1, 2, 3\) or 'f%02d\.obj' \(-1, -2, -3\)"),
     (["f-1.25_a", "f-2.5_a"], r"'f-%g_a\.obj' .* or 'f%g_a\.obj' \(-1\.25, -2\.5\)"),
     (["s.1.25", "s.1.5"], r"'s\.%g\.obj'.* or 's\.1\.%d\.obj'"),
@@ -264,23 +201,31 @@ def test_any_numbers_are_read_in_their_order(
 @pytest.mark.parametrize(
     ("numbers", "lost"),
     [
-        ([1, 2, 4], [3]),
-        ([0.5, 1, 2], [1.5]),
-        ([1.0, 1.034, 1.066, 1.132, 1.166], [1.099]),
-        ([1000, 1033, 1067], []),
-        ([-4, -2, 2], [0]),
+        ("0018 0019 0021", "0020"),
+        ("8 9 11", "10"),
+        ("0 2 4 8", "6"),
+        ("0 2 4", None),
+        ("1000 1033 1067", None),  # milliseconds
+        ("0.5 1 2", "1.5"),
+        ("1.0 1.034 1.066 1.132 1.166", "1.099"),
+        ("-4 -2 2", "0"),
     ],
 )
 def test_a_gap_is_judged_by_the_usual_distance(
-    tmp_path: Path, numbers: list[float], lost: list[float]
+    tmp_path: Path, numbers: str, lost: str | None
 ) -> None:
-    put(tmp_path, [f"f_{number}" for number in numbers])
-    if lost:
-        assert_refused(tmp_path, r"is missing, as its frames are usually .* apart")
-    with dynmesh.open(tmp_path, gaps="lost") as reader:
-        found = [reader.header.number(frame) for frame in range(reader.n_frames)]
-    assert found == pytest.approx(sorted([*numbers, *lost]))
-    put(tmp_path, ["f_90000000"])
+    put(tmp_path, [f"f2_{number}" for number in numbers.split()])
+    for path in (tmp_path, tmp_path / "f*.obj"):
+        if lost:
+            told = rf": f2_{lost}\.obj is missing, as its frames are usually .* apart"
+            assert_refused(path, told)
+        else:
+            dynmesh.open(path).close()
+        with dynmesh.open(path, gaps="lost") as reader:
+            found = [reader.header.number(frame) for frame in range(reader.n_frames)]
+        expected = [float(number) for number in [*numbers.split(), *([lost] if lost else [])]]
+        assert found == pytest.approx(sorted(expected))
+    put(tmp_path, ["f2_90000000"])
     assert_refused(tmp_path, "more than 1000000 frames would be missing", gaps="lost")
 
 
@@ -290,6 +235,7 @@ def test_a_gap_is_judged_by_the_usual_distance(
         ([-2, -1, 0], "f_%03d.ply", ["f_-02", "f_-01", "f_000"]),
         ([0.5, 0.75, 1], "f_%.2f.ply", ["f_0.50", "f_0.75", "f_1.00"]),
         ([0.5, 0.75, 1], "f_%g.ply", ["f_0.5", "f_0.75", "f_1"]),
+        ([100, 102, 104], "f_%d.ply", ["f_100", "f_102", "f_104"]),
         ([0.5, 0.75, 1], "f_%.1f.ply", None),
         ([0.5, 0.75, 1], "f_%d.ply", None),
         ([1, 2, 7], "f_%d.ply", None),
@@ -335,185 +281,3 @@ def test_what_is_removed_of_an_older_sequence_is_said(tmp_path: Path, mesh: Mesh
     (remark,) = to_file.convert(tmp_path / "2.npz", frames, overwrite=True).remarks
     assert remark.endswith("(2): f0.ply, f1.ply")
     assert names(tmp_path / "frames") == ["f2.ply", "f3.ply", "f4.ply"]
-
-
-# Consistency of frames
-
-
-@pytest.mark.parametrize(
-    ("second", "message"),
-    [
-        (TRIANGLE.replace("f", "v 2 2 2\nf"), "has 4 vertices, but f0.obj has 3"),
-        (TRIANGLE + "f 1 2 3\n", "has 2 faces, but f0.obj has 1"),
-        (TRIANGLE.replace("1 2 3", "1 3 2"), "its 1 faces are not those of f0.obj"),
-    ],
-)
-def test_frames_of_another_mesh_are_refused(tmp_path: Path, second: str, message: str) -> None:
-    (tmp_path / "f0.obj").write_text(TRIANGLE)
-    (tmp_path / "f1.obj").write_text(second)
-    assert_refused(tmp_path / "f1.obj", message, lambda _: dynmesh.read(tmp_path / "f%d.obj"))
-
-
-def test_later_frames_may_have_only_points(tmp_path: Path) -> None:
-    bare, whole = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", TRIANGLE
-    for number, text in enumerate((bare, whole)):
-        (tmp_path / f"f{number}.obj").write_text(text)
-    assert_refused(tmp_path / "f0.obj", read=lambda _: dynmesh.open(tmp_path / "f%d.obj"))
-    for number, text in enumerate((whole, bare)):
-        (tmp_path / f"f{number}.obj").write_text(text)
-    sequence = dynmesh.read(tmp_path / "f%d.obj")
-    np.testing.assert_array_equal(sequence.vertices[1], sequence.vertices[0])
-    faces = (f"; face 1: {FACE}", b"3 0 1 2\n"), ("", b""), (f"; face 0: {FACE}", b"")
-    for number, (element, row) in enumerate(faces):
-        (tmp_path / f"f{number}.ply").write_bytes(ply(f"vertex 3: {XYZ}{element}", POINTS + row))
-    assert dynmesh.read(tmp_path / "f%d.ply").vertices.shape == (3, 3, 3)
-
-
-def test_precision_and_masks_are_those_of_the_first_frame(tmp_path: Path, mesh: Mesh) -> None:
-    """Single precision is widened, and a mask comes with every frame or none."""
-    known = np.ones((1, 49), np.bool_)
-    single, double = (sequence_of(mesh, 1, dtype) for dtype in (np.float32, np.float64))
-    dynmesh.write(tmp_path / "f0.ply", double)
-    dynmesh.write(tmp_path / "f1.ply", single)
-    again = dynmesh.read(tmp_path / "f%d.ply").vertices
-    assert again.dtype == np.float64
-    np.testing.assert_array_equal(again[1], mesh.vertices.astype(np.float32))
-    masked = replace(single, known=known)
-    for first, second, told in (
-        (single, double, "positions are float64, but float32 in f0"),
-        (single, masked, "known .*f0"),
-        (masked, single, "known .*f0"),
-    ):
-        dynmesh.write(tmp_path / "f0.ply", first)
-        dynmesh.write(tmp_path / "f1.ply", second)
-        assert_refused(tmp_path / "f1.ply", told, lambda _: dynmesh.read(tmp_path / "f%d.ply"))
-
-
-@pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])
-@pytest.mark.parametrize("verb", ["complete", "convert", "degrade"])
-def test_frames_in_a_folder_keep_the_names_of_the_input(
-    tmp_path: Path, verb: str, given: str
-) -> None:
-    ocean = dynmesh.synth.ocean(3, grid=6)
-    dynmesh.write(tmp_path / "in" / "dance.%04d.obj", replace(ocean, start=7))
-    options = {"complete": [], "convert": ["--scale", "2"], "degrade": ["--known", "0.5"]}
-    run(verb, tmp_path / "in" / given, tmp_path / "out", *options[verb])
-    assert names(tmp_path / "out") == ["dance.0007.obj", "dance.0008.obj", "dance.0009.obj"]
-
-
-LOST = (3, 4, 8)
-PARTIAL = sea(10, 8, share=0.5, whole=[0], start=1001, fps=None)
-KNOWN: Any = PARTIAL.known
-
-
-def written(folder: Path, suffix: str) -> Path:
-    """The sequence in files, without those of the lost frames."""
-    path = folder / f"scans/f_%04d{suffix}"
-    holes = np.where(KNOWN[:, :, None], PARTIAL.vertices, np.float32(np.nan))
-    missing = replace(PARTIAL, vertices=holes, known=None)
-    dynmesh.write(path, missing if suffix == ".obj" else PARTIAL)
-    for lost in LOST:
-        path.with_name(path.name % (1001 + lost)).unlink()
-    return path
-
-
-@pytest.mark.parametrize("suffix", [".ply", ".obj"])
-def test_lost_frames_are_frames_without_observations(tmp_path: Path, suffix: str) -> None:
-    path = written(tmp_path, suffix)
-    assert_refused(path, r"1004.* `gaps` lost", lambda given: dynmesh.open(given))
-    read: Any = dynmesh.read(path, gaps="lost")
-    kept, lost = np.setdiff1d(range(10), LOST), list(LOST)
-    assert (len(read.vertices), read.start) == (10, 1001)
-    assert not np.isfinite(read.vertices[lost]).any()
-    seen = KNOWN[kept]
-    np.testing.assert_array_equal(read.vertices[kept][seen], PARTIAL.vertices[kept][seen])
-    if suffix == ".ply":
-        np.testing.assert_array_equal(read.known[kept], seen)
-        assert not read.known[lost].any()
-
-    output = tmp_path / "made" / "g_%04d.ply"
-    report = to_file.complete(path, output, source={"gaps": "lost"})
-    assert report.empty == 3
-    said = run("complete", path, tmp_path / "a.npz", "--gaps", "lost").stderr
-    assert " 3 of the frames" in said
-    completer = dynmesh.Completer(PARTIAL.faces, read.vertices[0], method="detail")
-    made = dynmesh.read(output).vertices
-    for number in range(1, 10):
-        points = read.vertices[number], KNOWN[number]
-        expected = completer.skip() if number in LOST else completer.push(*points)
-        np.testing.assert_array_equal(made[number], expected)
-
-
-def test_a_mask_cannot_make_a_lost_frame_known(tmp_path: Path) -> None:
-    path = written(tmp_path, ".ply")
-    everything = np.ones((10, 64), np.bool_)
-    read: Any = dynmesh.read(path, gaps="lost", known=everything)
-    np.testing.assert_array_equal(read.known.all(axis=1), [i not in LOST for i in range(10)])
-    zeros: Any = dynmesh.read(path, gaps="lost", missing="zero")
-    assert not zeros.known[list(LOST)].any()
-
-
-def test_numbers_several_apart_survive(tmp_path: Path) -> None:
-    """Every second frame of a longer recording, one of them lost."""
-    times = np.arange(10, dtype=np.float64) * 2 + 100
-    path = tmp_path / "in" / "f_%d.ply"
-    dynmesh.write(path, replace(PARTIAL, start=100, times=times))
-    every = [f"f_{100 + 2 * i}.ply" for i in range(10)]
-    assert names(path.parent) == every
-    (path.parent / "f_106.ply").unlink()
-    with pytest.raises(ValueError, match=r"f_106\.ply"):
-        dynmesh.open(path.parent)
-    read = dynmesh.read(path.parent, gaps="lost")
-    np.testing.assert_array_equal(read.times, times)
-    to_file.complete(path.parent, tmp_path / "out" / "f_%d.ply", source={"gaps": "lost"})
-    assert names(tmp_path / "out") == every
-
-
-N = 8
-FIRST = 1001
-TRUTH = sea(N, start=FIRST)
-SHOT = sea(N, share=0.6, whole=[3], start=FIRST)
-"""A shot that starts at 1001, of which only frame 1004 is whole."""
-
-
-def test_completion_and_evaluation(tmp_path: Path) -> None:
-    path, made, truth = (tmp_path / f"{name}.npz" for name in ("partial", "made", "truth"))
-    dynmesh.write(truth, TRUTH)
-    dynmesh.write(path, SHOT)
-    said = run("complete", path, made, "--start", "1004").stderr
-    assert "vertices, frame 1004 not counted" in said
-    assert "frame 1004" in run("complete", path, tmp_path / "b.npz").stderr
-    assert dynmesh.read(made).start == FIRST
-    refused = run("complete", path, tmp_path / "c.npz", "--start", "3", code=2).stderr
-    assert "partial.npz: --start: there is no frame 3, only 1001 to 1008" in refused
-    table = tmp_path / "errors.csv"
-    options = ("--frames", "1002:1005", "--csv", table, "--json")
-    whole = json.loads(run("evaluate", made, truth, *options).stdout)
-    with table.open() as file:
-        rows = list(csv.DictReader(file))
-    assert [row["frame"] for row in rows] == ["1002", "1003", "1004"]
-    assert float(rows[2]["maximum"]) == 0  # the frame that was whole
-    assert whole["maximum"] == max(float(row["maximum"]) for row in rows) > 0
-
-
-@pytest.mark.parametrize(
-    ("text", "times", "expected"),
-    [
-        ("1002:1005", None, [1, 2, 3]),
-        (":1003", None, [0, 1]),
-        ("1007:", None, [6, 7]),
-        ("1001:1009:3", None, [0, 3, 6]),
-        ("1004.5:1006", np.arange(N) * 0.5 + 1001, None),
-        ("1003:1007", np.arange(N) * 2.0 + 1001, [1, 2]),
-        ("-3:0", np.arange(N) - 4.0, [1, 2, 3]),
-    ],
-)
-def test_ranges_are_half_open(
-    text: str, times: np.ndarray | None, expected: list[int] | None
-) -> None:
-    numbers = frame_numbers(replace(TRUTH, times=times).header)
-    if expected is None:
-        with pytest.raises(ValueError, match=r"must be some of 1001:1005\.5"):
-            indices_of(numbers, slice_of(text))
-    else:
-        assert list(indices_of(numbers, slice_of(text))) == expected

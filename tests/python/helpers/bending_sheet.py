@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from meshes import Array
+from meshes import Array, Mesh
 
 
 def bent(vertices: Array, amounts: Any) -> Array:
@@ -24,3 +24,10 @@ def poses(vertices: Array, n: int, rng: np.random.Generator) -> Array:
 def swinging(vertices: Array, n: int) -> Array:
     """Each with its own period, again and again."""
     return bent(vertices, [(np.sin(0.7 * time), np.cos(0.45 * time) - 1) for time in range(n)])
+
+
+def travelling(mesh: Mesh, n: int) -> Array:
+    """Waves, so that the shape of frame 0 does not help."""
+    x, y, _ = mesh.vertices.T
+    height = np.sin(0.8 * x + 0.1 * n) * np.cos(0.6 * y - 0.07 * n)
+    return np.asarray(mesh.vertices + 0.3 * height[:, None] * [0, 0, 1])

@@ -104,6 +104,16 @@ def in_colour(picture: Array) -> Array:
     return np.asarray((picture < 240).any(axis=2))
 
 
+def reddish(image: Array) -> Array:
+    """Which pixels are red, shaded or not."""
+    return np.asarray(image[..., 0] > image[..., 2] + 60)
+
+
+def bluish(image: Array) -> Array:
+    """Which pixels are blue, shaded or not."""
+    return np.asarray(image[..., 2] > image[..., 0] + 60)
+
+
 def middle(mask: Array) -> float:
     """Returns the mean column of marked pixels."""
     return float(np.nonzero(mask)[1].mean())

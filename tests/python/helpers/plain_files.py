@@ -16,3 +16,8 @@ def ply(elements: str, body: bytes, *, format: str = "ascii", head: str = "") ->
 XYZ = "float x, float y, float z"
 FACE = "list uchar int vertex_indices"
 POINTS = b"0 0 0\n1 0 0\n0 1 0\n"
+
+
+def triangle(face: bytes) -> bytes:
+    """Three vertices and one face, which is given as the end of the file."""
+    return ply(f"vertex 3: {XYZ}; face 1: {FACE}", POINTS + face)

@@ -51,3 +51,7 @@ def error(mesh: Mesh, truth: Array, tracked: Array) -> float:
 
 def scan(mesh: Mesh, vertices: Array, rng: np.random.Generator, n: int = 4000) -> Any:
     return scan_of(mesh, vertices, n, rng, noise=0.05 * edge(mesh))
+
+
+def torus_scan(mesh: Mesh, vertices: Array, n: int = 6000) -> tuple[Array, Array]:
+    return scan_of(mesh, vertices, n, np.random.default_rng(1))

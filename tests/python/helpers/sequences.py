@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from meshes import Mesh
 
 import dynmesh
 
@@ -81,3 +82,14 @@ NO_SEQUENCE: list[tuple[dict[str, Any], str]] = [
     (GOOD | {"metres_per_unit": 0}, "metres_per_unit: must be positive and finite, not 0"),
 ]
 """Arrays that make no sequence, and what is said of them in every format that holds arrays."""
+
+
+def sequence_of(mesh: Mesh, n: int = 3, dtype: Any = np.float32) -> dynmesh.Sequence:
+    """A mesh that moves by a third in each frame."""
+    shift = np.arange(n).reshape(n, 1, 1) / 3
+    return dynmesh.Sequence((mesh.vertices + shift).astype(dtype), mesh.faces)
+
+
+def names(folder: Path) -> list[str]:
+    """Of all files in a folder."""
+    return sorted(path.name for path in folder.iterdir())

@@ -100,3 +100,9 @@ def production(path: Path) -> Path:
     mesh(STONE, 3).CreatePointsAttr(Vt.Vec3fArray.FromNumpy(frames_of(3)[0][0]))
     stage.GetRootLayer().Save()
     return path
+
+
+def stage_of(path: Path) -> Any:
+    stage = Usd.Stage.Open(str(path))
+    assert stage.GetCompositionErrors() == []
+    return stage

@@ -1,4 +1,4 @@
-"""Misread cameras, and rooms around the subject."""
+"""Misread cameras."""
 
 import json
 import re
@@ -14,27 +14,19 @@ import to_file
 from browser import Page
 from commands import dynmesh_command as run
 from commands import run_here
-from meshes import potato, turned
-from scan_files import error, moving_body, room_around, scanned_in_a_room
+from meshes import turned
+from scan_files import moving_body, scanned_in_a_room
 
 import dynmesh
 from dynmesh import degrade
-from dynmesh.geometry import mean_edge_of
 from dynmesh.scans import (
     DepthScan,
-    PointScan,
     Rig,
     ScanCamera,
     open_scans,
     read_cameras,
     scan_folder,
     write_cameras,
-)
-from dynmesh.tracking.background import (
-    Background,
-    ScansWithoutBackground,
-    crop_of,
-    planes_of_background,
 )
 
 
@@ -50,9 +42,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+def changed(change: Any, rig: Rig) -> Rig:
+    """The rig, with every camera changed."""
+    return replace(rig, cameras=tuple(map(change, rig.cameras)))
+
+
 def posed(change: Any, rig: Rig) -> Rig:
-    cameras = (replace(c, camera_to_world=change(c.camera_to_world)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+    return changed(lambda c: replace(c, camera_to_world=change(c.camera_to_world)), rig)
 
 
 def named(names: list[str], rig: Rig) -> Rig:
@@ -63,27 +59,21 @@ def named(names: list[str], rig: Rig) -> Rig:
 def scaled(depths: float, positions: float, rig: Rig) -> Rig:
     factors = np.block([[np.ones((3, 3)), np.full((3, 1), positions)], [np.ones((1, 4))]])
     moved = posed(lambda pose: pose * factors, rig)
-    cameras = (replace(c, depth_scale=depths * (c.depth_scale or 1)) for c in moved.cameras)
-    return replace(rig, cameras=tuple(cameras))
+    return changed(lambda c: replace(c, depth_scale=depths * (c.depth_scale or 1)), moved)
 
 
-def resized(rig: Rig) -> Rig:
-    factors = np.diag([2.0, 2, 1])
-    cameras = (replace(c, intrinsics=factors @ np.asarray(c.intrinsics)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def focused(factors: Any, rig: Rig) -> Rig:
+    return changed(lambda c: replace(c, intrinsics=np.asarray(c.intrinsics) * factors), rig)
 
 
-def with_centre_exchanged(rig: Rig) -> Rig:
-    matrices = [np.array(camera.intrinsics) for camera in rig.cameras]
-    for matrix in matrices:
-        matrix[0, 2], matrix[1, 2] = matrix[1, 2], matrix[0, 2]
-    pairs = zip(rig.cameras, matrices, strict=True)
-    return replace(rig, cameras=tuple(replace(c, intrinsics=matrix) for c, matrix in pairs))
+def with_centre_exchanged(camera: ScanCamera) -> ScanCamera:
+    matrix = np.array(camera.intrinsics)
+    matrix[0, 2], matrix[1, 2] = matrix[1, 2], matrix[0, 2]
+    return replace(camera, intrinsics=matrix)
 
 
-def with_counts(rig: Rig) -> Rig:
-    cameras = (replace(c, depth_scale=1 / (c.depth_scale or 1)) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
+def with_counts(camera: ScanCamera) -> ScanCamera:
+    return replace(camera, depth_scale=1 / (camera.depth_scale or 1))
 
 
 def with_camera(rig: Rig, number: int, **changed: Any) -> Rig:
@@ -108,9 +98,15 @@ MISREAD: dict[str, tuple[Any, str]] = {
     "depths": (partial(scaled, 1000, 1), "depth_scale is 1000 times too large"),
     "small depths": (partial(scaled, 0.001, 1), "depth_scale is 1000 times too small"),
     "ten": (partial(scaled, 10, 1), "depth_scale is 10 times too large"),
-    "size": (resized, "the intrinsics are those of images twice as large"),
-    "centre": (with_centre_exchanged, "cx and cy of the intrinsics are exchanged"),
-    "counts": (with_counts, "depth_scale is the number of counts in a unit"),
+    "size": (
+        partial(focused, [[2], [2], [1]]),
+        "the intrinsics are those of images twice as large",
+    ),
+    "centre": (
+        partial(changed, with_centre_exchanged),
+        "cx and cy of the intrinsics are exchanged",
+    ),
+    "counts": (partial(changed, with_counts), "depth_scale is the number of counts in a unit"),
     "positions": (partial(scaled, 1, 1000), "the positions of the cameras are in millimetres"),
     "both units": (partial(scaled, 1000, 1000), "positions and depths of the cameras are in mill"),
 }
@@ -289,12 +285,6 @@ def test_a_camera_that_is_off_is_named_and_no_file_is_written(
     assert not (tmp_path / "o.json").exists()
 
 
-def refocused(factor: float, rig: Rig) -> Rig:
-    longer = [[factor, 1, 1], [1, factor, 1], [1, 1, 1]]
-    cameras = (replace(c, intrinsics=np.asarray(c.intrinsics) * longer) for c in rig.cameras)
-    return replace(rig, cameras=tuple(cameras))
-
-
 @pytest.mark.parametrize(
     ("focal_length", "size", "told"),
     [
@@ -315,7 +305,8 @@ def test_focal_lengths_and_sizes_that_are_wrong_everywhere_are_told(
         tmp_path / "body.obj", replace(body, vertices=size * (body.vertices - middle) + middle)
     )
     rig = read_cameras(folder / "depth" / "cameras.json")
-    write_cameras(tmp_path / "wrong.json", refocused(focal_length, rig))
+    longer = [[focal_length, 1, 1], [1, focal_length, 1], [1, 1, 1]]
+    write_cameras(tmp_path / "wrong.json", focused(longer, rig))
     output = [tmp_path / "o.npz"] if command == "track" else []
     words: list[str | Path] = [command, folder / "depth", *output]
     words += ["--template", tmp_path / "body.obj"]
@@ -394,134 +385,3 @@ def test_the_page_shows_cameras_and_what_was_found(
     assert "exists already" in run(*words, *template, "--page", output, code=1).stderr
     bare = run(*words, "--page", tmp_path / "bare.html").stdout
     assert "nothing is judged" in bare
-
-
-TRUTH = moving_body(5, 0.02)
-EDGE = mean_edge_of(TRUTH.vertices[0], TRUTH.faces)
-
-
-@pytest.fixture(scope="module")
-def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of scans of the same truth with a room, in points and depth images, and without.
-
-    The points are so sparse that of 20 000, the subject has as many as without a room.
-    """
-    folder = tmp_path_factory.mktemp("rooms")
-    dynmesh.write(folder / "truth.npz", TRUTH)
-    dynmesh.write(folder / "body.obj", TRUTH[:1])
-    scanned_in_a_room(TRUTH, folder / "inside")
-    scanned_in_a_room(TRUTH, folder / "depth", (120, 90))
-    run("degrade", folder / "truth.npz", folder / "alone", "--scan", "--points", "400")
-    return folder
-
-
-def largest_error(folder: Path, scans: str, *options: str, code: int = 0) -> float:
-    words = ("track", folder / scans, folder / "tracked.npz", "--template", folder / "body.obj")
-    run(*words, "--overwrite", *options, code=code)
-    return float(error(dynmesh.read(folder / "tracked.npz"), TRUTH).max())
-
-
-def test_a_subject_in_a_sparse_cloud_with_a_room_is_tracked_as_well_as_without(
-    rooms: Path,
-) -> None:
-    (first, *_) = open_scans(rooms / "inside")
-    assert isinstance(first, PointScan)
-    near = np.linalg.norm(first.points - TRUTH.vertices[0].mean(axis=0), axis=1) < 1.5
-    assert near.sum() < 0.05 * len(first.points)
-    alone = largest_error(rooms, "alone")
-    assert largest_error(rooms, "inside", "--remove-planes") < 1.3 * alone
-    assert largest_error(rooms, "depth", "--remove-planes") < 0.5
-    assert largest_error(rooms, "inside", "--crop", "0.3", "--remove-planes") < 1.3 * alone
-
-
-def test_a_template_is_registered_with_a_scan_in_a_room(rooms: Path) -> None:
-    """A box leaves out the floor as well, if it begins above."""
-    template, scan = rooms / "body.obj", rooms / "inside"
-    words = ("register", template, sorted(scan.glob("*.ply"))[0], rooms / "one.obj")
-    run(*words, "--overwrite", code=3)
-    low, high = TRUTH.vertices[0].min(axis=0), TRUTH.vertices[0].max(axis=0)
-    above_the_floor = (-EDGE, -EDGE, 0.2 * EDGE)
-    box = ",".join(str(x) for x in (*(low + above_the_floor), *(high + EDGE)))
-    for options in (("--remove-planes",), ("--crop", box)):
-        said = run(*words, "--overwrite", *options).stderr
-        assert "no plane was removed" not in said
-        found = dynmesh.read(rooms / "one.obj").vertices[0]
-        distance = np.linalg.norm(found - TRUTH.vertices[0], axis=1).mean()
-        assert distance < 0.2 * EDGE
-    alone = sorted((rooms / "alone").glob("*.ply"))[0]
-    told = run("register", template, alone, rooms / "one.obj", "--overwrite", "--remove-planes")
-    assert "no plane was removed" in told.stderr
-
-
-@pytest.mark.parametrize("options", [(), ("--remove-planes",), ("--crop", "0.3")])
-def test_right_cameras_fit_in_a_room(options: tuple[str, ...], rooms: Path, tmp_path: Path) -> None:
-    words = ("rig", rooms / "depth", "--template", rooms / "body.obj")
-    run(*words, *options)
-    rig = MISREAD["axes"][0](read_cameras(rooms / "depth" / "cameras.json"))
-    write_cameras(tmp_path / "wrong.json", rig)
-    said = run(*words, *options, "--cameras", tmp_path / "wrong.json", code=3).stdout
-    assert MISREAD["axes"][1] in said
-
-
-def test_a_room_around_a_template_that_is_not_found_is_named(rooms: Path) -> None:
-    """And not the size of the scan, which is that of the room."""
-    away = replace(TRUTH[:1], vertices=turned(TRUTH.vertices[0], 2)[None] + 50)
-    dynmesh.write(rooms / "away.obj", away)
-    words = (rooms / "tracked.npz", "--template", rooms / "away.obj", "--overwrite")
-    said = run("track", rooms / "inside", *words, code=1).stderr
-    assert "--remove-planes or --crop leaves it out" in said
-    assert "times as large" not in said
-    said = run("track", rooms / "inside", *words, "--remove-planes").stderr
-    assert "times as large" not in said
-
-
-def test_a_page_shows_scans_without_the_room(rooms: Path) -> None:
-    low, high = TRUTH.vertices.min(axis=1) - 0.31, TRUTH.vertices.max(axis=1) + 0.31
-    for factor in (1.0, 1000.0):  # the unit of the scans in that of the sequence
-        sequence = replace(TRUTH, vertices=factor * TRUTH.vertices)
-        scans = open_scans(rooms / "inside")
-        left = ScansWithoutBackground(scans, sequence, Background(0.3 * factor, True), factor)
-        assert left.n_frames == scans.n_frames
-        for number, (before, after) in enumerate(zip(scans, left, strict=True)):
-            assert before is not None
-            assert after is not None
-            assert 100 < len(after.cloud) < 0.05 * len(before.cloud)
-            assert (after.cloud > low[number]).all()
-            assert (after.cloud < high[number]).all()
-
-
-def test_planes_of_a_room_are_found_and_a_flat_subject_is_kept() -> None:
-    body = potato(np.random.default_rng(4))
-    room = room_around(body.vertices)
-    k = len(body.vertices)
-    frame = np.concatenate([body.vertices, room.vertices])
-    faces = np.concatenate([body.faces, room.faces + k])
-    cameras = degrade.orbit(body.vertices, 4)(0)
-    (found,) = degrade.scan_points([frame], faces, cameras, points=5000, noise=0.03)
-    size = float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
-    edge = mean_edge_of(body.vertices, body.faces)
-    planes = planes_of_background(found.points, thickness=edge, size=size)
-    assert len(planes) == 2
-    for plane, face in zip(planes, room.faces[[0, 2]], strict=True):
-        heights = room.vertices[face] @ plane.normal - plane.offset
-        np.testing.assert_allclose(heights, 0, atol=0.1 * edge)
-    subject = found.only(~np.logical_or.reduce([p.holds(found.points) for p in planes]))
-    assert 20 < len(subject.points) < 0.05 * len(found.points)
-    sheet = np.random.default_rng(0).random((2000, 3)) * [1, 1, 0]
-    assert planes_of_background(sheet, thickness=0.1, size=float(np.sqrt(2))) == []
-
-
-def test_a_box_keeps_what_is_inside(rooms: Path) -> None:
-    low, high = TRUTH.vertices.min(axis=(0, 1)), TRUTH.vertices.max(axis=(0, 1))
-    corners = [*(low - 0.05), *(high + 0.05)]
-    box = ",".join(f"{x:.6g}" for x in corners)
-    # The floor in the box is far from the mesh.
-    assert largest_error(rooms, "inside", "--crop", box, code=3) < 2 * largest_error(rooms, "alone")
-    crop = crop_of(box)
-    for scan in open_scans(rooms / "depth"):
-        assert scan is not None
-        left = Background(crop, False).without(scan).cloud
-        smaller, larger = np.reshape(np.array(crop), (2, 3))
-        inside = ((scan.cloud >= smaller) & (scan.cloud <= larger)).all(axis=1)
-        assert len(left) == inside.sum() > 100
-        np.testing.assert_array_equal(left, scan.cloud[inside])

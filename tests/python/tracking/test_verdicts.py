@@ -141,6 +141,14 @@ def with_floor(measured: Scan) -> Scan:
     return np.concatenate([points, floor]), None
 
 
+def flattened(measured: Scan) -> Scan:
+    """Squeezes the body, into which the template can be squeezed."""
+    points, normals = measured
+    assert normals is not None
+    across = normals / np.array([1, 0.4, 1])
+    return points * [1, 0.4, 1], across / np.linalg.norm(across, axis=1, keepdims=True)
+
+
 class Registered(NamedTuple):
     """What is registered with a scan of the shape, and how, and whether it fits."""
 
@@ -166,6 +174,7 @@ REGISTERED = {
     "landmarks": Registered(True, options={"landmarks": (MARKED, SHAPE[MARKED])}),
     "landmarks of others": Registered(False, options={"landmarks": (MARKED, SHAPE[MARKED[::-1]])}),
     "on a floor": Registered(False, scanned=with_floor),
+    "flattened": Registered(False, scanned=flattened, options={"align": False}),
     "a ball": Registered(
         False, scanned=lambda one: (3 * one[0] / np.linalg.norm(one[0], axis=1)[:, None], None)
     ),

@@ -139,6 +139,14 @@ cases = [
         "is far",
     ),
     _tracker("no errors", lambda w: _made(w).standard_error, ValueError, "requires uncertainty"),
+    *(
+        _tracker(f"`resolution`: {value!r}", lambda w, r=value: _made(w, resolution=r), error, told)
+        for error, told, *values in (
+            (ValueError, "resolution: must be 'best' or a number", 0, -1, "live", 2**31),
+            (TypeError, "resolution: ", True, 2.5, None),
+        )
+        for value in values
+    ),
     _push("`points`: NaN in it", ValueError, "points: row 5", "nan", points=_with(np.nan, 5, 1)),
     _push("`points`: 1e201", ValueError, "points: row 5", "1e+201", points=_with(1e201, 5, 1)),
     _push("`points`: (9, 2)", ValueError, "points:", "(9, 2)", points=_SCAN[:, :2]),
@@ -151,6 +159,13 @@ cases = [
     _call("reset", "one row too few", ValueError, "frame:", "48", "49", frame=np.ones((48, 3))),
     _call(
         "restore", "of a completer", ValueError, "state: not a", state=lambda _: _COMPLETER.state()
+    ),
+    _call(
+        "restore",
+        "of another resolution",
+        ValueError,
+        "resolution",
+        state=lambda _: dynmesh.Tracker(_SHEET.faces, _SHEET.vertices, resolution=20).state(),
     ),
     _call("restore", "of float32", ValueError, "32-bit positions", state=lambda _: _SINGLE.state()),
     *(

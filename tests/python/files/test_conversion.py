@@ -1,0 +1,101 @@
+"""Conversion to other axes and units, of sequences and point clouds."""
+
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import to_file
+from commands import dynmesh_command as run
+from sequences import sea
+
+import dynmesh
+from dynmesh.scans import read_points
+
+FIRST = 1001
+ABOUT: Any = {"start": FIRST, "fps": 24.0, "up_axis": "z", "metres_per_unit": 0.01}
+SCALED = sea(10, **ABOUT)
+HOLED = sea(10, share=0.6, whole=[0, 2], **ABOUT)
+
+
+@pytest.mark.parametrize(("one", "other"), list(product("xyz", "xyz")))
+def test_a_turn_takes_one_axis_to_the_other(one: Any, other: Any) -> None:
+    made = dynmesh.read(dynmesh.convert(replace(SCALED, up_axis=one), to_up=other))
+    assert made.up_axis == other
+    a, b = "xyz".index(one), "xyz".index(other)
+    np.testing.assert_array_equal(made.vertices[..., b], SCALED.vertices[..., a])
+    # A rotation keeps distances, and which side of a triangle is its front.
+    frame, turned = (s.vertices[3][SCALED.faces[0]].astype(float) for s in (SCALED, made))
+    before, after = (np.linalg.norm(np.diff(p, axis=0), axis=1) for p in (frame, turned))
+    np.testing.assert_allclose(after, before, rtol=1e-6)
+    assert np.linalg.det(turned) == pytest.approx(np.linalg.det(frame))
+    back = dynmesh.read(dynmesh.convert(made, to_up=one))
+    np.testing.assert_array_equal(back.vertices, SCALED.vertices)
+
+
+def test_units_and_scale() -> None:
+    made = dynmesh.read(dynmesh.complete(HOLED, uncertainty=True))
+    inches = dynmesh.read(dynmesh.convert(made, to_unit="inch", scale=2))
+    assert inches.metres_per_unit == 0.0254
+    factor = 2 * 0.01 / 0.0254
+    np.testing.assert_allclose(inches.vertices, factor * made.vertices, rtol=1e-6)
+    assert inches.standard_error is not None
+    assert made.standard_error is not None
+    np.testing.assert_allclose(inches.standard_error, factor * made.standard_error, rtol=1e-6)
+    np.testing.assert_array_equal(inches.age, made.age)
+    with pytest.raises(ValueError, match=r"scale: .*float32"):
+        dynmesh.read(dynmesh.convert(made, scale=1e38))
+
+
+def test_usd_gets_axis_and_unit(tmp_path: Path) -> None:
+    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+    plain = tmp_path / "plain.obj"
+    dynmesh.write(plain, replace(SCALED[:1], up_axis=None, metres_per_unit=None))
+    run("convert", plain, tmp_path / "a.usd")
+    run("convert", plain, tmp_path / "b.usd", "--up", "z", "--unit", "inch")
+    stage = usd.Stage.Open(str(tmp_path / "b.usd"))
+    assert geometry.GetStageUpAxis(stage) == "Z"
+    assert geometry.GetStageMetersPerUnit(stage) == 0.0254
+    points = [dynmesh.read(tmp_path / name).vertices for name in ("a.usd", "b.usd", "plain.obj")]
+    np.testing.assert_array_equal(points[0], points[1])
+    np.testing.assert_array_equal(points[0], points[2].astype(np.float32))
+    refused = run("convert", plain, tmp_path / "c.usd", "--up", "x", code=1).stderr
+    assert "c.usd: " in refused
+    run("convert", plain, tmp_path / "c.usd", "--up", "x", "--to-up", "z")
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_point_clouds_are_scaled_and_turned(tmp_path: Path, is_folder: bool) -> None:
+    folder = tmp_path / "clouds"
+    folder.mkdir()
+    points = np.random.default_rng(0).random((20, 3))
+    normals = np.tile([0.0, 0, 1], (20, 1))
+    np.savetxt(folder / "a_7.xyz", np.hstack([points, normals]))
+    if is_folder:
+        np.savetxt(folder / "a_9.xyz", points[:5])
+        np.savetxt(folder / "a_13.xyz", points[:5])
+        with pytest.raises(ValueError, match=r"clouds: a_11\.xyz is missing"):
+            to_file.convert(folder, tmp_path / "out")
+        lost = to_file.convert(folder, tmp_path / "lost", source={"gaps": "lost"})
+        assert lost.frames == 3
+        (folder / "a_13.xyz").unlink()
+        (folder / "cameras.json").write_text("[]")
+    given, output = (
+        (folder, tmp_path / "out") if is_folder else (folder / "a_7.xyz", tmp_path / "a.ply")
+    )
+    changes: dict[str, Any] = {"unit": "mm", "to_unit": "m", "up": "z", "to_up": "y"}
+    report = to_file.convert(given, output, **changes)
+    assert report.frames == 1 + is_folder
+    assert any("cameras.json" in remark for remark in report.remarks) == is_folder
+    found = read_points(output / "a_7.ply" if is_folder else output)
+    turned = points[:, [0, 2, 1]] * [1, 1, -1] / 1000
+    np.testing.assert_allclose(found.scan.points, turned, atol=1e-12)
+    assert found.scan.normals is not None
+    np.testing.assert_allclose(found.scan.normals, np.tile([0.0, 1, 0], (20, 1)), atol=1e-12)
+    assert (found.metadata.up_axis, found.metadata.metres_per_unit) == ("y", 1)
+    if is_folder:
+        assert sorted(file.name for file in output.iterdir()) == ["a_7.ply", "a_9.ply"]
+    with pytest.raises(FileExistsError):
+        to_file.convert(given, output, **changes)

@@ -1,0 +1,206 @@
+"""Alembic archives of other programs."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import to_file
+from commands import dynmesh_command as run
+from sequences import assert_refused
+
+import dynmesh
+
+alembic = pytest.importorskip("alembic3d")
+imath: Any = pytest.importorskip("imath")
+Abc, Core, Geometry = alembic.Abc, alembic.AbcCoreAbstract, alembic.AbcGeom
+VERTEX = Geometry.GeometryScope.kVertexScope
+CORNERS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], np.float32)
+
+
+def integers(*values: int) -> Any:
+    return imath.IntArrayFromBuffer(np.array(values, np.int32))
+
+
+def add_mesh(archive: Any, name: str, heights: list[float], sampling: int = 0) -> Any:
+    """Adds a triangle that rises; returns its schema."""
+    schema = Geometry.OPolyMesh(archive.getTop(), name).getSchema()
+    schema.setTimeSampling(sampling)
+    for height in heights:
+        schema.set(sample(CORNERS + np.float32(height), 2, 1, 0))
+    return schema
+
+
+def sample(points: Any, *corners: int) -> Any:
+    faces = (integers(*corners), integers(3)) if corners else ()
+    return Geometry.OPolyMeshSchemaSample(imath.V3fArrayFromBuffer(points), *faces)
+
+
+def archive_of(path: Path, heights: list[float], times: Any = None) -> Path:
+    archive = Abc.OArchive(str(path))
+    add_mesh(archive, "Body", heights, 0 if times is None else archive.addTimeSampling(times))
+    return path
+
+
+def stored_at(*times: float, cycle: float | None = None) -> Any:
+    """Samples at these times, or at these of each cycle."""
+    stored = Core.TimeVector()
+    stored[:] = times
+    kind = Core.AcyclicFlag.kAcyclic if cycle is None else (len(times), cycle)
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    return Core.TimeSampling(Core.TimeSamplingType(*kinds), stored)
+
+
+@pytest.mark.parametrize(
+    ("sampling", "fps", "start", "times"),
+    [
+        (None, None, 0, None),
+        (Core.TimeSampling(1 / 25, 0.04), 25, 1, None),
+        (Core.TimeSampling(1001 / 30000, 1001 * 1001 / 30000), 30000 / 1001, 1001, None),
+        (Core.TimeSampling(0.5, 0.25), 2, 0.5, None),
+        (Core.TimeSampling(1.0, 5.0), None, 5, None),
+        (stored_at(0.5, 0.75, 1.0), 4, 2, None),
+        (stored_at(0.5, 0.75, 2.0), 4, 2, [2, 3, 8]),
+        (stored_at(1 / 24, 5 / 24, 6 / 24), 24, 1, [1, 5, 6]),
+        (stored_at(5.0, 6.0, 9.5), None, 5, [5, 6, 9.5]),
+        (stored_at(0.0, 0.25, cycle=1.0), 4, 0, [0, 1, 4]),
+    ],
+)
+def test_samples_of_archives_are_frames(
+    tmp_path: Path, sampling: Any, fps: float | None, start: float, times: list[float] | None
+) -> None:
+    sequence = dynmesh.read(archive_of(tmp_path / "a.abc", [1, 2, 3], sampling))
+    np.testing.assert_array_equal(sequence.vertices[:, 0, 2], [1, 2, 3])
+    np.testing.assert_array_equal(sequence.faces, [[0, 1, 2]])  # counterclockwise
+    assert sequence.fps == (None if fps is None else pytest.approx(fps))
+    assert sequence.start == start
+    assert (None if sequence.times is None else sequence.times.tolist()) == times
+    assert sequence.name == "/Body"
+
+
+@pytest.mark.parametrize("rate", [24.0, 59.94, 24000 / 1001, 30000 / 1001, 60000 / 1001])
+def test_uneven_samples_are_counted_at_the_rate_of_the_program(tmp_path: Path, rate: float) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.CreateArchiveWithInfo(str(path), rate, "another program", "")
+    times = [1001, 1003, 1005, 1010]
+    sampling = archive.addTimeSampling(stored_at(*(time / rate for time in times)))
+    add_mesh(archive, "Body", [1, 2, 3, 4], sampling)
+    del archive
+    again = dynmesh.read(path)
+    assert again.fps == rate
+    np.testing.assert_array_equal(again.times, times)
+    dynmesh.write(tmp_path / "b.abc", again)
+    found = Abc.IArchive(str(tmp_path / "b.abc")).getTop().getChild("Body")
+    stored = Geometry.IPolyMesh(found.getParent(), "Body").getSchema().getTimeSampling()
+    np.testing.assert_array_equal(
+        [stored.getSampleTime(i) for i in range(4)], np.array(times) / rate
+    )
+
+
+def parameter(schema: Any, kind: str, scope: Any, *samples: Any) -> None:
+    parameter = getattr(Geometry, f"O{kind}GeomParam")(
+        schema.getArbGeomParams(), "known", False, scope, 1
+    )
+    for sample in samples:
+        parameter.set(getattr(Geometry, f"O{kind}GeomParamSample")(sample, scope))
+
+
+def masked(*values: int) -> Any:
+    array = imath.UnsignedCharArray(len(values))
+    np.asarray(array)[:] = values
+    return array
+
+
+FACEVARYING = Geometry.GeometryScope.kFacevaryingScope
+UNSUITABLE: list[tuple[Callable[[Any], None], str]] = [
+    (lambda s: parameter(s, "Int32", VERTEX, integers(1, 1, 0)), "known: .*uchar"),
+    (lambda s: parameter(s, "Uchar", FACEVARYING, masked(1, 1, 0)), "known: .*per vertex"),
+    (lambda s: parameter(s, "Uchar", VERTEX, masked(1, 1, 0), masked(1, 0, 0)), "known: .*2 .*3"),
+    (lambda s: parameter(s, "Uchar", VERTEX, masked(1, 1)), "frame 0: known .*2 .*3"),
+    (
+        lambda s: parameter(s, "Uchar", VERTEX, *[masked(1, 1, 1)] * 2, masked(0, 1, 255)),
+        "frame 2: known: .*0 or 1",
+    ),
+    (lambda s: s.set(sample(CORNERS[:2])), "frame 3: positions .*2 .*3"),
+    (lambda s: s.set(sample(CORNERS, 0, 1, 2)), "frame 3: .*faces"),
+]
+
+
+@pytest.mark.parametrize(("add", "told"), UNSUITABLE)
+def test_unsuitable_meshes_of_archives_are_refused(tmp_path: Path, add: Any, told: str) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    add(add_mesh(archive, "Body", [1, 2, 3]))
+    del archive
+    assert_refused(path, told)
+
+
+def test_a_mask_may_be_constant_and_an_archive_empty(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    parameter(add_mesh(archive, "Body", [1, 2, 3]), "Uchar", VERTEX, masked(1, 1, 0))
+    del archive
+    np.testing.assert_array_equal(dynmesh.read(path).known, [[True, True, False]] * 3)
+    assert_refused(archive_of(tmp_path / "empty.abc", []))
+
+
+def test_written_archives_follow_conventions(tmp_path: Path) -> None:
+    vertices = np.zeros((3, 4, 3))
+    vertices[1, 2] = np.nan
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    path = tmp_path / "a.abc"
+    dynmesh.write(path, dynmesh.Sequence(vertices, faces, fps=25, name="/Him/Body", start=1))
+    archive = Abc.IArchive(str(path))
+    above = archive.getTop().getChild("Him")
+    assert Geometry.IXform.matches(above.getHeader())
+    schema = Geometry.IPolyMesh(above, "Body").getSchema()
+    assert list(schema.getFaceIndicesProperty().getValue(0)) == [2, 1, 0, 3, 2, 0]  # clockwise
+    assert schema.getTopologyVariance() == Geometry.MeshTopologyVariance.kHomogenousTopology
+    assert [schema.getTimeSampling().getSampleTime(i) for i in range(3)] == [0.04, 0.08, 0.12]
+    assert Abc.GetArchiveInfo(archive)["dccFPS"] == 25
+    bounds = schema.getSelfBoundsProperty().samples[1]
+    assert (tuple(bounds.min()), tuple(bounds.max())) == ((0, 0, 0), (0, 0, 0))
+
+
+def test_what_surrounds_the_mesh_is_not_written_which_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "a.abc"
+    archive = Abc.OArchive(str(path))
+    world = Geometry.OXform(archive.getTop(), "world")
+    moved = Geometry.XformSample()
+    moved.setTranslation(imath.V3d(1, 2, 3))
+    world.getSchema().set(moved)
+    schema = Geometry.OPolyMesh(world, "body").getSchema()
+    normals = Geometry.ON3fGeomParamSample(imath.V3fArrayFromBuffer(CORNERS), VERTEX)
+    for height in (0, 1):
+        mesh = sample(CORNERS + np.float32(height), 2, 1, 0)
+        mesh.setNormals(normals)
+        schema.set(mesh)
+    add_mesh(archive, "still", [1])
+    del archive, world, schema
+    report = to_file.convert(path, tmp_path / "b.abc")
+    (remark,) = (remark for remark in report.remarks if "of a.abc are not written" in remark)
+    assert remark == "normals, other meshes and transforms of a.abc are not written"
+    assert to_file.convert(tmp_path / "b.abc", tmp_path / "c.abc").remarks == ()
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_transforms_that_move_a_mesh_of_an_archive_are_said(tmp_path: Path, moves: bool) -> None:
+    archive = Abc.OArchive(str(tmp_path / "a.abc"))
+    world = Geometry.OXform(archive.getTop(), "world")
+    for x in (0, 1) if moves else (1,):
+        placed = Geometry.XformSample()
+        placed.setTranslation(imath.V3d(x, 2, 3))
+        world.getSchema().set(placed)
+    Geometry.OPolyMesh(world, "body").getSchema().set(sample(CORNERS, 2, 1, 0))
+    del archive, world
+    assert ("moved by transforms" in run("info", tmp_path / "a.abc").stdout) == moves
+
+
+def test_archives_are_written_where_space_cannot_be_reserved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("os.posix_fallocate")
+    ocean = dynmesh.synth.ocean(2, grid=4)
+    dynmesh.write(tmp_path / "a.abc", ocean)
+    np.testing.assert_array_equal(dynmesh.read(tmp_path / "a.abc").vertices, ocean.vertices)
