@@ -169,7 +169,7 @@ class Tracked(detail_reference.Detail):
 
     def _spread(self) -> Integers | slice:
         """Returns which points are matched at first: one of each few along a curve."""
-        self.every = int(len(self.points) / self.k + 0.5)
+        self.every = int(len(self.points) / (3 * self.k) + 0.5)
         if self.every < 2:
             return slice(None)
         cells = np.minimum((self.points - self.points.min(axis=0)) / self.h, 1023).astype(int)

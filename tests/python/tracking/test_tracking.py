@@ -19,7 +19,7 @@ from dynmesh.tracker import Resolution
 from dynmesh.tracking.placing import push_scan
 
 
-@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.08), (0.8, 1, 0.1)])
+@pytest.mark.parametrize(("speed", "frames", "limit"), [(0.1, 3, 0.08), (0.8, 1, 0.12)])
 def test_frames_equal_the_transcription(
     speed: float, frames: int, limit: float, rng: np.random.Generator
 ) -> None:
@@ -56,10 +56,10 @@ def test_points_on_a_still_surface_move_nothing(n: int, rng: np.random.Generator
 def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     mesh = bumpy_torus(24)
     tracker = Tracker(mesh.faces, mesh.vertices)
-    scans = (scan_of(mesh, mesh.vertices, 3000, rng, noise=0.05 * edge(mesh)) for _ in range(20))
+    scans = (scan_of(mesh, mesh.vertices, 3000, rng, noise=0.05 * edge(mesh)) for _ in range(40))
     errors = [error(mesh, mesh.vertices, tracker.push(*scan)) for scan in scans]
-    assert errors[-1] < 0.05
-    assert np.mean(errors[-4:]) < 1.3 * np.mean(errors[1:4])
+    assert max(errors) < 0.05
+    assert np.mean(errors[20:]) < 1.3 * np.mean(errors[:20])
 
 
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:
