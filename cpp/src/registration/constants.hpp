@@ -52,9 +52,6 @@ inline constexpr struct RegistrationConstants {
   /// How often the scale is sought, each time by the growth of the template that the last one left.
   int scalings = 3;
 
-  /// Larger templates get a coarse mesh. From as many candidates as there are rigid starts, it is
-  /// drawn to the points with which these were found.
-  std::size_t most_coarse_vertices = 4000;
   /// Poses of the coarse mesh are the same if they are nearer to each other than this on average,
   /// in its mean edges, and the template follows at most so many.
   double same_pose = 0.5;

@@ -9,6 +9,7 @@
 #include "base/rigid_motion.hpp"
 #include "base/statistics.hpp"
 #include "frame/generations.hpp"
+#include "mesh/decimation.hpp"
 #include "quality/coverage.hpp"
 #include "quality/limits.hpp"
 #include "quality/measure.hpp"
@@ -38,14 +39,18 @@ PoseSearch::PoseSearch(const Template& given, const Topology& topology, Workers&
       topology_(topology),
       settings_(settings),
       is_sheet_(find_sheets(given.faces, topology.component)),
-      mesh_(coarse_mesh_of(given.faces, given.frame, constants_.most_coarse_vertices)),
-      coarse_(mesh_.faces, mesh_.topology, workers, mesh_.positions, for_coarse()),
       fine_(given.faces, topology, workers, given.frame, {}, given.training, settings.uncertainty,
             epsilon),
-      coarse_memory_(mesh_.positions),
-      fine_memory_(given.frame) {
-  coarse_.begin(coarse_memory_);
-  fine_.begin(fine_memory_);
+      mesh_(decimated(given.faces, topology, given.frame, fine_.constants().coarse_vertices,
+                      fine_.constants().fewest_vertices),
+            fine_.model(), fine_.materials(), workers),
+      coarse_(mesh_.faces(), mesh_.topology(), workers, mesh_.first_frame(), for_coarse()),
+      fine_first_(given.frame),
+      coarse_first_({mesh_.first_frame().begin(), mesh_.first_frame().end()}),
+      coarse_memory_(coarse_first_) {
+  fine_.begin(fine_first_);
+  coarse_.begin(coarse_first_);
+  coarse_memory_ = coarse_first_;
 }
 
 Pose PoseSearch::run(const PointScan& scan, const Targets& targets) {
@@ -94,8 +99,8 @@ double PoseSearch::growth(const PointScan& scan, const Targets& targets) {
   const Trial trial = trials_of(by_points(targets)).front();
   std::vector<double> ratios;
   for (Index v = 0; v < static_cast<Index>(trial.x.size()); ++v) {
-    for (const Index n : mesh_.topology.cells[v]) {
-      const double before = squared_norm(mesh_.positions[at(v)] - mesh_.positions[at(n)]);
+    for (const Index n : mesh_.topology().cells[v]) {
+      const double before = squared_norm(mesh_.first_frame()[at(v)] - mesh_.first_frame()[at(n)]);
       if (before > 0) ratios.push_back(squared_norm(trial.x[at(v)] - trial.x[at(n)]) / before);
     }
   }
@@ -160,7 +165,8 @@ std::vector<PoseSearch::Trial> PoseSearch::trials_of(const std::vector<Candidate
 PoseSearch::Trial PoseSearch::bent(const Candidate& candidate) {
   if (settings_.before_step) settings_.before_step();
   Cloud start;
-  for (const auto& x : mesh_.positions) start.push_back(from_eigen(candidate.motion * to_eigen(x)));
+  for (const auto& x : mesh_.first_frame())
+    start.push_back(from_eigen(candidate.motion * to_eigen(x)));
   coarse_.place(start, coarse_memory_);
   coarse_.forget_shape(coarse_memory_);
   auto guides = guides_of(candidate.landmarks, candidate.motion, constants_.landmark_weight);
@@ -198,7 +204,7 @@ PoseSearch::Trial PoseSearch::drawn(Trial trial) {
 
 double PoseSearch::misfit_of(const SurfaceTracking::Found& found) const {
   return found.agreements.all.far_share + found.agreements.all.disagreeing +
-         mean_stretch(mesh_.topology.cells, mesh_.positions, found.x);
+         mean_stretch(mesh_.topology().cells, mesh_.first_frame(), found.x);
 }
 
 /// Landmarks on the coarse mesh of a template that was moved.
@@ -207,8 +213,8 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
   std::vector<Landmark> guides;
   for (std::size_t i = 0; i < landmarks.vertices.size(); ++i) {
     const Index vertex = landmarks.vertices[i];
-    const std::size_t coarse = at(mesh_.of_vertex[at(vertex)]);
-    const auto arm = mesh_.positions[coarse] - template_.frame[at(vertex)];
+    const std::size_t coarse = mesh_.nearest(vertex);
+    const auto arm = mesh_.first_frame()[coarse] - template_.frame[at(vertex)];
     const auto turned = from_eigen(motion.linear() * to_eigen(arm));
     guides.push_back({coarse, landmarks.positions[i] + turned, weight});
   }
@@ -221,9 +227,12 @@ std::vector<Landmark> PoseSearch::guides_of(const Targets& landmarks,
 /// tracker, whose prediction goes on with what moves slowly, such as limbs that untwist.
 Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
   coarse_.place(trial.x, coarse_memory_);
-  fine_.place(mesh_.lifted(template_.frame, trial.x, coarse_memory_.q), fine_memory_);
-  fine_.forget_shape(fine_memory_);
-  Memory next = fine_memory_;
+  Memory memory = fine_first_;
+  Memory next = fine_first_;
+  Cloud start(template_.frame.size());
+  mesh_.restore(coarse_first_, coarse_memory_, fine_first_, fine_first_.m, memory, start);
+  fine_.place(start, memory);
+  fine_.forget_shape(memory);
   std::vector<Landmark> landmarks;
   for (std::size_t i = 0; i < held_.vertices.size(); ++i) {
     landmarks.push_back({at(held_.vertices[i]), held_.positions[i], constants_.landmark_weight});
@@ -239,9 +248,8 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
       guides.fewest_iterations = tracking.final_iterations;
       guides.yields_beyond = constants_.usual_departures;
     }
-    const auto found = fine_.fit(fine_memory_, scan, guides, next);
-    const bool stays =
-        mean_distance(found.x, fine_memory_.last) < constants_.settled * fine_.mean_edge();
+    const auto found = fine_.fit(memory, scan, guides, next);
+    const bool stays = mean_distance(found.x, memory.last) < constants_.settled * fine_.mean_edge();
     pose.converged = stays && yields;
     ++pose.rounds;
     pose.x.assign(found.x.begin(), found.x.end());
@@ -250,19 +258,19 @@ Pose PoseSearch::finished(const PointScan& scan, const Trial& trial) {
     if (settings_.uncertainty) {
       next.generations.classify(topology_.cells, pose.observed);
       const bool is_lost = pose.measure.agreement.far_share > quality_limits.ruined_far;
-      fine_.measure_errors(fine_memory_, is_lost, next);
+      fine_.measure_errors(memory, is_lost, next);
     }
     std::ranges::copy(pose.x, next.last.begin());
-    fine_.remember(fine_memory_, true, next);
+    fine_.remember(memory, true, next);
     fine_.forget_shape(next);
-    std::swap(fine_memory_, next);
+    std::swap(memory, next);
     weight = std::min(constants_.most_weight, std::sqrt(tracking.weight_growth) * weight);
     if (!yields && (stays || 2 * pose.rounds >= constants_.most_rounds)) {
       yields = true;
       weight = constants_.most_weight;
     }
   }
-  pose.standard_errors = fine_memory_.errors.standard_errors;
+  pose.standard_errors = memory.errors.standard_errors;
   pose.motion = to_eigen(fit_rigid_motion(template_.frame, pose.x));
   judge(scan, pose);
   return pose;

@@ -15,8 +15,8 @@
 #include "base/training_frames.hpp"
 #include "base/workers.hpp"
 #include "registration/candidates.hpp"
-#include "registration/coarse_mesh.hpp"
 #include "registration/constants.hpp"
+#include "surface_fit/coarse_surface.hpp"
 #include "surface_fit/point_scan.hpp"
 #include "surface_fit/surface_tracking.hpp"
 
@@ -90,11 +90,13 @@ class PoseSearch {
   const Topology& topology_;
   const RegistrationSettings& settings_;
   std::vector<std::uint8_t> is_sheet_;
-  CoarseMesh mesh_;
-  SurfaceTracking coarse_, fine_;
-  Memory coarse_memory_, fine_memory_;
+  SurfaceTracking fine_;
+  CoarseSurface mesh_;
+  SurfaceTracking coarse_;
+  Memory fine_first_, coarse_first_;  // of frame 0
 
   // Of a run:
+  Memory coarse_memory_;
   PointScan sample_;
   Targets held_;     // landmarks of parts that have no points
   Targets checked_;  // all others

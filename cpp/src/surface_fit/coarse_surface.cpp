@@ -15,9 +15,8 @@ std::vector<Vector3> chosen_of(Field frame, std::span<const Index> vertices) {
   return some;
 }
 
-/// (clusters,) the coarse vertex that is nearest to the centre of each, counted in edges.
-std::vector<Index> nearest_to(const Clusters& clusters, const Cells& cells,
-                              std::span<const Index> vertices) {
+/// (k,) the coarse vertex that is nearest to each vertex, counted in edges.
+std::vector<Index> nearest_to(const Cells& cells, std::span<const Index> vertices) {
   std::vector<Index> nearest(cells.size(), none);
   std::vector<Index> reached(vertices.begin(), vertices.end());
   for (std::size_t c = 0; c < vertices.size(); ++c) {
@@ -30,9 +29,7 @@ std::vector<Index> nearest_to(const Clusters& clusters, const Cells& cells,
       reached.push_back(other);
     }
   }
-  std::vector<Index> of_clusters;
-  for (const Index centre : clusters.centres) of_clusters.push_back(nearest[at(centre)]);
-  return of_clusters;
+  return nearest;
 }
 
 Anchors anchors_at(std::span<const Index> vertices, std::size_t k) {
@@ -56,14 +53,14 @@ CoarseSurface::CoarseSurface(DecimatedMesh mesh, const ShapeModel& whole,
       topology_(
           build_topology({mesh_.faces.data()->data(), mesh_.faces.size()}, mesh_.vertices.size())),
       first_frame_(chosen_of(whole.first_frame, mesh_.vertices)),
-      nearest_(nearest_to(whole.clusters(), whole.topology.cells, mesh_.vertices)),
+      nearest_(nearest_to(whole.topology.cells, mesh_.vertices)),
       anchors_(anchors_at(mesh_.vertices, whole.size())),
       system_(whole.k, workers),
       rotations_(whole.surroundings, workers),
       turns_(whole.clusters().size()),
       shape_(whole.size()),
       kx_(whole.size()) {
-  system_.factorize(anchors_);
+  if (anchors_.any_solved()) system_.factorize(anchors_);
 }
 
 /// How many vertices of the whole surface there are for a coarse one: the square of a ratio of
@@ -121,13 +118,14 @@ void CoarseSurface::choose(const Memory& memory, Memory& coarse) const {
 void CoarseSurface::restore(const Memory& last, const Memory& next, const Memory& memory,
                             Field rest, Memory& found, std::span<Vector3> x) {
   for (std::size_t c = 0; c < turns_.size(); ++c) {
-    const auto& [w, i, j, k] = last.q[at(nearest_[c])];
-    turns_[c] = product(next.q[at(nearest_[c])], {w, -i, -j, -k});
+    const std::size_t coarse = nearest(whole_.clusters().centres[c]);
+    const auto& [w, i, j, k] = last.q[coarse];
+    turns_[c] = product(next.q[coarse], {w, -i, -j, -k});
   }
   rotations_.turn_further(turns_, memory.q, found.q);
   std::ranges::copy(memory.last, x.begin());
   for (std::size_t c = 0; c < size(); ++c) x[at(mesh_.vertices[c])] = next.last[c];
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 2 && anchors_.any_solved(); ++i) {
     if (i > 0) rotations_.fit(x, found.q);
     for (std::size_t v = 0; v < x.size(); ++v) {
       const double pull = materials_[at(whole_.topology.component[v])].pull;

@@ -30,6 +30,8 @@ class CoarseSurface {
   [[nodiscard]] const std::vector<Triangle>& faces() const { return mesh_.faces; }
   [[nodiscard]] const Topology& topology() const { return topology_; }
   [[nodiscard]] Field first_frame() const { return first_frame_; }
+  /// The coarse vertex that is nearest to a vertex, counted in edges.
+  [[nodiscard]] std::size_t nearest(Index vertex) const { return at(nearest_[at(vertex)]); }
 
   /// Those of the whole surface with which the coarse mesh resists points as the whole one does.
   [[nodiscard]] TrackingConstants constants_of(TrackingConstants constants) const;
@@ -54,7 +56,7 @@ class CoarseSurface {
   DecimatedMesh mesh_;
   Topology topology_;
   std::vector<Vector3> first_frame_;
-  std::vector<Index> nearest_;  // (clusters,) the coarse vertex that is nearest to each
+  std::vector<Index> nearest_;  // (k,)
   Anchors anchors_;             // always the same, so that the whole system is factored once
   ShapeSystem system_;
   Rotations rotations_;
