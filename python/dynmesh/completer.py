@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from . import _arrays, _core
 from ._arrays import Integers, Mask, Positions
-from ._keywords import suggesting
 from ._stream import Stream
 from .frames import Frame
 from .polygons import Faces, Mesh
@@ -129,7 +128,6 @@ class Completer(Stream):
             `report.prior_weight` is then 0. Requires "detail".
     """
 
-    @suggesting
     def __init__(
         self,
         faces: Faces | Mesh,

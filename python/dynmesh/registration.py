@@ -11,7 +11,6 @@ from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer
 from ._errors import KindError
-from ._keywords import suggesting
 from ._stream import trained
 from .polygons import Faces, Mesh, mesh_arrays
 from .scan import DepthScan, PointScan, Scan
@@ -86,7 +85,6 @@ class Registration:
     reason: str
 
 
-@suggesting
 def register(
     faces: Faces | Mesh,
     template: Positions | Scan,

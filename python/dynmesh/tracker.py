@@ -12,7 +12,6 @@ from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_resolution
 from ._errors import InputError, KindError
-from ._keywords import suggesting
 from ._stream import Stream
 from .completer import FrameReport
 from .frames import Frame
@@ -137,7 +136,6 @@ class Tracker(Stream):
             the subject have no effect: `report.prior_weight` is then 0.
     """
 
-    @suggesting
     def __init__(
         self,
         faces: Faces | Mesh,

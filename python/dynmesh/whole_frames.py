@@ -13,7 +13,6 @@ from . import _arrays, _core
 from ._arrays import Mask, Positions
 from ._checks import check_flags, check_integer, check_number
 from ._errors import DynmeshError, InputError, KindError
-from ._keywords import suggesting
 from ._progress import steps
 from .arrays import ArrayFrames
 from .frames import Frames, check_any
@@ -46,7 +45,6 @@ class WholeFrame:
     doubtful: bool
 
 
-@suggesting
 def whole_frame(
     faces: Faces,
     frames: Positions | Frames,

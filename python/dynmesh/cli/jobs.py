@@ -15,7 +15,6 @@ from typing import Any, Literal, TypeAlias
 from .._checks import check_integer, check_path
 from .._errors import InputError, in_one_line
 from .._extras import require
-from .._keywords import suggesting
 from .._options import Method, Output
 from .._progress import tracked
 from .._report import Report, counted
@@ -107,7 +106,6 @@ class BatchReport(Report):
         ]
 
 
-@suggesting
 def batch(
     jobs: PathLike,
     *,

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from .._checks import check_choice, check_path
 from .._errors import naming
-from .._keywords import suggesting
 from ..arrays import ArrayFrames
 from ..frames import Frames, Stored, check_any
 from ..polygons import Faces, split_faces
@@ -61,7 +60,6 @@ class Source(TypedDict, total=False):
     gaps: Gaps
 
 
-@suggesting
 def open(
     path: PathLike,
     *,

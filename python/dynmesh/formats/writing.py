@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from .._arrays import Positions
 from .._checks import check_flags, check_path
 from .._errors import InputError, KindError, locating, naming
-from .._keywords import suggesting
 from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
 from ..frames import Frame, Frames, check_any, checked
@@ -52,7 +51,6 @@ class Written(OutputReport):
         return own if self.report is None else self.report.to_dict() | own
 
 
-@suggesting
 def write(
     path: PathLike,
     frames: Frames,

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._checks import check_integer, check_positive
-from .._keywords import suggesting
 from .._options import Input
 from ..sequence import Sequence
 from ._beetle import march
@@ -19,7 +18,6 @@ from ._heart import beat
 from ._waves import waves
 
 
-@suggesting
 def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a choppy sea (Tessendorf 2001) of `grid` by `grid` vertices, z up, in metres.
 
@@ -38,7 +36,6 @@ def ocean(frames: int = 1500, *, grid: int = 50, seed: int = 0, fps: float = 30.
     return _sequence(*waves(frames, grid, seed, fps), fps)
 
 
-@suggesting
 def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a human figure that walks, turns round, does a handstand and stands up again.
 
@@ -58,7 +55,6 @@ def walker(frames: int = 175, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     return _sequence(*walk(frames, seed), fps)
 
 
-@suggesting
 def bust(frames: int = 150, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a head with neck and shoulders, which looks about and speaks, z up, in metres.
 
@@ -77,7 +73,6 @@ def bust(frames: int = 150, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     return _sequence(*speak(frames, seed, fps), fps)
 
 
-@suggesting
 def hand(frames: int = 97, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a hand that closes and counts to five on its fingers, z up, in metres.
 
@@ -96,7 +91,6 @@ def hand(frames: int = 97, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     return _sequence(*count(frames, seed, fps), fps)
 
 
-@suggesting
 def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a square of cloth of 1.2 m that falls over a ball and hangs there, z up, in metres.
 
@@ -117,7 +111,6 @@ def cloth(frames: int = 90, *, grid: int = 50, seed: int = 0, fps: float = 30.0)
     return _sequence(*fall(frames, grid, seed, fps), fps)
 
 
-@suggesting
 def beetle(frames: int = 90, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a stag beetle that walks and opens its jaws and wings, z up, in metres.
 
@@ -137,7 +130,6 @@ def beetle(frames: int = 90, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     return _sequence(*march(frames, seed, fps), fps)
 
 
-@suggesting
 def heart(frames: int = 81, *, seed: int = 0, fps: float = 30.0) -> Sequence:
     """Return a heart that beats beside a lung that breathes, z up, in metres.
 
@@ -169,7 +161,6 @@ def _sequence(vertices: NDArray[np.float32], faces: NDArray[np.int32], fps: floa
 Name = Literal["ocean", "walker", "bust", "hand", "cloth", "beetle", "heart"]
 
 
-@suggesting
 def sequence(name: Name, *, frames: Input[int | None] = None, seed: Input[int] = 0) -> Sequence:
     """Makes a built-in sequence.
 

@@ -10,7 +10,6 @@ import numpy as np
 from .._arrays import Mask
 from .._checks import check_flags
 from .._errors import naming
-from .._keywords import suggesting
 from .._options import Input, Method
 from .._report import Report, counted
 from ..completer import Completer
@@ -79,8 +78,9 @@ class CompletionReport(Report):
         sides = self.completed > frames
         how, each = (" from both sides", "for each side") if sides else ("", "each")
         rate = frames / (self.completed * self.seconds_per_frame)
+        good = "good; " if self.quality == "good" else ""
         yield (
-            f"{'good; ' * (self.quality == 'good')}{counted(frames, 'frame')} completed{how} in "
+            f"{good}{counted(frames, 'frame')} completed{how} in "
             f"{1e3 * self.seconds_per_frame:.3g} ms {each} (median), "
             f"{rate:.0f} frames per second without reading and writing"
         )
@@ -112,7 +112,6 @@ class CompletionReport(Report):
             )
 
 
-@suggesting
 def complete(
     sequence: PathLike | Frames,
     *,

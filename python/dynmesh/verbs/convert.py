@@ -11,7 +11,6 @@ import numpy as np
 
 from .. import formats
 from .._errors import InputError, naming, numbering
-from .._keywords import suggesting
 from .._options import Input, Method
 from .._progress import tracked
 from .._report import Report
@@ -30,7 +29,6 @@ from ..scans.reader import CAMERAS
 from ..scans.writer import check_name_of_folder
 
 
-@suggesting
 def convert(
     sequence: PathLike | Frames,
     *,

@@ -11,7 +11,6 @@ from typing import Any, TypeAlias
 from .. import formats
 from .._checks import check_between, check_choice, check_integer, check_not_negative
 from .._errors import InputError, numbering
-from .._keywords import suggesting
 from .._options import Input, Method, Output
 from .._progress import tracked
 from .._report import OutputReport, Report, counted
@@ -35,7 +34,6 @@ _CAMERAS = 4
 _POINTS = 20_000
 
 
-@suggesting
 def degrade(
     path: PathLike,
     output: PathLike,
@@ -156,7 +154,6 @@ def degrade(
         return formats.write(output, frames, overwrite=overwrite)
 
 
-@suggesting
 def degraded(
     sequence: PathLike | Frames,
     *,

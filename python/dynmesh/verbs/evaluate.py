@@ -6,7 +6,6 @@ import numpy as np
 
 from .._checks import check_choice
 from .._errors import InputError
-from .._keywords import suggesting
 from .._options import Input, Output
 from ..evaluation.report import Evaluation
 from ..evaluation.true_errors import Only, measured, suspicions
@@ -16,7 +15,6 @@ from ..formats.output import new_output, output_path
 from ..frames import Frames
 
 
-@suggesting
 def evaluate(
     completed: OneSequence,
     reference: OneSequence,

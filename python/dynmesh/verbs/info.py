@@ -6,7 +6,6 @@ from textwrap import wrap
 from typing import Any
 
 from .. import formats
-from .._keywords import suggesting
 from .._options import Output
 from .._report import Quality, Report, some_of
 from ..diagnosis import Diagnosis, diagnose
@@ -74,7 +73,6 @@ class InfoReport(Report):
         return values
 
 
-@suggesting
 def info(
     sequence: PathLike | Frames,
     *,

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from .._checks import check_integer
-from .._keywords import suggesting
 from .._options import Input, Method, Output
 from ..draw.picture import drawn, evenly_spaced
 from ..draw.quantities import Alone
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from PIL import Image
 
 
-@suggesting
 def picture(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,

@@ -12,7 +12,6 @@ from .. import _core, formats
 from .._arrays import Positions
 from .._checks import check_integer, check_path
 from .._errors import InputError
-from .._keywords import suggesting
 from .._options import Input, Method, Output
 from .._progress import steps
 from .._report import Report, as_json
@@ -73,7 +72,6 @@ class RegisterReport(Report):
         return super().to_dict() | measures | {"observed": float(result.observed.mean())}
 
 
-@suggesting
 def registered(
     template: PathLike,
     scan: PathLike,

@@ -10,7 +10,6 @@ import numpy as np
 from .. import formats
 from .._checks import check_flags, check_integer, check_path, check_resolution
 from .._errors import locating
-from .._keywords import suggesting
 from .._options import Input, Method, Output
 from .._progress import steps, tracked
 from .._report import Report, counted, write_csv
@@ -130,7 +129,6 @@ class TrackReport(Report):
             yield f"the prior weight of the training frames was {self.prior_weight:.2g}"
 
 
-@suggesting
 def track(
     scans: PathLike,
     *,

@@ -8,7 +8,6 @@ from pathlib import Path
 from .. import formats
 from .._checks import check_integer, check_path
 from .._errors import InputError
-from .._keywords import suggesting
 from .._options import Input, Method, Output
 from ..draw.page import Page, page, require_page, scan_factor
 from ..draw.page.pick import pick_page
@@ -23,7 +22,6 @@ from ..tracking.background import Background, Crop, ScansWithoutBackground
 from ..tracking.single_scan import open_single
 
 
-@suggesting
 def view(
     sequence: OneSequence,
     out: Output[PathLike | None] = None,

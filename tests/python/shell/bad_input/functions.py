@@ -1,8 +1,6 @@
 """Cases of the functions of the package: streams, measures, baselines, whole frames and others."""
 
-import inspect
-from collections.abc import Callable, Iterator
-from operator import attrgetter
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -44,21 +42,6 @@ streams = [
     _complete("`noise=-1`", lambda w: dynmesh.complete(w.sequence, noise=-1.0), ValueError, "noise:", "-1"),
     _complete("a report before its time", lambda w: dynmesh.complete(w.sequence).report, ValueError, "report:", "gone through"),
 ]  # fmt: skip
-
-
-def _misspelt() -> Iterator[Case]:
-    """A letter too many in the last keyword of each function that has its own."""
-    for name in (*dir(dynmesh), "synth.walker", "synth.cloth"):
-        call = attrgetter(name)(dynmesh)
-        if not inspect.isfunction(call) and call not in (dynmesh.Completer, dynmesh.Tracker):
-            continue
-        last = [*inspect.signature(call).parameters.values()][-1]
-        if last.kind == last.KEYWORD_ONLY:
-            given = {f"{last.name}s": 1}
-            run = lambda _, call=call, given=given: call(**given)  # noqa: E731
-            hint = f"did you mean '{last.name}'?"
-            yield of(name)(f"`{last.name}s`", run, TypeError, f"'{last.name}s'", hint)
-
 
 _cells = of("cells")
 
@@ -153,4 +136,4 @@ pictures_and_whole_frames = [
     _render("`up`: w", lambda w: _drawn(w, up="w"), ValueError, "up:", "'w'"),
 ]  # fmt: skip
 
-cases = [*streams, *_misspelt(), *topology, *measures, *other_methods, *pictures_and_whole_frames]
+cases = [*streams, *topology, *measures, *other_methods, *pictures_and_whole_frames]
