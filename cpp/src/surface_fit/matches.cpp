@@ -205,15 +205,37 @@ double Matches::height(const Place& place) const {
   return sum;
 }
 
+template <class Visit>
+void Matches::for_each_block(const Visit& visit) const {
+  const std::size_t n = points_.size();
+  const auto visit_block = [&](std::size_t block) {
+    visit(block * in_a_row, std::min((block + 1) * in_a_row, n));
+  };
+  workers_.for_each_in_chunks((n + in_a_row - 1) / in_a_row, visit_block,
+                              static_cast<Index>(in_a_row));
+}
+
+void Matches::locate(Field x, double walked) {
+  find_normals(x);
+  places_.follow(x);
+  for_each_block([&](std::size_t first, std::size_t last) {
+    Place before;
+    for (std::size_t i = first; i < last; ++i) {
+      found_[i] = nearest(x, i, found_[i].any() ? found_[i] : before, {.walked = walked}).place;
+      if (found_[i].any()) before = found_[i];
+    }
+  });
+}
+
 const Matches::Rows& Matches::find(Field x, const Search& search) {
   find_normals(x);
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const std::size_t every = std::min(every_nth(points_.size(), search.points), in_a_row);
   rows_.assign(points_.size(), {});
-  const auto find_in_a_row = [&](std::size_t first) {
+  for_each_block([&](std::size_t first, std::size_t last) {
     Place before;
-    for (std::size_t i = first; i < std::min(first + in_a_row, points_.size()); i += every) {
+    for (std::size_t i = first; i < last; i += every) {
       Match match = nearest(x, i, found_[i].any() ? found_[i] : before, search);
       found_[i] = match.place;
       if (!found_[i].any()) continue;
@@ -239,12 +261,7 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
         rows_[i].point = rows_[i].point - height * match.normal;
       }
     }
-  };
-  const auto n_blocks = static_cast<Index>((points_.size() + in_a_row - 1) / in_a_row);
-  const auto find_blocks = [&](Index first, Index last) {
-    for (Index block = first; block < last; ++block) find_in_a_row(at(block) * in_a_row);
-  };
-  workers_.for_each_short_chunk(n_blocks, find_blocks, static_cast<Index>(in_a_row));
+  });
   std::erase_if(rows_, [](const SurfaceRow& row) { return row.weight == 0; });
   weigh(x, search, static_cast<double>(every));
   return rows_;
@@ -318,9 +335,11 @@ double Matches::distance_of(double share) const {
 
 void Matches::follow(Field x) {
   find_normals(x);
-  for (std::size_t i = 0; i < found_.size(); ++i) {
+  agrees_.resize(found_.size());
+  workers_.for_each_in_chunks(found_.size(), [&](std::size_t i) {
     if (found_[i].any()) found_[i].squared = squared_norm(points_[i].position - found_[i].on(x));
-  }
+    agrees_[i] = squared_norm(agreeing_normal(found_[i], i)) > 0 ? 1 : 0;
+  });
 }
 
 double Matches::distance_of_far() const {
@@ -349,7 +368,7 @@ Agreements Matches::agreements() const {
         ++sums.far_share;
         return;
       }
-      sums.disagreeing += squared_norm(agreeing_normal(found_[i], i)) > 0 ? 0 : 1;
+      sums.disagreeing += agrees_[i] != 0 ? 0 : 1;
       sums.distance += found_[i].squared / (mean_edge_ * mean_edge_);
     };
     add_to(found.all);

@@ -67,14 +67,16 @@ class Matches {
   /// else was measured beside the surface, its points are many, but few of them are the nearest.
   [[nodiscard]] double distance_of(double share) const;
 
-  /// Lets the nearest places of the points, whatever their normals, follow X without a search.
+  /// Finds the nearest places of all points alone, which makes no rows; `walked` as in Search.
+  void locate(Field x, double walked);
+  /// Lets the nearest places of the points, whatever their normals, follow X without a search, and
+  /// finds which of them agree with their points.
   void follow(Field x);
-  /// Visits those that are not far from their points, and whose normals agree.
+  /// Visits those that are not far from their points, and agree, after `follow`.
   template <class Visit>
   void for_each_near(const Visit& visit) const {
     for (std::size_t i = 0; i < found_.size(); ++i) {
-      if (is_far(found_[i])) continue;
-      if (squared_norm(agreeing_normal(found_[i], i)) > 0) visit(found_[i]);
+      if (!is_far(found_[i]) && agrees_[i] != 0) visit(found_[i]);
     }
   }
   /// (k,) of the surface, outwards and of unit length.
@@ -82,7 +84,8 @@ class Matches {
   /// The root mean square distance of the far points; one without a place is as far as any search
   /// goes. 0 if none is far.
   [[nodiscard]] double distance_of_far() const;
-  /// How well X explains the points, on the side that the sensors see, and of sheets on both.
+  /// How well X explains the points, on the side that the sensors see, and of sheets on both, after
+  /// `follow`.
   [[nodiscard]] Agreements agreements() const;
 
  private:
@@ -103,6 +106,9 @@ class Matches {
   };
   [[nodiscard]] Match nearest(Field x, std::size_t point, const Place& from,
                               const Search& search) const;
+  /// Calls `visit(first, last)` for blocks of points in a row, several at a time.
+  template <class Visit>
+  void for_each_block(const Visit& visit) const;
   [[nodiscard]] double height(const Place& place) const;
   void weigh(Field x, const Search& search, double points_of_row);
   [[nodiscard]] std::vector<double> nearest_distances() const;
@@ -129,6 +135,7 @@ class Matches {
   // In this order:
   std::vector<Point> points_;
   std::vector<Place> found_;
+  std::vector<std::uint8_t> agrees_;
   std::vector<Vector3> normals_;
   Rows rows_;
 };

@@ -61,6 +61,7 @@ class NonrigidStep {
   /// result is false.
   bool take(const Draw& draw, Field m, std::span<Vector3> x, Memory& next);
 
+  [[nodiscard]] bool has_errors() const { return error_bars_.exist(); }
   /// Keeps the rows to which the last step drew X, for the standard errors of the frame.
   void prepare_errors(std::span<const SurfaceRow> rows, Field x);
   /// Finds the standard errors of X, after `prepare_errors`, and does not throw. `next.generations`

@@ -97,8 +97,10 @@ SurfaceTracking::Found SurfaceTracking::settle(const Memory& memory, int most_it
       largest = std::max(largest, squared_norm(x_[v] - before[v]));
     }
   }
-  if (most_iterations == 0) {
+  if (most_iterations == 0 && shape_.has_errors()) {
     matches_.find(x_, {.walked = constants_.resolution, .weight = constants_.last_weight});
+  } else if (most_iterations == 0) {
+    matches_.locate(x_, constants_.resolution);
   }
   return observe(iterations);
 }
@@ -216,7 +218,7 @@ void SurfaceTracking::place(Field frame, Memory& memory) {
 SurfaceTracking::Found SurfaceTracking::compare(Field frame, const PointScan& measurement) {
   std::ranges::copy(frame, x_.begin());
   matches_.begin(measurement);
-  matches_.find(x_, {.scale = constants_.radius / 2});
+  matches_.locate(x_, 0);
   return compared(0);
 }
 
