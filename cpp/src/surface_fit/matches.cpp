@@ -63,37 +63,6 @@ std::size_t every_nth(std::size_t points, std::size_t wanted) {
   return std::max<std::size_t>(static_cast<std::size_t>(std::llround(spacing)), 1);
 }
 
-/// An agreement that has numbers of points in the place of shares, and a sum of squares in that of
-/// the distance.
-Agreement no_points() { return {0, 0, 0, 0}; }
-
-void average(Agreement& sums, double mean_edge) {
-  const auto n = static_cast<double>(sums.points);
-  sums.distance = mean_edge * std::sqrt(sums.distance / (n - sums.far_share));
-  sums.far_share /= n;
-  sums.disagreeing /= n;
-}
-
-/// (n,) which of the points of a scan are of no surface, such as outliers: they are not near the
-/// mesh, and have fewer points around them than most.
-std::vector<std::uint8_t> find_strays(const PointScan& scan, std::span<const std::uint8_t> is_near,
-                                      const TrackingConstants& constants) {
-  const std::size_t n = is_near.size();
-  std::vector<std::uint8_t> strays(n);
-  if (std::ranges::find(is_near, 0) == is_near.end()) return strays;
-  constexpr std::size_t enough = 256;
-  std::vector<double> usual;
-  for (std::size_t i = 0; i < n; i += 1 + n / enough) {
-    usual.push_back(scan.squared_spacing(i));
-  }
-  const double limit =
-      constants.stray_spacing * constants.stray_spacing * quantile(std::move(usual), 0.5);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (is_near[i] == 0 && scan.squared_spacing(i) > limit) strays[i] = 1;
-  }
-  return strays;
-}
-
 }  // namespace
 
 Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Workers& workers,
@@ -340,43 +309,6 @@ void Matches::follow(Field x) {
     if (found_[i].any()) found_[i].squared = squared_norm(points_[i].position - found_[i].on(x));
     agrees_[i] = squared_norm(agreeing_normal(found_[i], i)) > 0 ? 1 : 0;
   });
-}
-
-double Matches::distance_of_far() const {
-  const double squared_widest = std::pow(constants_.radius * mean_edge_, 2);
-  double sum = 0;
-  double n = 0;
-  for (const Place& place : found_) {
-    if (!is_far(place)) continue;
-    sum += std::min(place.squared, squared_widest);
-    n += 1;
-  }
-  return n > 0 ? std::sqrt(sum / n) : 0;
-}
-
-Agreements Matches::agreements() const {
-  const PointScan& scan = *measurement_;
-  std::vector<std::uint8_t> is_near(found_.size());
-  for (std::size_t i = 0; i < found_.size(); ++i) is_near[order_[i]] = is_far(found_[i]) ? 0 : 1;
-  const auto strays = find_strays(scan, is_near, constants_);
-  Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (strays[order_[i]] != 0) continue;
-    const auto add_to = [&](Agreement& sums) {
-      ++sums.points;
-      if (is_far(found_[i])) {
-        ++sums.far_share;
-        return;
-      }
-      sums.disagreeing += agrees_[i] != 0 ? 0 : 1;
-      sums.distance += found_[i].squared / (mean_edge_ * mean_edge_);
-    };
-    add_to(found.all);
-    if (!found.of_sensors.empty()) add_to(found.of_sensors[scan.sensor_of(order_[i])]);
-  }
-  average(found.all, mean_edge_);
-  for (Agreement& sums : found.of_sensors) average(sums, mean_edge_);
-  return found;
 }
 
 }  // namespace dynmesh

@@ -15,7 +15,7 @@ from ..frames import Frames
 
 _WIDTH = 80  # of findings, which are long
 _MOST_NAMES = 5
-_FRAME = {"detail": (10.8, 1.35), "motion": (0.572, 1.08)}
+_FRAME = {"detail": (10.2, 1.37), "motion": (0.483, 1.03)}
 """The milliseconds of a frame of 10 000 vertices, and the power of the number of vertices by which
 they grow: the row of the method in docs/tables/sizes.csv."""
 _ERRORS_OF = {"position": "of coordinates", "surface": "of distances from the surface"}
