@@ -42,7 +42,6 @@ constexpr std::size_t n_shares = Gains::n_shares;
 void add(Gains& gains, const Gains& other, double kept = 1) {
   for (std::size_t q = 0; q < n_shares; ++q) {
     gains.sums[q] = kept * gains.sums[q] + other.sums[q];
-    gains.squares[q] = kept * kept * gains.squares[q] + other.squares[q];
   }
   gains.count = kept * gains.count + other.count;
 }
@@ -181,10 +180,8 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding,
     ++gains.count;
     for (std::size_t q = 0; q < n_shares; ++q) {
       const double share = static_cast<double>(q + 1) / n_shares;
-      const double gain = size - length((1 - share) * of_detail + share * of_first_order);
-      gains.sums[q] += gain;
-      gains.squares[q] += gain * gain;
-      is_finite = is_finite && std::isfinite(gains.squares[q]);
+      gains.sums[q] += size - length((1 - share) * of_detail + share * of_first_order);
+      is_finite = is_finite && std::isfinite(gains.sums[q]);
     }
   }
   if (!is_finite) return;
@@ -203,15 +200,14 @@ void FirstOrder::learn(Field first_order, Field observed, double rounding,
   }
 }
 
-/// The share with the largest sum of gains, reduced by its standard deviation.
+/// The share with the largest sum of gains.
 double FirstOrder::best_share(const Gains& gains) {
   double best = 0;
   double share = 0;
   for (std::size_t q = 0; q < n_shares && gains.count >= first_order_constants.least_count; ++q) {
     const double candidate = static_cast<double>(q + 1) / n_shares;
-    const double gain = gains.sums[q] - std::sqrt(gains.squares[q]);
-    if (candidate < first_order_constants.least_share || gain <= best) continue;
-    best = gain;
+    if (candidate < first_order_constants.least_share || gains.sums[q] <= best) continue;
+    best = gains.sums[q];
     share = candidate;
   }
   return share;

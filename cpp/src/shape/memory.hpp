@@ -31,7 +31,6 @@ struct Gains {
   static constexpr std::size_t n_shares = 10;  // 0.1, 0.2, ... 1; a share of 0 gains nothing
 
   std::array<double, n_shares> sums{};
-  std::array<double, n_shares> squares{};
   double count = 0;  ///< the number of errors
 };
 struct GainMemory {
@@ -116,7 +115,6 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.lambda);
   for (auto& [gains, share] : memory.gains.components) {
     visit(gains.sums);
-    visit(gains.squares);
     visit(gains.count);
     visit(share);
   }

@@ -328,7 +328,7 @@ class Shares:
         self.part = np.unique(label, return_inverse=True)[1]
         n = self.part.max() + 1
         self.frame = 0
-        self.sums, self.squares = np.zeros((2, n, 11))
+        self.sums = np.zeros((n, 11))
         self.count, self.share = np.zeros((2, n))
 
     def _groups(self) -> list[NDArray[np.int64]]:
@@ -359,14 +359,12 @@ class Shares:
         mixtures = (1 - q) * of_detail[:, None] + q * of_first_order[:, None]
         gain = size[:, None] - np.linalg.norm(mixtures, axis=2)
         part = self.part[held]
-        sums, squares = sum_to(part, gain[held], n), sum_to(part, gain[held] ** 2, n)
         count = np.bincount(part, minlength=n)
         kept = np.where(count > 0, 0.8, 1.0)
-        self.sums = kept[:, None] * self.sums + sums
-        self.squares = kept[:, None] ** 2 * self.squares + squares
+        self.sums = kept[:, None] * self.sums + sum_to(part, gain[held], n)
         self.count = kept * self.count + count
         for group in self._groups():
-            found = self.sums[group].sum(axis=0) - np.sqrt(self.squares[group].sum(axis=0))
+            found = self.sums[group].sum(axis=0)
             found[1:3] = -np.inf  # shares of 0.1 and 0.2 are too small
             enough = self.count[group].sum() >= 30
             self.share[group] = found.argmax() / 10 if enough else 0.0
