@@ -1,6 +1,5 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
@@ -8,30 +7,22 @@
 #include <exception>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <optional>
-#include <regex>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <type_traits>
-#include <utility>
 #include <vector>
-#ifdef _WIN32
-#include <fcntl.h>
-#include <io.h>
-#endif
 
 #include "api/settings_table.hpp"
 #include "base/checks.hpp"
+#include "frame_streams.hpp"
 #include "io/parse_number.hpp"
 #include "io/paths.hpp"
 
 namespace {
 
 using namespace dynmesh;
-namespace fs = std::filesystem;
 
 constexpr const char* help =
     R"(Usage: dynmesh-complete --template MESH --input FRAMES --output FRAMES [OPTION]...
@@ -81,170 +72,6 @@ If a frame cannot be read or completed, or if the program is interrupted (Ctrl-C
 frames before that are completed and written. Exit code: 0 success; 1 the data or a file
 is not valid; 2 the command line is not valid; 130 or 143 interrupted.
 )";
-
-/// SIGINT or SIGTERM, once one was caught. A signal handler can access nothing else.
-// NOLINTNEXTLINE(cppcoreguidelines-avoid-non-const-global-variables)
-volatile std::sig_atomic_t caught_signal = 0;
-
-/// Lets a signal end the program after the current frame, so that the completed ones are not lost.
-void stop_on(int signal) {
-  const auto handler = [](int number) { caught_signal = number; };
-#ifdef _WIN32
-  std::signal(signal, handler);  // reading goes on until the next frame or the end of the input
-#else
-  struct sigaction before {
-  }, action{};
-  action.sa_handler = handler;  // without SA_RESTART, a blocking read returns
-  sigaction(signal, nullptr, &before);
-  // A background job of a shell script ignores interrupts from its start.
-  if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
-#endif
-}
-
-[[noreturn]] void refuse_by_system(const std::string& place) {
-  refuse(place, std::generic_category().message(errno));
-}
-
-/// Returns what `call` returns. Adds `place` to the message of an error of the library.
-template <class Call>
-auto with_place(const std::string& place, const Call& call) {
-  try {
-    return call();
-  } catch (const std::invalid_argument& error) {
-    refuse(place, error.what());
-  }
-}
-
-/// Closes a file, and removes one that is not complete.
-struct CloseFile {
-  std::string partial = {};  ///< its name for the time being, if it has one
-  void operator()(std::FILE* file) const {
-    (void)std::fclose(file);
-    std::error_code ignored;
-    if (!partial.empty()) fs::remove(path_of(partial), ignored);
-  }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
-/// Returns an open file, or `standard` if the name is "-".
-File open_file(const std::string& name, const char* mode, std::FILE* standard) {
-#ifdef _WIN32
-  if (name == "-") (void)_setmode(_fileno(standard), _O_BINARY);
-  const auto open = [&] { return _wfopen(path_of(name).c_str(), path_of(mode).c_str()); };
-#else
-  const auto open = [&] { return std::fopen(name.c_str(), mode); };
-#endif
-  File file(name == "-" ? standard : open());
-  if (!file) refuse_by_system(name);
-  return file;
-}
-
-/// Whether `name` stands for numbered mesh files instead of one raw stream. Throws if for neither.
-bool is_numbered(const std::string& name, const std::string& suffixes) {
-  const std::string suffix = lowercase_suffix(name);
-  if (suffix.empty() || suffix == ".raw") return false;
-  const std::regex numbered(R"([^%]*%(0[1-9])?d[^%/\\]*\.()" + suffixes + ")", std::regex::icase);
-  if (std::regex_match(name, numbered)) return true;
-  refuse(name, "must be a raw stream, with the suffix .raw or none, or ", suffixes,
-         " files with %d or %04d in the place of the number");
-}
-
-/// Returns the name of a numbered file. `name` has passed `is_numbered`.
-std::string file_of(const std::string& name, std::size_t number) {
-  std::string file(name.size() + 20, '\0');
-  const int size = std::snprintf(file.data(), file.size(), name.c_str(), static_cast<int>(number));
-  file.resize(static_cast<std::size_t>(size));
-  return file;
-}
-
-/// Reads frames (n_vertices, 3), which are counted from 1.
-class FrameReader {
- public:
-  explicit FrameReader(const std::string& name) : name_(name) {
-    if (!is_numbered(name, "obj|ply")) stream_ = open_file(name, "rb", stdin);
-  }
-
-  /// Returns what errors call the frame that was read last.
-  [[nodiscard]] std::string place() const {
-    if (!stream_) return file_of(name_, n_read_);
-    return joined(name_ == "-" ? "standard input" : name_, ": frame ", n_read_);
-  }
-
-  /// Returns false at the end and if a signal interrupts reading.
-  bool read(std::span<float> frame) {
-    ++n_read_;
-    std::size_t got = 0;
-    if (stream_) {
-      got = std::fread(frame.data(), 1, frame.size_bytes(), stream_.get());
-      const bool is_whole = got == frame.size_bytes();
-      if (!is_whole && caught_signal != 0) return false;
-      if (!is_whole && std::ferror(stream_.get()) != 0) refuse_by_system(place());
-      if (got == 0) return false;
-    } else {
-      if (n_read_ > 1 && !fs::exists(path_of(place()))) return false;
-      const std::vector<float> positions = read_positions(place());
-      got = sizeof(float) * positions.size();
-      std::copy_n(positions.begin(), std::min(positions.size(), frame.size()), frame.begin());
-    }
-    if (got == frame.size_bytes()) return true;
-    refuse(place(), "has ", got / 12, " vertices", got % 12 == 0 ? "" : " and a part of one",
-           ", but the template has ", frame.size() / 3);
-  }
-
- private:
-  std::string name_;
-  File stream_;
-  std::size_t n_read_ = 0;
-};
-
-/// A file that has its name only once it is complete. A pipe gets each frame at once.
-class OutputFile {
- public:
-  OutputFile(std::string name, bool overwrite) : name_(std::move(name)) {
-    const fs::path path = path_of(name_);
-    if (name_ == "-" || (fs::exists(path) && !fs::is_regular_file(path))) {
-      file_ = open_file(name_, "wb", stdout);
-      return;
-    }
-    if (!overwrite && fs::exists(path)) refuse(name_, "exists already; --overwrite replaces it");
-    const std::string partial = name_ + ".part";
-    if (fs::exists(path_of(partial))) {
-      refuse(partial, "exists; remove it, unless another run is writing it");
-    }
-    file_ = open_file(partial, "wb", nullptr);
-    file_.get_deleter().partial = partial;
-  }
-
-  void write(const std::string& bytes) {
-    const bool is_taken = std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size();
-    if (is_taken && std::fflush(file_.get()) == 0) return;
-    refuse_by_system((name_ == "-" ? "standard output" : name_) + ": cannot be written");
-  }
-
-  void finish() {
-    const std::string partial = std::exchange(file_.get_deleter().partial, {});
-    file_.reset();
-    if (partial.empty()) return;
-    std::error_code error;  // Windows replaces no file that another program has open
-    fs::rename(path_of(partial), path_of(name_), error);
-    if (error) refuse(name_, "cannot be replaced: ", error.message(), "; it is in ", partial);
-  }
-
- private:
-  std::string name_;
-  File file_;
-};
-
-std::string ply_of(const std::string& positions, const TemplateMesh& mesh) {
-  std::string text = joined(
-      "ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.points().count,
-      "\nproperty float x\nproperty float y\nproperty float z\nelement face ",
-      mesh.triangles().count, "\nproperty list uchar int vertex_indices\nend_header\n", positions);
-  for (std::size_t i = 0; i < mesh.faces.size(); i += 3) {
-    text.append(1, 3).append(reinterpret_cast<const char*>(&mesh.faces[i]), 3 * sizeof(Index));
-  }
-  return text;
-}
 
 struct Options {
   std::map<std::string, std::string> files = {
