@@ -1,5 +1,6 @@
 /// dynmesh-complete: fills in the missing vertices of a stream of frames.
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <dynmesh/dynmesh.hpp>
@@ -14,6 +15,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "api/report_fields.hpp"
 #include "api/settings_table.hpp"
 #include "base/checks.hpp"
 #include "frame_streams.hpp"
@@ -70,7 +72,8 @@ file of the next number; .ply are written, with the triangles of MESH.
 
 If a frame cannot be read or completed, or if the program is interrupted (Ctrl-C), all
 frames before that are completed and written. Exit code: 0 success; 1 the data or a file
-is not valid; 2 the command line is not valid; 130 or 143 interrupted.
+is not valid; 2 the command line is not valid; 3 all frames are written, but the result is
+doubtful or probably ruined; 130 or 143 interrupted.
 )";
 
 struct Options {
@@ -145,12 +148,46 @@ void print(const FrameReport& report, std::size_t frame) {
   std::fprintf(stderr,
                "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
                "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, "
-               "\"standard_error\": %.9g}\n",
+               "\"standard_error\": %.9g, \"quality\": \"%s\"}\n",
                frame, report.known, report.filled, report.disconnected, report.rejected,
-               report.iterations, report.seconds, report.standard_error);
+               report.iterations, report.seconds, report.standard_error,
+               quality_names[static_cast<std::size_t>(report.quality)]);
 }
 
-void complete(Options& options) {
+/// How good the completed frames are.
+class Verdict {
+ public:
+  void add(const FrameReport& report, std::size_t frame) {
+    ++frames_;
+    if (report.known == 0) {  // a few of these are no reason to doubt the others
+      ++empty_;
+    } else if (report.quality > worst_.quality) {
+      worst_ = report;
+      number_ = frame;
+    }
+  }
+
+  /// Prints why they are not good. Returns the exit code.
+  [[nodiscard]] int tell() const {
+    constexpr std::array how = {"good", "doubtful", "probably ruined"};
+    if (worst_.quality != Quality::good) {
+      std::fprintf(stderr, "dynmesh-complete: %s: frame %zu: %s\n",
+                   how[static_cast<std::size_t>(worst_.quality)], number_, worst_.reason.data());
+      return 3;
+    }
+    if (2 * empty_ <= frames_) return 0;
+    std::fputs("dynmesh-complete: doubtful: nothing is known in most frames\n", stderr);
+    return 3;
+  }
+
+ private:
+  FrameReport worst_;
+  std::size_t number_ = 0;  // of the first such frame
+  std::size_t frames_ = 0, empty_ = 0;
+};
+
+/// Returns the exit code.
+int complete(Options& options) {
   const std::string& output = options.files["--output"];
   const bool is_raw = !is_numbered(output, "ply");
   const TemplateMesh mesh = read_template(options.files["--template"]);
@@ -163,6 +200,7 @@ void complete(Options& options) {
   std::vector<float> frame(mesh.vertices.size());
   const Points<float> points(frame.data(), frame.size() / 3);
   std::exception_ptr damage;
+  Verdict verdict;
   std::size_t number = 1;
   for (;; ++number) {
     FrameReport report;
@@ -175,6 +213,7 @@ void complete(Options& options) {
       break;
     }
     if (options.report) print(report, number);
+    verdict.add(report, number);
     const std::string bytes(reinterpret_cast<const char*>(frame.data()),
                             sizeof(float) * frame.size());
     if (!is_raw) file.emplace(file_of(output, number), options.overwrite);
@@ -185,6 +224,7 @@ void complete(Options& options) {
   // Files that follow are of a longer sequence that this one replaces.
   while (!is_raw && options.overwrite && fs::remove(path_of(file_of(output, number)))) ++number;
   if (damage) std::rethrow_exception(damage);
+  return verdict.tell();
 }
 
 }  // namespace
@@ -197,7 +237,8 @@ int main(int argc, char** argv) {
 #endif
   stop_on(SIGINT);
   stop_on(SIGTERM);
-  int code = 2;
+  int code = 2;  // of an error
+  int result = 0;
   try {
     std::vector<std::string> words;
     for (const fs::path word : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
@@ -206,7 +247,7 @@ int main(int argc, char** argv) {
     }
     auto options = parse_options(words);
     code = 1;
-    if (options) complete(*options);
+    if (options) result = complete(*options);
   } catch (const std::exception& error) {
     std::string message = error.what();
     if (dynamic_cast<const SettingError*>(&error) != nullptr) {  // "extra_iterations: ..."
@@ -216,7 +257,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "dynmesh-complete: %s\n", message.c_str());
     return code;
   }
-  if (caught_signal == 0) return 0;
+  if (caught_signal == 0) return result;
   std::fputs("dynmesh-complete: interrupted; all frames completed so far have been written\n",
              stderr);
   return 128 + caught_signal;

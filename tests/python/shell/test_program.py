@@ -74,6 +74,26 @@ def test_files_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_path: 
     assert complete("-", "-", input=job.raw.read_bytes())[0] == job.completed
 
 
+@pytest.mark.parametrize(
+    ("change", "said", "quality"),
+    [
+        (lambda x: np.roll(x, 700, axis=1), "doubtful: frame 1: ", "doubtful"),
+        (lambda x: 1000 * x, "probably ruined: frame 1: ", "ruined"),
+        (lambda x: np.where(np.arange(len(x))[:, None, None] < 9, x, np.nan), "nothing is", "good"),
+    ],
+    ids=["points of other vertices", "another unit", "most frames without points"],
+)
+def test_a_result_that_is_probably_wrong_is_written_and_told(
+    complete: Any, job: Job, tmp_path: Path, change: Any, said: str, quality: str
+) -> None:
+    wrong = change(job.partial).astype(np.float32)
+    _, errors = complete("-", tmp_path / "a.raw", "--report", code=3, input=wrong.tobytes())
+    *reports, last = errors.splitlines()
+    assert said in last
+    assert json.loads(reports[0])["quality"] == quality
+    assert (tmp_path / "a.raw").stat().st_size == wrong.nbytes
+
+
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 def test_mesh_files(complete: Any, job: Job, tmp_path: Path, suffix: str) -> None:
     """Frames 1, 2, ... up to the first number without a file, to files that others can read."""
