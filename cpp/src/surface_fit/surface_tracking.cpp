@@ -33,8 +33,7 @@ SurfaceTracking::SurfaceTracking(std::vector<Triangle> faces, const Topology& to
                                  const TrackingConstants& constants, const TrainingFrames& training,
                                  bool has_uncertainty, double epsilon,
                                  std::vector<Material> materials)
-    : workers_(workers),
-      constants_(constants),
+    : constants_(constants),
       faces_(std::move(faces)),
       model_(topology, faces_, first_frame, training, epsilon, workers),
       materials_(materials.empty() ? find_materials(faces_, topology, first_frame, constants_)

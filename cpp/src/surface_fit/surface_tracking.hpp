@@ -126,7 +126,6 @@ class SurfaceTracking {
     return squared < std::pow(constants_.resolution * model_.mean_edge, 2);
   }
 
-  Workers& workers_;
   TrackingConstants constants_;
   std::vector<Triangle> faces_;
   ShapeModel model_;
