@@ -158,10 +158,12 @@ void print(const FrameReport& report, std::size_t frame) {
 class Verdict {
  public:
   void add(const FrameReport& report, std::size_t frame) {
+    constexpr double fewest = 0.005;  // with fewer vertices, a frame is mostly a guess
+    const std::size_t n_vertices = report.known + report.filled + report.disconnected;
     ++frames_;
-    if (report.known == 0) {  // a few of these are no reason to doubt the others
-      ++empty_;
-    } else if (report.quality > worst_.quality) {
+    if (static_cast<double>(report.known) < fewest * static_cast<double>(n_vertices)) ++empty_;
+    // A few frames without any are no reason to doubt the others.
+    if (report.known > 0 && report.quality > worst_.quality) {
       worst_ = report;
       number_ = frame;
     }
@@ -171,12 +173,14 @@ class Verdict {
   [[nodiscard]] int tell() const {
     constexpr std::array how = {"good", "doubtful", "probably ruined"};
     if (worst_.quality != Quality::good) {
-      std::fprintf(stderr, "dynmesh-complete: %s: frame %zu: %s\n",
+      std::fprintf(stderr,
+                   "dynmesh-complete: %s: frame %zu: %s; missing vertices must be NaN, and all "
+                   "others in the order and the unit of the template\n",
                    how[static_cast<std::size_t>(worst_.quality)], number_, worst_.reason.data());
       return 3;
     }
     if (2 * empty_ <= frames_) return 0;
-    std::fputs("dynmesh-complete: doubtful: nothing is known in most frames\n", stderr);
+    std::fputs("dynmesh-complete: doubtful: hardly anything is known in most frames\n", stderr);
     return 3;
   }
 
@@ -194,6 +198,14 @@ int complete(Options& options) {
   auto completer = with_place(options.files["--template"], [&] {
     return Completer<float>(mesh.triangles(), mesh.points(), options.settings);
   });
+  for (const char* read : {"--input", "--template"}) {
+    std::error_code none;  // if one does not exist
+    const bool is_same = output == options.files[read] ||
+                         fs::equivalent(path_of(output), path_of(options.files[read]), none);
+    if (is_same && output != "-") {
+      refuse(output, "is also the ", read + 2, "; writing over it would lose it");
+    }
+  }
   FrameReader reader(options.files["--input"]);
   std::optional<OutputFile> file;
   if (is_raw) file.emplace(output, options.overwrite);
@@ -220,11 +232,13 @@ int complete(Options& options) {
     file->write(is_raw ? bytes : ply_of(bytes, mesh));
     if (!is_raw) file->finish();
   }
+  if (number == 1 && caught_signal == 0) refuse(options.files["--input"], "contains no frame");
   if (is_raw) file->finish();
   // Files that follow are of a longer sequence that this one replaces.
   while (!is_raw && options.overwrite && fs::remove(path_of(file_of(output, number)))) ++number;
+  const int code = verdict.tell();
   if (damage) std::rethrow_exception(damage);
-  return verdict.tell();
+  return code;
 }
 
 }  // namespace

@@ -31,6 +31,9 @@ _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed back
 _LEAST_KNOWN = 0.005
 """A smaller share of known vertices, in most frames, does not tell what the others do."""
 
+_MOST_UNSEEN = 0.05
+"""The share of vertices that no frame shows from which on a frame put together is a guess."""
+
 _SHARED = 0.4
 """The share of the variances of the two estimates that their mean keeps. It would be a half, if
 their errors were independent and equal: they are neither, and how far they disagree is added."""
@@ -111,6 +114,8 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
             "the frame that was put together is probably wrong, as its edges are far from the "
             "lengths that other frames show; look at it, and start from a template if it is"
         )
+    if start.made is not None and (unseen := float(np.mean(~start.made.seen))) > _MOST_UNSEEN:
+        doubtful.append(f"{unseen:.1%} of the vertices are seen in no frame, and are a guess")
     if 2 * len(tally.empty) > header.n_frames:
         doubtful.append("nothing was observed in most frames")
     elif tally.reports:

@@ -147,7 +147,7 @@ def units_of(
     if theirs is not None and own is None:
         raise InputError(
             f"states no unit, but the scans are in units of {theirs:g} m; state it by "
-            "`template_unit`",
+            "`template_unit`, such as m",
             file=template.path,
         )
     return Units(own, theirs)

@@ -1,6 +1,7 @@
 """Files completed from a whole frame, a template, or a frame that is put together."""
 
 import re
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -186,6 +187,20 @@ def test_frames_of_which_nothing_was_observed_count_once(tmp_path: Path) -> None
     )
     with pytest.warns(UserWarning, match="nothing was observed in most frames"):
         dynmesh.read(dynmesh.complete(replace(TRUTH, known=known)))
+
+
+@pytest.mark.parametrize(("share", "quality"), [(0.03, "good"), (0.1, "doubtful")])
+def test_a_start_of_which_a_part_is_seen_in_no_frame_is_doubtful(
+    share: float, quality: str
+) -> None:
+    k = KNOWN.shape[1]
+    known = KNOWN & (np.arange(k) >= share * k)
+    completed = dynmesh.complete(replace(TRUTH, known=known))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        dynmesh.read(completed)
+    assert completed.report.quality == quality
+    assert ("seen in no frame" in completed.report.reason) == (quality != "good")
 
 
 def test_a_start_without_extent_is_ruined(tmp_path: Path) -> None:

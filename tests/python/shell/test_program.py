@@ -79,9 +79,10 @@ def test_files_and_pipes_give_the_same_bytes(complete: Any, job: Job, tmp_path: 
     [
         (lambda x: np.roll(x, 700, axis=1), "doubtful: frame 1: ", "doubtful"),
         (lambda x: 1000 * x, "probably ruined: frame 1: ", "ruined"),
-        (lambda x: np.where(np.arange(len(x))[:, None, None] < 9, x, np.nan), "nothing is", "good"),
+        (lambda x: np.where(np.arange(len(x))[:, None, None] < 9, x, np.nan), "hardly any", "good"),
+        (lambda x: np.where(np.arange(x.shape[1])[:, None] < 30, x, np.nan), "hardly any", "good"),
     ],
-    ids=["points of other vertices", "another unit", "most frames without points"],
+    ids=["other vertices", "another unit", "most frames without points", "hardly any points"],
 )
 def test_a_result_that_is_probably_wrong_is_written_and_told(
     complete: Any, job: Job, tmp_path: Path, change: Any, said: str, quality: str
@@ -92,6 +93,17 @@ def test_a_result_that_is_probably_wrong_is_written_and_told(
     assert said in last
     assert json.loads(reports[0])["quality"] == quality
     assert (tmp_path / "a.raw").stat().st_size == wrong.nbytes
+
+
+def test_no_file_is_written_over_its_input_or_without_a_frame(
+    complete: Any, job: Job, tmp_path: Path
+) -> None:
+    (tmp_path / "a.raw").write_bytes(job.raw.read_bytes())
+    same = tmp_path / ".." / tmp_path.name / "a.raw"
+    assert "is also the input" in complete(tmp_path / "a.raw", same, "--overwrite", code=1)[1]
+    assert (tmp_path / "a.raw").read_bytes() == job.raw.read_bytes()
+    assert "contains no frame" in complete("-", tmp_path / "b.raw", code=1)[1]
+    assert not [*tmp_path.glob("b.raw*")]
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
