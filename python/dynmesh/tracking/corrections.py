@@ -26,6 +26,9 @@ _LEFT = 0.5
 _LONGER = 0.04
 """Focal lengths, and templates, that differ by less may be right."""
 
+_LONGEST = 0.3
+"""A larger difference is none of the small ones that are found here: the points lie elsewhere."""
+
 _MEASURED_FACTOR = 0.01
 """What is found of right cameras."""
 
@@ -68,7 +71,7 @@ def wrong_camera(scan: DepthScan, names: Sequence[str], surface: Surface) -> str
     is_common = len({*np.sign(factors - 1)}) == 1
     if is_common and changes.min() > max(_MEASURED_FACTOR, changes.max() / 2):
         change = float(np.median(changes))
-        if change < _LONGER:
+        if not _LONGER <= change <= _LONGEST:
             return ""
         if kind == "length":
             how = "long" if factors[0] > 1 else "short"
