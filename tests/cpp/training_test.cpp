@@ -89,13 +89,13 @@ std::vector<double> random_numbers(std::size_t n, unsigned seed) {
   return numbers;
 }
 
-TEST_CASE("modes that are too small to be told from rounding are none, in any unit") {
+TEST_CASE("modes that are too small to be seen, in mean edges or by rounding, are none") {
   const SurfaceParts parts = some_parts();
   const auto shapes = random_field(n_vertices * n_frames, 3);
   Workers workers(1);
   const auto number = [&](double size, double mean_edge, double rounding) {
     Modes modes(parts, mean_edge);
-    ShapeLibrary library(modes, n_frames, rounding, workers);
+    ShapeLibrary library(modes, n_frames, mean_edge, rounding, workers);
     for (std::size_t n = 0; n < n_frames; ++n) {
       library.add([&](std::size_t v) { return size * shapes[v * n_frames + n]; });
     }
@@ -103,6 +103,7 @@ TEST_CASE("modes that are too small to be told from rounding are none, in any un
     return modes.size();
   };
   for (const double h : {1e-12, 1.0, 1e12}) {
+    CHECK(number(1e-5 * h, h, 0) == 0);
     CHECK(number(1e-2 * h, h, 0) == 4 * 16);
     CHECK(number(1e-2 * h, h, 1e-2 * h * h) == 0);
   }

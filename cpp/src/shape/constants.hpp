@@ -15,6 +15,10 @@ inline constexpr struct TrainingConstants {
   double reach = 0.7;
   /// Smaller weights of a part at a vertex are dropped.
   double least_weight = 0.15;
+  /// Modes that change the shape by less than this are dropped, the root mean square of a standard
+  /// deviation over the part in mean edge lengths: frames that do not deform, stored in single
+  /// precision, have such modes.
+  double least_mode = 1e-4;
 
   /// The least v, the variance of the coefficients, at which the training sequence is not used, and
   /// the largest one. It is used fully from twice the least. Changes since the last frame, which

@@ -30,14 +30,14 @@ bool are_near(const Quaternion& a, const Quaternion& b) {
 
 }  // namespace
 
-ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double rounding, Workers& workers)
+ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double mean_edge, double rounding,
+                           Workers& workers)
     : workers_(workers),
       parts_(modes.parts()),
       most_(most),
       slots_((most + 4) / 4 * 4),
       n_parts_(at(parts_.n_parts)),
       unit_(modes.unit()),
-      least_eigenvalue_(rounding / unit_ / unit_),
       weights_(parts_.weights.begin(), parts_.weights.end()),
       of_parts_(n_parts_),
       rows_(3 * slots_ * parts_.size()),
@@ -47,6 +47,8 @@ ShapeLibrary::ShapeLibrary(const Modes& modes, std::size_t most, double rounding
       values_(most),
       factors_(n_parts_ * slots_ * modes_of_part),
       order_(slots_) {
+  const double least = training_constants.least_mode * mean_edge / unit_;
+  least_eigenvalue_ = least * least + rounding / unit_ / unit_;
   for (std::size_t e = 0; e < parts_.parts.size(); ++e) {
     of_parts_[parts_.parts[e]] += parts_.weights[e];
   }
@@ -132,7 +134,7 @@ void ShapeLibrary::multiply_all() {
 LearnedModes::LearnedModes(const ShapeModel& model, Workers& workers)
     : model_(model),
       modes_(divide_surface(model.topology.cells, model.first_frame), model.mean_edge),
-      library_(modes_, training_constants.most_learned,
+      library_(modes_, training_constants.most_learned, model.mean_edge,
                model.rounding.mean_square(model.first_frame), workers) {}
 
 void LearnedModes::learn(const Memory& memory) {
@@ -164,7 +166,7 @@ Modes training_modes(std::span<const std::vector<Vector3>> training, const Shape
     largest_rounding = std::max(largest_rounding, model.rounding.mean_square(frame));
   }
   Modes modes(divide_surface(model.topology.cells, model.first_frame), model.mean_edge);
-  ShapeLibrary library(modes, training.size(), largest_rounding, workers);
+  ShapeLibrary library(modes, training.size(), model.mean_edge, largest_rounding, workers);
   std::vector<Vector3> kx(model.size());
   std::vector<Quaternion> q(model.size()), before(model.size());
   Rotations rotations(model.surroundings, workers);

@@ -25,7 +25,8 @@ class ShapeLibrary {
  public:
   /// For at most `most` shapes, of which the mean square of rounding errors is `rounding`. `modes`
   /// are not set yet, and must outlive this object like `workers`.
-  ShapeLibrary(const Modes& modes, std::size_t most, double rounding, Workers& workers);
+  ShapeLibrary(const Modes& modes, std::size_t most, double mean_edge, double rounding,
+               Workers& workers);
 
   /// Adds the shape that is `shape(v)` at vertex v.
   template <class Shape>

@@ -38,7 +38,7 @@ def parts_of(edges: reference.Edges, frame: Array) -> Array:
     return np.vstack([np.ones(k), shares(np.where(weight < 0.15, 0, weight))])
 
 
-def modes_of(z: Array, parts: Array) -> tuple[Array, Array]:
+def modes_of(z: Array, parts: Array, mean_edge: float) -> tuple[Array, Array]:
     """The modes of all parts, B, from the shapes (n, k, 3): (modes, k, 3), and the caution."""
     modes = []
     caution = []
@@ -46,7 +46,7 @@ def modes_of(z: Array, parts: Array) -> tuple[Array, Array]:
         gram = np.einsum("i,lic,mic->lm", w, z, z)
         values, vectors = np.linalg.eigh(gram)
         for value, u in list(zip(values, vectors.T, strict=True))[::-1][:MODES]:
-            if value > 0:
+            if value > len(z) * w.sum() * (1e-4 * mean_edge) ** 2:
                 modes.append(w[:, None] * np.einsum("l,lic->ic", u, z) / np.sqrt(len(z)))
                 caution.append(1.0 if part == 0 else 4.0)
     return np.stack(modes), np.array(caution)
@@ -147,7 +147,7 @@ class Trained(Posed):
         super().__init__(faces, first_frame, noise)
         shapes = [self._shape_of(frame) for frame in training]
         self.q = np.tile(np.eye(3), (self.k, 1, 1))
-        self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame)))
+        self._begin(*modes_of(np.stack(shapes), parts_of(self.edges, first_frame), self.h))
         self.n_frames = len(training)
 
     def _shape_of(self, frame: Array) -> Array:
@@ -219,7 +219,7 @@ class Learned(Posed):
             older, _ = min(pairs, key=distance)
             del self.library[older]
         if len(self.library) > 1:
-            self._learn(*modes_of(np.stack(self.library), self.parts))
+            self._learn(*modes_of(np.stack(self.library), self.parts, self.h))
 
     def _learn(self, modes: Array, caution: Array) -> None:
         kept = self.n_v, self.d_v, self.sigma2, self.explained
