@@ -64,7 +64,7 @@ TaskSharing& default_task_sharing() {
 
 TaskSharing task_sharing_of_tracking() {
   TaskSharing task_sharing = default_task_sharing();
-  task_sharing.fewest_pieces = std::max(task_sharing.fewest_pieces / 3, Index{1});
+  task_sharing.fewest_pieces = std::max(task_sharing.fewest_pieces / 12, Index{1});
   return task_sharing;
 }
 

@@ -31,32 +31,6 @@ std::vector<double> find_outsides(std::span<const Triangle> faces, const Topolog
   return volumes;
 }
 
-/// The numbers of points in an order in which neighbours are near (Morton 1966), so that their
-/// places are near in memory as well.
-std::vector<std::uint32_t> along_curve(Field points, double cell) {
-  Vector3 least = points.empty() ? Vector3{} : points[0];
-  for (const auto& p : points) {
-    least = {std::min(least.x, p.x), std::min(least.y, p.y), std::min(least.z, p.z)};
-  }
-  constexpr int bits = 10;
-  const auto spread = [&](double coordinate) {
-    const auto number = static_cast<std::uint32_t>(std::min(coordinate / cell, 1023.0));
-    std::uint32_t spaced = 0;
-    for (int bit = 0; bit < bits; ++bit) spaced |= (number >> bit & 1U) << (3 * bit);
-    return spaced;
-  };
-  std::vector<std::uint64_t> keys(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto p = points[i] - least;
-    const std::uint64_t code = spread(p.x) | spread(p.y) << 1U | spread(p.z) << 2U;
-    keys[i] = code << 32U | i;
-  }
-  std::ranges::sort(keys);
-  std::vector<std::uint32_t> order(points.size());
-  for (std::size_t r = 0; r < order.size(); ++r) order[r] = static_cast<std::uint32_t>(keys[r]);
-  return order;
-}
-
 /// So that about as many as wanted are left of them; 1 if there are no more.
 std::size_t every_nth(std::size_t points, std::size_t wanted) {
   const double spacing = static_cast<double>(points) / static_cast<double>(wanted);
@@ -82,11 +56,10 @@ Matches::Matches(std::span<const Triangle> faces, const Topology& topology, Work
 
 void Matches::begin(const PointScan& measurement) {
   measurement_ = &measurement;
-  order_ = along_curve(measurement.points, mean_edge_);
-  const std::size_t every = every_nth(order_.size(), constants_.most_points);
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < order_.size(); i += every) order_[n++] = order_[i];
-  order_.resize(n);
+  const auto order = measurement.along_curve();
+  const std::size_t every = every_nth(order.size(), constants_.most_points);
+  order_.clear();
+  for (std::size_t i = 0; i < order.size(); i += every) order_.push_back(order[i]);
   found_.assign(order_.size(), {});
   points_.clear();
   for (const std::uint32_t i : order_) {
@@ -201,8 +174,9 @@ const Matches::Rows& Matches::find(Field x, const Search& search) {
   places_.follow(x);
   const double squared_near = std::pow(constants_.near * mean_edge_, 2);
   const std::size_t every = std::min(every_nth(points_.size(), search.points), in_a_row);
-  rows_.assign(points_.size(), {});
+  rows_.resize(points_.size());
   for_each_block([&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) rows_[i].weight = 0;
     Place before;
     for (std::size_t i = first; i < last; i += every) {
       Match match = nearest(x, i, found_[i].any() ? found_[i] : before, search);
@@ -279,20 +253,22 @@ std::vector<double> Matches::nearest_distances() const {
 /// all are far, and where it has, those that are far are of something else.
 std::vector<double> Matches::usual_distances() const {
   const auto nearest = nearest_distances();
-  std::vector<double> usual(clusters_.size(), constants_.resolution), around;
-  const auto add = [&](std::size_t cluster) {
-    for (const Index v : clusters_.members[cluster]) {
-      if (std::isfinite(nearest[at(v)])) around.push_back(nearest[at(v)]);
-    }
-  };
-  for (std::size_t c = 0; c < usual.size(); ++c) {
-    around.clear();
+  std::vector<double> usual(clusters_.size(), constants_.resolution);
+  constexpr Index vertices_around = 60;
+  const auto find = [&](std::size_t c) {
+    std::vector<double> around;
+    const auto add = [&](std::size_t cluster) {
+      for (const Index v : clusters_.members[cluster]) {
+        if (std::isfinite(nearest[at(v)])) around.push_back(nearest[at(v)]);
+      }
+    };
     add(c);
     for (const Index other : clusters_.neighbours[c]) add(at(other));
-    if (around.empty()) continue;
+    if (around.empty()) return;
     usual[c] = std::clamp(constants_.usual_distances * median(around), constants_.resolution,
                           constants_.largest_scale);
-  }
+  };
+  workers_.for_each_in_chunks(usual.size(), find, vertices_around);
   return usual;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
 
 namespace dynmesh {
 namespace {
@@ -40,7 +41,45 @@ Vector3 plane_normal(const std::vector<Vector3>& points, std::span<const std::ui
   return {normal.x(), normal.y(), normal.z()};
 }
 
+/// A number of 20 bits with two zeros before each of them.
+std::uint64_t spread(std::uint64_t bits) {
+  bits = (bits | bits << 32U) & 0x1f00000000ffffU;
+  bits = (bits | bits << 16U) & 0x1f0000ff0000ffU;
+  bits = (bits | bits << 8U) & 0x100f00f00f00f00fU;
+  bits = (bits | bits << 4U) & 0x10c30c30c30c30c3U;
+  return (bits | bits << 2U) & 0x1249249249249249U;
+}
+
+/// The numbers of the points by the bits of their three coordinates in turn. A cell is a millionth
+/// of the largest extent, so that the order does not hang on a few points far away.
+std::vector<std::uint32_t> order_along_curve(Field points) {
+  constexpr double cells = 1U << 20U;
+  Eigen::AlignedBox3d box;
+  for (const auto& p : points) box.extend(to_eigen(p));
+  const double largest = points.empty() ? 0 : box.sizes().maxCoeff();
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+  keys.reserve(points.size());
+  for (const auto& p : points) {
+    const Eigen::Vector3d place = (to_eigen(p) - box.min()) / largest * cells;
+    const auto bits = [&](Eigen::Index axis) {
+      return spread(place[axis] >= 0 ? static_cast<std::uint64_t>(std::min(place[axis], cells - 1))
+                                     : 0);  // without any extent, it is NaN
+    };
+    keys.emplace_back(bits(0) | bits(1) << 1U | bits(2) << 2U,
+                      static_cast<std::uint32_t>(keys.size()));
+  }
+  std::ranges::sort(keys);
+  std::vector<std::uint32_t> order(keys.size());
+  std::ranges::transform(keys, order.begin(), [](const auto& key) { return key.second; });
+  return order;
+}
+
 }  // namespace
+
+std::span<const std::uint32_t> PointScan::along_curve() const {
+  std::call_once(search_->ordered, [&] { search_->order = order_along_curve(points); });
+  return search_->order;
+}
 
 void PointScan::estimate_normals(double radius, Workers& workers) {
   normals.resize(points.size());

@@ -17,7 +17,8 @@
 namespace dynmesh {
 
 /// Fill `points`, `normals` and `sensors`. The first search builds a tree of the points, which must
-/// not change from then on, and allocates memory. Several threads may search at once.
+/// not change from then on, and allocates memory, as does the first call of `along_curve`. Several
+/// threads may search at once.
 class PointScan {
  public:
   std::vector<Vector3> points;   ///< (n,) finite
@@ -51,6 +52,10 @@ class PointScan {
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.
   [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
 
+  /// (n,) the numbers of the points in an order in which neighbours are near (Morton 1966), so that
+  /// what is found for them is near in memory as well.
+  [[nodiscard]] std::span<const std::uint32_t> along_curve() const;
+
   /// (n,) which of the sensors measured each point; empty if that is not known.
   std::vector<std::uint32_t> sensor_numbers;
   /// (n,) 1 for normals that may as well be the opposite; empty if there are none.
@@ -67,8 +72,9 @@ class PointScan {
   }
 
   struct Search {
-    std::once_flag begun;
+    std::once_flag begun, ordered;
     std::optional<PointTree<3>> tree;
+    std::vector<std::uint32_t> order;
   };
   std::unique_ptr<Search> search_ = std::make_unique<Search>();
 };

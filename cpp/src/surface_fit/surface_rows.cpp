@@ -45,7 +45,7 @@ Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x) {
 }
 
 RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers)
-    : workers_(workers), along_(rows.size()), first_of_(k + 1) {
+    : given_(rows), workers_(workers), along_(rows.size()), first_of_(k + 1) {
   for (const SurfaceRow& row : rows) {
     for (const auto corner : row.corners) ++first_of_[corner + 1];
   }
@@ -69,23 +69,24 @@ void RowProduct::add(Field step, std::span<Vector3> product) {
     const auto& [a, b, c] = corners;
     along_[r] = dot(normal, shares[0] * step[a] + shares[1] * step[b] + shares[2] * step[c]);
   });
-  workers_.for_each_in_chunks(product.size(), [&](std::size_t v) {
-    Vector3 sum = product[v];
+  add_along(product);
+}
+
+void RowProduct::add_forces(Field x, std::span<Vector3> forces) {
+  workers_.for_each_in_chunks(rows_.size(), [&](std::size_t r) {
+    along_[r] = dot(rows_[r].normal, given_[r].point - given_[r].on(x));
+  });
+  add_along(forces);
+}
+
+void RowProduct::add_along(std::span<Vector3> sums) {
+  workers_.for_each_in_chunks(sums.size(), [&](std::size_t v) {
+    Vector3 sum = sums[v];
     for (std::size_t i = first_of_[v]; i < first_of_[v + 1]; ++i) {
       sum = sum + along_[corners_[i].row] * corners_[i].normal;
     }
-    product[v] = sum;
+    sums[v] = sum;
   });
-}
-
-void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces) {
-  for (const SurfaceRow& row : rows) {
-    const double offset = row.weight * dot(row.normal, row.point - row.on(x));
-    for (std::size_t s = 0; s < 3; ++s) {
-      Vector3& force = forces[row.corners[s]];
-      force = force + row.shares[s] * offset * row.normal;
-    }
-  }
 }
 
 }  // namespace dynmesh

@@ -26,17 +26,21 @@ struct SurfaceRow : Place {
 /// the planes hardly determine, as of a sphere, stays small.
 Eigen::Isometry3d fit_to_planes(std::span<const SurfaceRow> rows, Field x);
 
-/// Half of the Hessian of the energy of rows.
+/// Half of the Hessian of the energy of rows, and of its negative gradient. The sums at a vertex
+/// are those of its rows in their order, whichever thread takes them.
 class RowProduct {
  public:
-  /// For (k,) positions.
+  /// For (k,) positions. The rows must outlive this object.
   RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers& workers);
 
-  /// Adds the product with a step: (k,). The sums at a vertex are those of its rows in their order,
-  /// whichever thread takes them.
+  /// Adds the product with a step: (k,).
   void add(Field step, std::span<Vector3> product);
+  /// Adds the forces at X: (k,).
+  void add_forces(Field x, std::span<Vector3> forces);
 
  private:
+  void add_along(std::span<Vector3> sums);
+
   struct Row {
     std::array<std::uint32_t, 3> corners;
     std::array<double, 3> shares;
@@ -46,14 +50,12 @@ class RowProduct {
     std::uint32_t row;
     Vector3 normal;  // b_s sqrt(w) n
   };
+  std::span<const SurfaceRow> given_;
   Workers& workers_;
   std::vector<Row> rows_;
-  std::vector<double> along_;          // (rows,) the products of rows and the step
+  std::vector<double> along_;          // (rows,) the products of rows and a step
   std::vector<std::size_t> first_of_;  // (k + 1,) of each vertex in corners_
   std::vector<Corner> corners_;
 };
-
-/// Adds half of the negative gradient of the energy of rows at X.
-void add_forces(std::span<const SurfaceRow> rows, Field x, std::span<Vector3> forces);
 
 }  // namespace dynmesh

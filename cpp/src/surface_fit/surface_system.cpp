@@ -66,7 +66,7 @@ void SurfaceSystem::solve(std::span<const SurfaceRow> rows, std::span<const Land
                           double settled, std::span<Vector3> x, std::span<Vector3> force) {
   const auto weights = held(landmarks);
   RowProduct row_product(rows, x.size(), workers_);
-  add_forces(rows, x, force);
+  row_product.add_forces(x, force);
   for (const Landmark& l : landmarks) {
     force[l.vertex] = force[l.vertex] + l.weight * (l.target - x[l.vertex]);
   }

@@ -172,9 +172,11 @@ class Tracked(detail_reference.Detail):
         self.every = int(len(self.points) / (3 * self.k) + 0.5)
         if self.every < 2:
             return slice(None)
-        cells = np.minimum((self.points - self.points.min(axis=0)) / self.h, 1023).astype(int)
-        bits = cells[:, None] >> np.arange(10)[:, None] & 1
-        codes = (bits << np.arange(30).reshape(10, 3)).sum(axis=(1, 2))
+        least = self.points.min(axis=0)
+        share = (self.points - least) / (self.points - least).max()
+        cells = np.minimum(share * 2**20, 2**20 - 1).astype(np.int64)
+        bits = cells[:, None] >> np.arange(20)[:, None] & 1
+        codes = (bits << np.arange(60).reshape(20, 3)).sum(axis=(1, 2))
         order = np.argsort(codes, kind="stable")
         first: Integers = order[np.arange(len(order)) % 256 % self.every == 0]
         return first
