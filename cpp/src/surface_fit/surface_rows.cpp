@@ -51,16 +51,19 @@ RowProduct::RowProduct(std::span<const SurfaceRow> rows, std::size_t k, Workers&
   }
   std::partial_sum(first_of_.begin(), first_of_.end(), first_of_.begin());
   auto next = first_of_;
+  std::vector<std::array<std::size_t, 3>> numbers(rows.size());  // in corners_
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    for (std::size_t s = 0; s < 3; ++s) numbers[r][s] = next[rows[r].corners[s]]++;
+  }
   rows_.resize(rows.size());
   corners_.resize(3 * rows.size());
-  for (std::size_t r = 0; r < rows.size(); ++r) {
+  workers.for_each_in_chunks(rows.size(), [&](std::size_t r) {
     const auto normal = std::sqrt(rows[r].weight) * rows[r].normal;
     rows_[r] = {rows[r].corners, rows[r].shares, normal};
     for (std::size_t s = 0; s < 3; ++s) {
-      corners_[next[rows[r].corners[s]]++] = {static_cast<std::uint32_t>(r),
-                                              rows[r].shares[s] * normal};
+      corners_[numbers[r][s]] = {static_cast<std::uint32_t>(r), rows[r].shares[s] * normal};
     }
-  }
+  });
 }
 
 void RowProduct::add(Field step, std::span<Vector3> product) {
