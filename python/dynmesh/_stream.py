@@ -93,7 +93,9 @@ class Stream:
     def restore(self, state: bytes | bytearray | memoryview) -> None:
         """Continues from a state, with the same results, or up to rounding on another processor.
 
-        The seconds of `report` become 0.
+        The seconds of `report` become 0. This is fast if frame 0 of the state is that of this
+        object, so that frames can be undone while they arrive; otherwise it takes as long as a new
+        object, as it does with `learn`.
 
         Args:
             state: the bytes that `state` returned, from an object with the same faces in the same

@@ -64,7 +64,7 @@ class DYNMESH_EXPORT Completer : public FrameStream {
   FrameReport skip(Points<Real> completed);
 
   /// Makes this complete frame the new frame 0, as if the completer were newly constructed.
-  /// Allocates memory.
+  /// Allocates memory. Fast if it is the same frame 0, as FrameStream::restore.
   void reset(Points<const Real> frame);
 
   [[nodiscard]] const Settings& settings() const;

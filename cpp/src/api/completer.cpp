@@ -29,12 +29,10 @@ constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'G'}
 
 }  // namespace
 
-/// One sequence of frames, completed after the public functions have checked the arguments.
-template <class Real>
-struct Completer<Real>::Parts final : FrameStream::Parts {
-  /// Method detail of one sequence.
+struct CompletionSolver final : StreamSolver {
+  /// Method detail.
   struct OfDetail {
-    OfDetail(const Frame& first_frame, StreamMesh& mesh, const Settings& settings, double epsilon)
+    OfDetail(Field first_frame, StreamMesh& mesh, const Settings& settings, double epsilon)
         : model(mesh.topology, mesh.faces, first_frame, mesh.training, epsilon, mesh.workers),
           learned(settings.learn ? std::make_unique<LearnedModes>(model, mesh.workers) : nullptr),
           detail(model, learned ? learned->modes() : model.modes, settings, mesh.workers) {}
@@ -44,48 +42,76 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
     Detail detail;
   };
 
-  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame frame)
-      : FrameStream::Parts(std::move(of_all), std::move(frame), chosen.disconnected,
-                           dynmesh::largest_coordinate<Real>),
-        settings(chosen),
+  CompletionSolver(StreamMesh& mesh, const Settings& settings, std::vector<Vector3> frame,
+                   double epsilon)
+      : StreamSolver(mesh, std::move(frame), settings.disconnected),
         outliers(settings.reject_outliers
-                     ? std::make_unique<Outliers>(mesh->topology.cells, first_frame)
+                     ? std::make_unique<Outliers>(mesh.topology.cells, first_frame)
                      : nullptr),
-        quality(mesh->topology.cells, first_frame) {
+        quality(mesh.topology.cells, first_frame) {
     if (settings.method == Method::detail) {
-      of_detail = std::make_unique<OfDetail>(first_frame, *mesh, settings,
-                                             std::numeric_limits<Real>::epsilon());
-      of_detail->detail.begin(memory);
-      next = memory;
+      of_detail = std::make_unique<OfDetail>(first_frame, mesh, settings, epsilon);
     } else {
-      motion = std::make_unique<Motion>(mesh->topology.cells, first_frame,
-                                        settings.extra_iterations, settings.revisit, mesh->workers);
+      motion = std::make_unique<Motion>(mesh.topology.cells, first_frame, settings.extra_iterations,
+                                        settings.revisit, mesh.workers);
+    }
+  }
+
+  /// Null if nothing is learned.
+  [[nodiscard]] LearnedModes* learned() { return of_detail ? of_detail->learned.get() : nullptr; }
+
+  std::unique_ptr<Outliers> outliers;  ///< null if outliers are not rejected
+  CompletionQuality quality;
+  std::unique_ptr<OfDetail> of_detail;  ///< one of the two is null
+  std::unique_ptr<Motion> motion;
+};
+
+/// One sequence of frames, completed after the public functions have checked the arguments.
+template <class Real>
+struct Completer<Real>::Parts final : FrameStream::Parts {
+  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen,
+        std::shared_ptr<CompletionSolver> of_frame)
+      : FrameStream::Parts(std::move(of_all), of_frame, dynmesh::largest_coordinate<Real>),
+        settings(chosen),
+        solver(*of_frame) {
+    if (solver.of_detail) {
+      solver.of_detail->detail.begin(memory);
+      next = memory;
     }
     standard_error.resize(memory.errors.standard_errors.size());
     tell_errors(report);
     count(memory.generations, report);
     measure_state();
   }
+  Parts(std::shared_ptr<StreamMesh> of_all, const Settings& chosen, Frame frame)
+      : Parts(of_all, chosen,
+              std::make_shared<CompletionSolver>(*of_all, chosen, std::move(frame),
+                                                 std::numeric_limits<Real>::epsilon())) {}
 
   /// Completes the frame whose anchors have been read. Only the estimate can fail, if memory is
   /// exhausted, and nothing that is kept between calls changes before `advance`.
   FrameReport complete(Points<Real> completed, Clock::time_point start) {
     FrameReport made;
-    if (outliers) made.rejected = outliers->drop(memory.last, next.last, next.known);
-    if (motion) {
-      made.iterations = motion->estimate(memory.last, next.last, next.known, next.generations);
+    if (solver.outliers) {
+      made.rejected = solver.outliers->drop(memory.last, next.last, next.known);
+    }
+    if (solver.motion) {
+      made.iterations =
+          solver.motion->estimate(memory.last, next.last, next.known, next.generations);
       finish();
     } else {
+      Detail& detail = solver.of_detail->detail;
       next.generations.classify(mesh->topology.cells, next.known);
-      made.iterations = of_detail->detail.estimate(memory, next, made.stages);
-      finish(of_detail->detail.rotations_of_components());
-      of_detail->detail.remember(memory, next, made.stages);
+      made.iterations = detail.estimate(memory, next, made.stages);
+      finish(detail.rotations_of_components());
+      detail.remember(memory, next, made.stages);
     }
     next.verdict = memory.verdict;
     count(next.generations, made);
-    quality.judge(memory.last, next.last, next.generations.of_vertices(), next.verdict, made);
+    solver.quality.judge(memory.last, next.last, next.generations.of_vertices(), next.verdict,
+                         made);
     advance();
-    if (of_detail && of_detail->learned) of_detail->learned->learn(memory);
+    if (LearnedModes* learned = solver.learned()) learned->learn(memory);
     this->put(completed);
     tell_errors(made);
     made.seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -107,6 +133,10 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
   }
 
   [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
+    if (begins_with(frame) && !settings.learn) {
+      return std::make_unique<Parts>(mesh, settings,
+                                     std::static_pointer_cast<CompletionSolver>(shared_solver));
+    }
     return std::make_unique<Parts>(mesh, settings, std::move(frame));
   }
 
@@ -115,7 +145,7 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
 
   void write(Writer& writer) const override {
     write_head(writer, kind(), *mesh, settings);
-    writer.write(first_frame);
+    writer.write(first_frame());
     for_each_number(*this, NumberWriter(writer));
   }
 
@@ -125,9 +155,9 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
   void read_memory(Reader& reader) override {
     for_each_number(*this, NumberReader(reader));
     check();
-    if (of_detail && of_detail->learned) of_detail->learned->make();
+    if (LearnedModes* learned = solver.learned()) learned->make();
     count(memory.generations, report);
-    quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
+    solver.quality.tell(memory.last, memory.generations.of_vertices(), memory.verdict, report);
     tell_errors(report);
   }
 
@@ -135,15 +165,11 @@ struct Completer<Real>::Parts final : FrameStream::Parts {
   static void for_each_number(Self& self, const Visit& visit) {
     for_each_stored_field(self.report, visit);
     each_number(self.memory, visit);
-    if (self.of_detail && self.of_detail->learned)
-      LearnedModes::each_number(*self.of_detail->learned, visit);
+    if (auto* learned = self.solver.learned()) LearnedModes::each_number(*learned, visit);
   }
 
   Settings settings;
-  std::unique_ptr<Outliers> outliers;  // null if outliers are not rejected
-  CompletionQuality quality;
-  std::unique_ptr<OfDetail> of_detail;  // one of the two is null
-  std::unique_ptr<Motion> motion;
+  CompletionSolver& solver;
   std::vector<Real> standard_error;  // (k,), or empty
   FrameReport report;
 };

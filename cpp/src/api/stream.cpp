@@ -24,14 +24,17 @@ StreamMesh::StreamMesh(Faces mesh_faces, std::size_t n_vertices, Index threads,
   }
 }
 
-FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, Frame frame, DisconnectedRule rule,
+StreamSolver::StreamSolver(const StreamMesh& mesh, std::vector<Vector3> frame,
+                           DisconnectedRule rule)
+    : first_frame(std::move(frame)), disconnected(mesh.topology, rule, first_frame) {}
+
+FrameStream::Parts::Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<StreamSolver> solver,
                           double largest)
     : mesh(std::move(of_all)),
+      shared_solver(std::move(solver)),
       largest_coordinate(largest),
-      first_frame(std::move(frame)),
-      memory(first_frame),
-      next(first_frame),
-      disconnected(mesh->topology, rule, first_frame) {}
+      memory(first_frame()),
+      next(memory) {}
 
 template <class Real>
 void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
@@ -55,7 +58,7 @@ void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
 }
 
 void FrameStream::Parts::finish(std::span<const Quaternion> rotations) {
-  disconnected.complete(memory.last, next.last, next.generations, rotations);
+  shared_solver->disconnected.complete(memory.last, next.last, next.generations, rotations);
   mesh->workers.for_each_chunk(static_cast<Index>(n_vertices()), [&](Index first, Index last) {
     for (Index v = first; v < last; ++v) {
       if (!is_in_range(next.last[v], largest_coordinate)) next.last[v] = memory.last[v];
@@ -76,6 +79,11 @@ void FrameStream::Parts::put(Points<Real> completed) const {
                                  for (Index v = first; v < last; ++v)
                                    put_row(completed, at(v), memory.last[v]);
                                });
+}
+
+bool FrameStream::Parts::begins_with(const Frame& frame) const {
+  return std::ranges::equal(std::as_bytes(std::span(frame)),
+                            std::as_bytes(std::span(first_frame())));
 }
 
 void FrameStream::Parts::check() {

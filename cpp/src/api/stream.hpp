@@ -35,6 +35,15 @@ struct StreamMesh {
   std::uint64_t training_hash = 0;  ///< of the training frames; 0 without training
 };
 
+/// Finds the frames of sequences that begin with the same frame. Nothing is in it on which a later
+/// frame depends, but for the modes of a completer that learns.
+struct StreamSolver {
+  StreamSolver(const StreamMesh& mesh, std::vector<Vector3> frame, DisconnectedRule rule);
+
+  std::vector<Vector3> first_frame;
+  Disconnected disconnected;
+};
+
 /// One sequence: its memory, and that of the next frame while it is found.
 ///
 /// A frame: call `read` or set `next.last` and `next.known`, estimate the satellites in
@@ -44,14 +53,15 @@ struct FrameStream::Parts {
 
   /// Begins a sequence. `largest` is the largest coordinate of the type in which positions are
   /// given.
-  Parts(std::shared_ptr<StreamMesh> of_all, Frame frame, DisconnectedRule rule, double largest);
+  Parts(std::shared_ptr<StreamMesh> of_all, std::shared_ptr<StreamSolver> solver, double largest);
   virtual ~Parts() = default;
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
   Parts(Parts&&) = delete;
   Parts& operator=(Parts&&) = delete;
 
-  /// Another sequence with the same mesh and settings.
+  /// Another sequence with the same mesh and settings, and with the same solver if it begins with
+  /// the same frame.
   [[nodiscard]] virtual std::unique_ptr<Parts> begun(Frame frame) const = 0;
   /// Everything that later frames depend on.
   virtual void write(Writer& writer) const = 0;
@@ -74,17 +84,19 @@ struct FrameStream::Parts {
   template <class Real>
   void put(Points<Real> completed) const;
 
-  [[nodiscard]] std::size_t n_vertices() const { return first_frame.size(); }
+  [[nodiscard]] const Frame& first_frame() const { return shared_solver->first_frame; }
+  [[nodiscard]] std::size_t n_vertices() const { return first_frame().size(); }
+  /// Whether frame 0 is this one, bit for bit.
+  [[nodiscard]] bool begins_with(const Frame& frame) const;
   /// Checks the memory that was read, and finds what follows from it.
   void check();
   /// Finds the size of states, which is always the same.
   void measure_state();
 
   std::shared_ptr<StreamMesh> mesh;  ///< of all sequences
+  std::shared_ptr<StreamSolver> shared_solver;
   double largest_coordinate;
-  Frame first_frame;
   Memory memory, next;
-  Disconnected disconnected;
   std::size_t state_size = 0;
 };
 

@@ -58,17 +58,27 @@ void check_first_scan(const PointScan& scan, const TemplateTracking::Found& foun
 
 }  // namespace
 
+struct TrackingSolver final : StreamSolver {
+  TrackingSolver(StreamMesh& mesh, const TrackerSettings& settings, std::vector<Vector3> frame,
+                 double epsilon)
+      : StreamSolver(mesh, std::move(frame), DisconnectedRule::follow),
+        surface(mesh.faces, mesh.topology, mesh.workers, first_frame, mesh.training,
+                {at(settings.resolution), settings.uncertainty, epsilon}),
+        recovery(mesh, first_frame, settings.recover) {}
+
+  TemplateTracking surface;
+  Recovery recovery;
+};
+
 /// One sequence of frames, tracked after the public functions have checked the arguments.
 template <class Real>
 struct Tracker<Real>::Parts final : FrameStream::Parts {
-  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame frame)
-      : FrameStream::Parts(std::move(of_all), std::move(frame), DisconnectedRule::follow,
-                           dynmesh::largest_coordinate<Real>),
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen,
+        std::shared_ptr<TrackingSolver> solver)
+      : FrameStream::Parts(std::move(of_all), solver, dynmesh::largest_coordinate<Real>),
         settings(chosen),
-        surface(mesh->faces, mesh->topology, mesh->workers, first_frame, mesh->training,
-                {at(settings.resolution), settings.uncertainty,
-                 static_cast<double>(std::numeric_limits<Real>::epsilon())}),
-        recovery(*mesh, first_frame, settings.recover) {
+        surface(solver->surface),
+        recovery(solver->recovery) {
     surface.begin(memory);
     recovery.begin(memory);
     next = memory;
@@ -77,6 +87,11 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
     count(memory.generations, report);
     measure_state();
   }
+  Parts(std::shared_ptr<StreamMesh> of_all, const TrackerSettings& chosen, Frame frame)
+      : Parts(of_all, chosen,
+              std::make_shared<TrackingSolver>(
+                  *of_all, chosen, std::move(frame),
+                  static_cast<double>(std::numeric_limits<Real>::epsilon()))) {}
 
   /// Finds the frame in what was measured. Only this can fail, and nothing that is kept between
   /// calls changes before `advance`.
@@ -137,6 +152,10 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   }
 
   [[nodiscard]] std::unique_ptr<FrameStream::Parts> begun(Frame frame) const override {
+    if (begins_with(frame)) {
+      return std::make_unique<Parts>(mesh, settings,
+                                     std::static_pointer_cast<TrackingSolver>(shared_solver));
+    }
     return std::make_unique<Parts>(mesh, settings, std::move(frame));
   }
 
@@ -145,7 +164,7 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
 
   void write(Writer& writer) const override {
     write_head(writer, kind(), *mesh, settings);
-    writer.write(first_frame);
+    writer.write(first_frame());
     for_each_number(*this, NumberWriter(writer));
   }
 
@@ -175,8 +194,8 @@ struct Tracker<Real>::Parts final : FrameStream::Parts {
   }
 
   TrackerSettings settings;
-  TemplateTracking surface;
-  Recovery recovery;
+  TemplateTracking& surface;
+  const Recovery& recovery;
   std::vector<Real> standard_error;  // (k,), or empty
   TrackingReport report;
   std::vector<Agreement> of_sensors;

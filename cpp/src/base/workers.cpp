@@ -65,7 +65,6 @@ TaskSharing& default_task_sharing() {
 TaskSharing task_sharing_of_tracking() {
   TaskSharing task_sharing = default_task_sharing();
   task_sharing.fewest_pieces = std::max(task_sharing.fewest_pieces / 12, Index{1});
-  task_sharing.factor_from /= 8;
   return task_sharing;
 }
 

@@ -42,7 +42,7 @@ struct TaskSharing {
 TaskSharing& default_task_sharing();
 
 /// That of trackers and registrations, whose frames take ten times as long as those of a completer,
-/// in longer parts: it shares from a twelfth of the pieces and an eighth of the multiplications on.
+/// in longer parts: it shares from a twelfth of the pieces on.
 TaskSharing task_sharing_of_tracking();
 
 /// The number of pieces in this process that were executed by threads other than the caller's.

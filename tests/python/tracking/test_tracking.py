@@ -3,6 +3,7 @@
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,6 +61,25 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
     errors = [error(mesh, mesh.vertices, tracker.push(*scan)) for scan in scans]
     assert max(errors) < 0.05
     assert np.mean(errors[20:]) < 1.3 * np.mean(errors[:20])
+
+
+@pytest.mark.parametrize("settings", [{}, {"resolution": 150}, {"uncertainty": True}])
+def test_a_state_undoes_the_frames_after_it(
+    settings: dict[str, Any], rng: np.random.Generator
+) -> None:
+    """Its tracker goes on with what it made of frame 0, which other frames must not have changed."""
+    mesh = bumpy_torus(24)
+    tracker = Tracker(mesh.faces, mesh.vertices, **settings)
+    scans = [scan_of(mesh, bent(mesh.vertices, 0.1 * n), 1500, rng) for n in range(4)]
+    tracker.push(*scans[0])
+    state = tracker.state()
+    first, *_ = [tracker.push(*scan) for scan in scans[1:]]
+    tracker.restore(state)
+    assert tracker.state() == state
+    np.testing.assert_array_equal(tracker.push(*scans[1]), first)
+    tracker.reset(mesh.vertices)
+    tracker.push(*scans[0])
+    np.testing.assert_array_equal(tracker.push(*scans[1]), first)
 
 
 def test_signs_of_estimated_normals_mean_nothing(rng: np.random.Generator) -> None:

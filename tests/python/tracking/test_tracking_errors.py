@@ -191,7 +191,7 @@ def test_a_registration_that_finds_nothing_leaves_no_trace(rng: np.random.Genera
     plain, tracker = (
         Tracker(mesh.faces, mesh.vertices, uncertainty=True, recover=on) for on in (False, True)
     )
-    for scan in (crowd, subject, rubbish, subject):
+    for scan in (crowd, subject, rubbish, rubbish):
         np.testing.assert_array_equal(tracker.push(*scan), plain.push(*scan))
         np.testing.assert_array_equal(tracker.standard_error, plain.standard_error)
         assert (plain.report.far > 0.05) == (scan is not subject)
