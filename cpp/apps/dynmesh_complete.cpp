@@ -158,10 +158,9 @@ void print(const FrameReport& report, std::size_t frame) {
 class Verdict {
  public:
   void add(const FrameReport& report, std::size_t frame) {
-    constexpr double fewest = 0.005;  // with fewer vertices, a frame is mostly a guess
     const std::size_t n_vertices = report.known + report.filled + report.disconnected;
     ++frames_;
-    if (static_cast<double>(report.known) < fewest * static_cast<double>(n_vertices)) ++empty_;
+    if (is_hardly_known(report.known, n_vertices)) ++empty_;
     // A few frames without any are no reason to doubt the others.
     if (report.known > 0 && report.quality > worst_.quality) {
       worst_ = report;

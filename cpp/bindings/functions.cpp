@@ -177,6 +177,7 @@ void bind_functions(py::module_& module) {
   });
   module.def("nmsve", &py_nmsve, Release());
   module.def("vertex_error", &py_vertex_error, Release());
+  module.def("is_hardly_known", &is_hardly_known);
   module.def("quality_of_frames", [](const std::vector<std::string>& names) {
     std::vector<Quality> frames;
     for (const auto& name : names) {

@@ -205,7 +205,7 @@ def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
     """Raises an error unless these are the times of n frames."""
     if times is None:
         return
-    refuse_mask("times", times)
+    check_array("times", times)
     if times.dtype != np.float64:
         raise KindError(f"must be float64, not {times.dtype}", argument="times")
     if times.shape != (n_frames,):

@@ -34,9 +34,9 @@ struct FrameReport {
   StageReport stages;  ///< the parts of that time, and the blend
   /// Of a tracked frame, that of its measure. Of a completed one, `ruined` if many edges are far
   /// longer or shorter than in frame 0, as of points that belong to other vertices; `doubtful` if
-  /// frame 0 seems to be in another unit of length, of another subject or in another order of
-  /// vertices, which the first frames show, or if nothing is known. A part that is estimated
-  /// wrongly with edges of the right lengths is not noticed.
+  /// frame 0 seems to be in another unit of length, a mirror image, of another subject or in
+  /// another order of vertices, which the first frames show, or if nothing is known. A part that is
+  /// estimated wrongly with edges of the right lengths is not noticed.
   Quality quality = Quality::good;
   std::array<char, 512> reason{};  ///< why it is not good, ending with 0; empty if it is
 

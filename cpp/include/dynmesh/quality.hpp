@@ -87,6 +87,10 @@ struct DYNMESH_EXPORT Measure {
 /// are good.
 DYNMESH_EXPORT Quality quality_of_frames(std::span<const Quality> frames);
 
+/// Whether so little is known of a frame that is completed, less than one in 200 vertices, that the
+/// others are a guess. A sequence is doubtful if most of its frames are such.
+DYNMESH_EXPORT bool is_hardly_known(std::size_t known, std::size_t n_vertices);
+
 /// From which frame on, for three frames at least, less than 0.6 times as much is seen as in some
 /// three frames in a row before; `seen` is Measure::seen of each frame. The number of frames if in
 /// none.

@@ -1,5 +1,6 @@
 #include "api/completion_quality.hpp"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "base/geometry.hpp"
+#include "base/rigid_motion.hpp"
 #include "base/statistics.hpp"
 
 namespace dynmesh {
@@ -92,7 +94,9 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
       const bool is_first = verdict.n_judged == 0;
       if (!is_first) verdict.sum_of_steps += change_at_anchors(generation, previous, completed);
       const double limit = is_first ? limits.clear_misfit : limits.misfit;
-      if (change > limit && change > limits.steps * verdict.sum_of_steps) verdict.is_misfit = 1;
+      if (change > limit && change > limits.steps * verdict.sum_of_steps)
+        verdict.frame_0 = Verdict::is_other;
+      if (is_mirrored(completed, generation)) verdict.frame_0 = Verdict::is_mirrored;
       ++verdict.n_judged;
     }
   }
@@ -117,8 +121,14 @@ void CompletionQuality::tell(Field completed, Generation generation, const Verdi
   const auto [share, torn] = shares_of(completed, generation);
   const bool is_ruined = share > limits.ruined_share;
   const bool is_torn = torn > limits.torn_share;
-  const bool is_misfit = verdict.is_misfit != 0 &&
+  const bool is_misfit = verdict.frame_0 == Verdict::is_other &&
                          change_at_anchors(generation, first_frame_, completed) > limits.misfit;
+  if (verdict.frame_0 == Verdict::is_mirrored) {
+    give_reason(
+        report, Quality::doubtful,
+        "what is known is mirrored where completion started, as if one of them had the axes "
+        "of a left hand");
+  }
   if (!is_ruined && !is_misfit && !is_torn) return;
 
   const Quality quality = is_ruined ? Quality::ruined : Quality::doubtful;
@@ -180,6 +190,38 @@ auto CompletionQuality::shares_of(Field frame, Generation generation) const -> S
   if (at_anchors.all < limits.fewest) return shares;
   return {std::max(shares.out_of_range, share(at_anchors.outside, at_anchors.all)),
           std::max(shares.torn, share(at_anchors.torn, at_anchors.all))};
+}
+
+/// Whether the anchors are a mirror image of themselves in frame 0, which the lengths of edges do
+/// not tell: a reflection brings them much closer than any rotation does.
+bool CompletionQuality::is_mirrored(Field frame, Generation generation) const {
+  const auto arm = [&](Field of, std::size_t v, const Eigen::Vector3d& from) -> Eigen::Vector3d {
+    return per_edge_ * to_eigen(of[v]) - from;
+  };
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  Eigen::Vector3d now = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  double n = 0;
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    if (generation[v] != 0) continue;
+    before += arm(first_frame_, v, origin);
+    now += arm(frame, v, origin);
+    n += 1;
+  }
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  double squares = 0;
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    if (generation[v] != 0) continue;
+    const Eigen::Vector3d p = arm(first_frame_, v, before / n);
+    const Eigen::Vector3d q = arm(frame, v, now / n);
+    moments += q * p.transpose();
+    squares += p.squaredNorm() + q.squaredNorm();
+  }
+  if (!moments.allFinite() || !(moments.determinant() < 0)) return false;
+  const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::Matrix3d>(moments).singularValues();
+  const double turned = squares - 2 * (spread[0] + spread[1] - spread[2]);
+  const double reflected = turned - 4 * spread[2];
+  return spread[2] > limits.thickness * spread[0] && reflected < limits.reflected * turned;
 }
 
 /// By which share of its length the median edge at an anchor became longer or shorter.

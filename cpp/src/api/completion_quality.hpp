@@ -36,6 +36,11 @@ struct CompletionLimits {
   double clear_misfit = 0.5;  ///< in the first frame, before there are any steps (0.35, of noise)
   Index judged_frames = 4;    ///< later, the subject may have changed
   std::size_t fewest = 50;    ///< edges at anchors from which anything is concluded
+  /// It is mirrored if a reflection leaves less than this share of the squared distances that the
+  /// best rotation leaves, unless the anchors are nearly in a plane, as of a sheet whose other side
+  /// bulges now: across it, they spread less than this share of what they do along it, squared.
+  double reflected = 0.25;
+  double thickness = 0.01;
   /// Poses change the size by less, as the root mean square distance from the centre.
   double other_size = 1.5;
 };
@@ -74,6 +79,7 @@ class CompletionQuality {
 
   [[nodiscard]] double square_of(const Edge& edge, Field frame) const;
   [[nodiscard]] double length_of(const Edge& edge, Field frame) const;
+  [[nodiscard]] bool is_mirrored(Field frame, Generation generation) const;
   [[nodiscard]] Shares shares_of(Field frame, Generation generation) const;
   double change_at_anchors(Generation generation, Field from, Field to);
 

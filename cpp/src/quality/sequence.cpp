@@ -23,6 +23,10 @@ Quality quality_of_frames(std::span<const Quality> frames) {
   return std::max(worst, sorted[frames.size() - 1 - single]);
 }
 
+bool is_hardly_known(std::size_t known, std::size_t n_vertices) {
+  return static_cast<double>(known) < quality_limits.hardly_known * static_cast<double>(n_vertices);
+}
+
 std::size_t falling_sight(std::span<const double> seen) {
   const DefaultArithmetic arithmetic;
   constexpr std::size_t run = quality_limits.run;

@@ -59,9 +59,13 @@ struct ErrorMemory {
 
 /// Whether frame 0 fits the first frames; see api/completion_quality.hpp.
 struct Verdict {
+  static constexpr std::uint8_t fits = 0;
+  static constexpr std::uint8_t is_other = 1;
+  static constexpr std::uint8_t is_mirrored = 2;
+
   Index n_judged = 0;       ///< frames, up to a limit
   double sum_of_steps = 0;  ///< changes between them
-  std::uint8_t is_misfit = 0;
+  std::uint8_t frame_0 = fits;
 };
 
 /// A regular value: a frame is found from the memory of the last one and writes that of the next
@@ -108,7 +112,7 @@ void each_number(Visited& memory, const Visit& visit) {
   visit(memory.known);
   visit(memory.verdict.n_judged);
   visit(memory.verdict.sum_of_steps);
-  visit(memory.verdict.is_misfit);
+  visit(memory.verdict.frame_0);
   visit(memory.q);
   visit(memory.m);
   visit(memory.u);

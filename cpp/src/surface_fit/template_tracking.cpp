@@ -10,8 +10,8 @@ namespace dynmesh {
 namespace {
 
 /// The number of vertices of the mesh on which the iterations run.
-std::size_t most_vertices(std::size_t resolution, std::size_t n_vertices) {
-  constexpr TrackingConstants constants;
+std::size_t most_vertices(const TrackingConstants& constants, std::size_t resolution,
+                          std::size_t n_vertices) {
   if (resolution > 0) return resolution;
   if (n_vertices <= constants.coarse_vertices) return n_vertices;
   return std::min(constants.coarse_vertices, n_vertices / constants.share_of_vertices);
@@ -26,7 +26,7 @@ TemplateTracking::TemplateTracking(const std::vector<Triangle>& faces, const Top
              settings.epsilon),
       is_live_(settings.resolution > 0) {
   // The points do not tell how far cloth slides, so that it needs all iterations itself.
-  const std::size_t most = most_vertices(settings.resolution, first_frame.size());
+  const std::size_t most = most_vertices(constants(), settings.resolution, first_frame.size());
   if (most >= first_frame.size() || (whole_.any_slides() && !is_live_)) return;
   auto mesh = decimated(faces, topology, first_frame, most, constants().fewest_vertices);
   if (mesh.vertices.size() == first_frame.size()) return;

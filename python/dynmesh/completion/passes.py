@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._arrays import Mask
 from .._checks import check_positive
 from .._errors import SettingError, locating, naming
@@ -27,9 +28,6 @@ from ..settings import Settings
 from .start import Start, StartFrame
 
 _BLOCK = 1 << 25  # bytes of frames that are read forwards, to be completed backwards
-
-_LEAST_KNOWN = 0.005
-"""A smaller share of known vertices, in most frames, does not tell what the others do."""
 
 _MOST_UNSEEN = 0.05
 """The share of vertices that no frame shows from which on a frame put together is a guess."""
@@ -80,7 +78,7 @@ class Tally:
         reports: of the frames that were completed.
         wrong: those that are not good by the numbers of the frames, the worst one of each, without
             those in which nothing was observed: a few of them are no reason to doubt the others.
-        empty: the numbers of those in which nothing was observed.
+        are_empty: whether hardly anything was observed, by the numbers of the frames.
         dropped: number of vertices that were left missing.
         seen: (k,) which vertices were known in any of the frames that were completed.
     """
@@ -88,16 +86,16 @@ class Tally:
     seen: Mask
     reports: list[FrameReport] = field(default_factory=list)
     wrong: dict[int, FrameReport] = field(default_factory=dict)
-    empty: set[int] = field(default_factory=set)
+    are_empty: dict[int, bool] = field(default_factory=dict)
     dropped: int = 0
 
     def add(self, number: int, report: FrameReport, known: Mask) -> None:
         """Notes what was done for a frame; from both sides, that is reported twice."""
         self.seen |= known
         self.reports.append(report)
-        if report.known == 0:
-            self.empty.add(number)
-        elif report.quality == "ruined" or (report.quality != "good" and number not in self.wrong):
+        self.are_empty[number] = _core.is_hardly_known(report.known, len(known))
+        is_worse = report.quality == "ruined" or number not in self.wrong
+        if report.known > 0 and report.quality != "good" and is_worse:
             self.wrong[number] = report
 
 
@@ -116,12 +114,8 @@ def verdict(tally: Tally, start: StartFrame, header: Header) -> tuple[Quality, s
         )
     if start.made is not None and (unseen := float(np.mean(~start.made.seen))) > _MOST_UNSEEN:
         doubtful.append(f"{unseen:.1%} of the vertices are seen in no frame, and are a guess")
-    if 2 * len(tally.empty) > header.n_frames:
-        doubtful.append("nothing was observed in most frames")
-    elif tally.reports:
-        share = float(np.median([one.known for one in tally.reports])) / header.n_vertices
-        if share < _LEAST_KNOWN:
-            doubtful.append(f"hardly anything is known: {share:.2%} of the vertices in most frames")
+    if 2 * sum(tally.are_empty.values()) > len(tally.are_empty):
+        doubtful.append("hardly anything is known in most frames")
     parts = [
         f"{how}: {'; '.join(messages)}"
         for how, messages in (("probably ruined", ruined), ("doubtful", doubtful))

@@ -45,7 +45,7 @@ class CompletionReport(Report):
         disconnected: number of vertices that no edges connected to a known one.
         rejected: number of vertices that were observed but treated as missing: see
             `reject_outliers`.
-        empty: number of frames in which nothing was observed.
+        empty: number of frames of which hardly anything was observed.
         prior_weight: with training, how far its poses were used, from 0 to 1, on average over the
             frames in which some vertices were known and others missing; None if there are none.
         prior_share: the share of the residual that its poses explain, over the same frames.
@@ -104,7 +104,7 @@ class CompletionReport(Report):
                 f"{100 * (self.prior_share or 0):.3g} % of the residual"
             )
         if self.empty:
-            yield f"nothing was observed in {self.empty} of the frames"
+            yield f"hardly anything was observed in {self.empty} of the frames"
         if self.dropped:
             yield (
                 f"{self.dropped} vertices were left missing, all frames together: their standard "
@@ -242,7 +242,7 @@ def _report(
         completed=len(reports),
         seconds_per_frame=float(np.median([one.seconds for one in reports])) if reports else None,
         **{name: sum(getattr(one, name) for one in reports) for name in counts},
-        empty=len(tally.empty),
+        empty=sum(tally.are_empty.values()),
         prior_weight=float(np.mean([one.prior_weight for one in estimated])) if estimated else None,
         prior_share=float(np.mean([one.prior_share for one in estimated])) if estimated else None,
         dropped=tally.dropped,

@@ -109,6 +109,8 @@ WRONG: dict[str, tuple[Callable[[Array], Array], Wanted]] = {
     "a hundredth in another order": (partial(partly_in_another_order, 0.01), "doubtful"),
     "in the order of another file": (lambda first: np.roll(first, 50, axis=0), "ruined"),
     "of another subject": (other_subject, "doubtful"),
+    "mirrored": (lambda first: first * [1, -1, 1] + 3, "doubtful"),
+    "with two axes exchanged": (lambda first: first[:, [1, 0, 2]], "doubtful"),
     "without extent": (lambda first: 0 * first, "ruined"),
 }
 

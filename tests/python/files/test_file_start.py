@@ -183,9 +183,9 @@ def test_frames_of_which_nothing_was_observed_count_once(tmp_path: Path) -> None
     assert report.empty == len(KNOWN) - 3
     assert (report.quality, report.reason) == (
         "doubtful",
-        "doubtful: nothing was observed in most frames",
+        "doubtful: hardly anything is known in most frames",
     )
-    with pytest.warns(UserWarning, match="nothing was observed in most frames"):
+    with pytest.warns(UserWarning, match="hardly anything is known in most frames"):
         dynmesh.read(dynmesh.complete(replace(TRUTH, known=known)))
 
 

@@ -67,7 +67,7 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
 def test_a_state_undoes_the_frames_after_it(
     settings: dict[str, Any], rng: np.random.Generator
 ) -> None:
-    """Its tracker goes on with what it made of frame 0, which other frames must not have changed."""
+    """Its tracker goes on with what it made of frame 0, whatever came in between."""
     mesh = bumpy_torus(24)
     tracker = Tracker(mesh.faces, mesh.vertices, **settings)
     scans = [scan_of(mesh, bent(mesh.vertices, 0.1 * n), 1500, rng) for n in range(4)]
