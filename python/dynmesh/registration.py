@@ -124,7 +124,7 @@ def register(
             can see is then not compared with the scan.
         training: None, or other complete frames of the template, as for :class:`dynmesh.Tracker`.
         uncertainty: whether standard errors are wanted.
-        threads: the number of threads that may work; more than one helps from about 7 000
+        threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
 
     Raises:

@@ -130,7 +130,7 @@ class Tracker(Stream):
             docs/reference/tracking.md has figures. A template that has no more vertices is tracked
             on all of them.
         threads: the number of threads that may work on a frame, from 1 to 256. More than one helps
-            from about 7 000 vertices or points on. Results are identical for any number of threads.
+            from about 2 000 vertices or points on. Results are identical for any number of threads.
         training: None, or complete frames of the same mesh, as Completer takes them, from which the
             tracker learns how the shape of the subject varies. Training frames that do not describe
             the subject have no effect: `report.prior_weight` is then 0.

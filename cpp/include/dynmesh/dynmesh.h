@@ -359,7 +359,7 @@ typedef struct dynmesh_depth_image {
 } dynmesh_depth_image;
 
 /// Creates a tracker from a template in the pose of the first scan. `threads` is the number of
-/// threads that may work on a frame, 1 to 256; more than one helps from about 7 000 vertices or
+/// threads that may work on a frame, 1 to 256; more than one helps from about 2 000 vertices or
 /// points on. All later positions must have the type of `first_frame`. Free `*tracker` with
 /// dynmesh_tracker_destroy. It is set to null if this function fails.
 DYNMESH_EXPORT dynmesh_status dynmesh_tracker_create(const int32_t* faces, int64_t n_faces,
@@ -524,7 +524,7 @@ typedef struct dynmesh_registration_request {
   dynmesh_training* training;
   int32_t align;    ///< whether a rigid motion is sought, 0 or 1
   int32_t scale;    ///< whether the template may be in another unit, 0 or 1
-  int32_t threads;  ///< 1 to 256; more than one helps from about 7 000 vertices or points on
+  int32_t threads;  ///< 1 to 256; more than one helps from about 2 000 vertices or points on
 } dynmesh_registration_request;
 
 /// What was found, beside the vertices; see Registration in registration.hpp.

@@ -18,7 +18,7 @@ namespace dynmesh {
 
 struct TrackerSettings {
   /// The number of threads that may work on a frame, including the calling thread, 1 to 256. More
-  /// than one helps from about 7 000 vertices or points on. The others sleep between frames.
+  /// than one helps from about 2 000 vertices or points on. The others sleep between frames.
   /// Results are identical for any number of threads.
   Index threads = 1;
   /// Whether to estimate how far vertices may be off. The tracked frames are the same.

@@ -106,7 +106,7 @@ def registered(
             the mesh.
         align: whether to seek the rigid motion that puts the template into the scan.
         scale: whether the template may have another size than what was scanned, as in another unit.
-        threads: the number of threads that may work; more than one helps from about 7 000
+        threads: the number of threads that may work; more than one helps from about 2 000
             vertices or points on.
         page: an HTML file to write with the scan and the result, coloured by the distance from the
             nearest point.

@@ -181,7 +181,7 @@ def track(
         training: complete frames of the same mesh, from which it is learned how it varies; one file
             or several.
         threads: the number of threads that may work on a frame; more than one helps from about
-            7 000 vertices or points on.
+            2 000 vertices or points on.
         uncertainty: whether to estimate the standard error of the distance of each vertex from the
             true surface, which a file then has to hold.
         csv: a file to write with a row for each frame with points: how good it is.
