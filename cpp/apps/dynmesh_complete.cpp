@@ -66,7 +66,9 @@ file of the next number; .ply are written, with the triangles of MESH.
                      unit of the positions.
   --threads N        The number of threads that may work on a frame; more than one helps
                      from 23 553 vertices on.
-  --report           print one JSON line per frame to standard error
+  --report           print one JSON line per frame to standard error: its number, the
+                     numbers of vertices, iterations and seconds, and its quality, which
+                     is good, doubtful or ruined
   --overwrite        replace existing output files
   --help, --version  print this text, or the version
 
@@ -144,14 +146,15 @@ std::optional<Options> parse_options(std::span<const std::string> words) {
   return options;
 }
 
-void print(const FrameReport& report, std::size_t frame) {
+void print(const FrameReport& report, std::size_t frame, bool has_errors) {
   std::fprintf(stderr,
                "{\"frame\": %zu, \"known\": %zu, \"filled\": %zu, \"disconnected\": %zu, "
-               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, "
-               "\"standard_error\": %.9g, \"quality\": \"%s\"}\n",
+               "\"rejected\": %zu, \"iterations\": %zu, \"seconds\": %.9f, \"quality\": \"%s\"",
                frame, report.known, report.filled, report.disconnected, report.rejected,
-               report.iterations, report.seconds, report.standard_error,
+               report.iterations, report.seconds,
                quality_names[static_cast<std::size_t>(report.quality)]);
+  if (has_errors) std::fprintf(stderr, ", \"standard_error\": %.9g", report.standard_error);
+  std::fputs("}\n", stderr);
 }
 
 /// How good the completed frames are.
@@ -223,7 +226,7 @@ int complete(Options& options) {
       damage = std::current_exception();
       break;
     }
-    if (options.report) print(report, number);
+    if (options.report) print(report, number, options.settings.uncertainty);
     verdict.add(report, number);
     const std::string bytes(reinterpret_cast<const char*>(frame.data()),
                             sizeof(float) * frame.size());
