@@ -12,6 +12,10 @@ from conftest import REPOSITORY
 README = (REPOSITORY / "README.md").read_text()
 DOCS = REPOSITORY / "docs"
 PROGRAMS = DOCS / "programs"
+DOCUMENTS = [*sorted(REPOSITORY.glob("*.md")), *sorted(DOCS.rglob("*.md"))]
+
+TABLE = re.compile(r"^\[[^\]]+\]\(([^)\s]+\.csv)\)$", re.MULTILINE)
+"""A reference to a table of measurements, in whose place the site shows it."""
 
 
 def blocks(language: str, document: str = README) -> list[str]:
@@ -40,3 +44,13 @@ def cells(table: Path) -> list[list[str]]:
     """Returns the rows of a table of measurements, the head first."""
     with table.open(newline="") as file:
         return list(csv.reader(file))
+
+
+def with_tables(page: Path) -> str:
+    """Returns a page as its site shows it, with tables in the place of references to them."""
+
+    def shown(match: re.Match[str]) -> str:
+        head, *rows = (f"| {' | '.join(row)} |\n" for row in cells(page.parent / match[1]))
+        return "".join([head, f"|{'---|' * (head.count('|') - 1)}\n", *rows])
+
+    return TABLE.sub(shown, page.read_text())
