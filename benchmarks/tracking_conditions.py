@@ -133,7 +133,7 @@ def rows_of(subject: Subject, n: int) -> Line:
     return (
         subject.name,
         str(n),
-        number(float(at_rest[2])),
+        number(float(at_rest[:3][-1])),
         number(float(at_rest[-1])),
         number(float(moving[:, 0].mean())),
         mean(scan(subject.vertices[1:], outliers=0.05)),
