@@ -32,10 +32,14 @@ _SUBJECTS = (1e-3, 100.0)
 
 
 class Units(NamedTuple):
-    """The metres in a unit of a template and of scans; None if they are unknown."""
+    """The metres in a unit of a template and of scans; None if they are unknown.
+
+    If `is_assumed`, nothing states that of the template.
+    """
 
     template: float | None
     scans: float | None
+    is_assumed: bool = False
 
     @property
     def factor(self) -> float:
@@ -69,7 +73,8 @@ class Units(NamedTuple):
             return message
         # What is stated is believed, unless nothing explains the ratio then.
         ours, theirs = max(pairs, key=lambda pair: sum(map(_is, self, pair)))
-        stated = {"`template_unit`": self.template, "`scan_unit`": self.scans}
+        of_template = None if self.is_assumed else self.template
+        stated = {"`template_unit`": of_template, "`scan_unit`": self.scans}
         unstated = " and ".join(name for name, unit in stated.items() if unit is None)
         advice = f"if so, say it by {unstated}" if unstated else "if so, what is stated is wrong"
         return f"{message}, as if the template were in {ours} and the scan in {theirs}: {advice}"
@@ -143,7 +148,7 @@ def units_of(
     own = agreed(stated, template_unit, "template_unit", template.path)
     theirs = unit_of_scans(scans, scan_unit)
     if assumes and scan_unit is None and own is None:
-        return Units(theirs, theirs)
+        return Units(theirs, theirs, is_assumed=True)
     if theirs is not None and own is None:
         raise InputError(
             f"states no unit, but the scans are in units of {theirs:g} m; state it by "

@@ -206,6 +206,8 @@ def test_units_that_explain_sizes(ratio: float, size: float, pair: str | None) -
 
 def test_units_that_are_stated_and_wrong() -> None:
     assert "as if both were in the same unit" in Units(1, 0.001).told(0.00095, 1.8)
+    assert Units(1, 1).told(0.00095, 1800).endswith("what is stated is wrong")
+    assert Units(1, 1, is_assumed=True).told(0.00095, 1800).endswith("say it by `template_unit`")
 
 
 @pytest.mark.parametrize("room", [0, 3, 12])
