@@ -94,8 +94,9 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
       const bool is_first = verdict.n_judged == 0;
       if (!is_first) verdict.sum_of_steps += change_at_anchors(generation, previous, completed);
       const double limit = is_first ? limits.clear_misfit : limits.misfit;
-      if (change > limit && change > limits.steps * verdict.sum_of_steps)
+      if (change > limit && change > limits.steps * verdict.sum_of_steps) {
         verdict.frame_0 = Verdict::is_other;
+      }
       if (is_mirrored(completed, generation)) verdict.frame_0 = Verdict::is_mirrored;
       ++verdict.n_judged;
     }
