@@ -121,7 +121,7 @@ TEST_CASE("an exception of a piece reaches the caller when no thread is at work 
       std::atomic<int> at_work{0};
       auto failing = [&](Index) {
         ++at_work;
-        std::this_thread::sleep_for(std::chrono::microseconds(200));
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));  // less is nothing on Windows
         const bool fails = (std::this_thread::get_id() == caller) == is_of_caller;
         --at_work;
         if (fails) throw std::runtime_error("of a piece");

@@ -2,6 +2,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <tuple>
@@ -20,6 +21,9 @@ constexpr CompletionLimits limits;
 constexpr std::size_t vertices_per_edge = 10;
 constexpr std::size_t fewest_measured = 512;
 constexpr std::size_t most_measured = 5000;
+
+// Distances are measured between so many anchors.
+constexpr std::size_t most_compared = 32;
 
 constexpr double longest_measured = 1e100;  // in mean edges; the ratio of two is finite
 
@@ -82,7 +86,7 @@ CompletionQuality::CompletionQuality(const Cells& cells, Field first_frame)
     edges_.push_back(edge);
     n_flat += usual > 0 ? 0 : 1;
   }
-  changes_.reserve(n);
+  changes_.reserve(std::max(n, most_compared * most_compared / 2));
   if (n > 0) flat_share_ = n_flat / static_cast<double>(n);
 }
 
@@ -90,16 +94,24 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
                               Verdict& verdict, FrameReport& report) {
   if (verdict.n_judged < limits.judged_frames) {
     const double change = change_at_anchors(generation, first_frame_, completed);
-    if (changes_.size() >= limits.fewest) {
+    const bool has_edges = changes_.size() >= limits.fewest;
+    if (has_edges) {
       const bool is_first = verdict.n_judged == 0;
       if (!is_first) verdict.sum_of_steps += change_at_anchors(generation, previous, completed);
       const double limit = is_first ? limits.clear_misfit : limits.misfit;
       if (change > limit && change > limits.steps * verdict.sum_of_steps) {
         verdict.frame_0 = Verdict::is_other;
       }
-      if (is_mirrored(completed, generation)) verdict.frame_0 = Verdict::is_mirrored;
-      ++verdict.n_judged;
     }
+    const bool has_anchors = report.known >= limits.fewest_anchors;
+    if (has_anchors && is_scattered(completed, generation, report.known)) {
+      verdict.frame_0 = Verdict::is_reordered;
+    } else if (has_anchors && is_mirrored(completed, generation)) {
+      verdict.frame_0 = Verdict::is_mirrored;
+    } else if (has_anchors && verdict.frame_0 == Verdict::is_reordered) {
+      verdict.frame_0 = Verdict::fits;  // the frame before had the other order
+    }
+    if (has_edges || has_anchors) ++verdict.n_judged;
   }
   tell(completed, generation, verdict, report);
 }
@@ -129,6 +141,12 @@ void CompletionQuality::tell(Field completed, Generation generation, const Verdi
         report, Quality::doubtful,
         "what is known is mirrored where completion started, as if one of them had the axes "
         "of a left hand");
+  }
+  if (verdict.frame_0 == Verdict::is_reordered) {
+    give_reason(
+        report, Quality::doubtful,
+        "what is known is at other distances from each other than where completion started, "
+        "as if one of them had its vertices in another order");
   }
   if (!is_ruined && !is_misfit && !is_torn) return;
 
@@ -235,6 +253,32 @@ double CompletionQuality::change_at_anchors(Generation generation, Field from, F
     changes_.push_back(std::max(was, is) / std::min(was, is) - 1);
   }
   return changes_.empty() ? 0 : median(changes_);
+}
+
+/// Whether the distances between some anchors have changed by the most different factors.
+bool CompletionQuality::is_scattered(Field frame, Generation generation, std::size_t n_anchors) {
+  std::array<Index, most_compared> chosen{};  // evenly
+  const std::size_t n = std::min(n_anchors, most_compared);
+  std::size_t rank = 0;
+  std::size_t found = 0;
+  for (std::size_t v = 0; v < generation.size() && found < n; ++v) {
+    if (generation[v] != 0) continue;
+    if (rank++ * n >= found * n_anchors) chosen[found++] = static_cast<Index>(v);
+  }
+  changes_.clear();
+  for (std::size_t i = 0; i < found; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      Edge pair = {};
+      pair.a = chosen[i];
+      pair.b = chosen[j];
+      changes_.push_back((length_of(pair, frame) + limits.added) /
+                         (length_of(pair, first_frame_) + limits.added));
+    }
+  }
+  if (changes_.empty()) return false;
+  const double usual = median(changes_);
+  for (double& factor : changes_) factor = std::max(factor / usual, usual / factor) - 1;
+  return median(changes_) > limits.scattered;
 }
 
 }  // namespace dynmesh

@@ -36,10 +36,15 @@ struct CompletionLimits {
   double clear_misfit = 0.5;  ///< in the first frame, before there are any steps (0.35, of noise)
   Index judged_frames = 4;    ///< later, the subject may have changed
   std::size_t fewest = 50;    ///< edges at anchors from which anything is concluded
+  /// Its vertices are in another order if the distances between at least so many anchors have
+  /// changed, by the median, by more than this share more or less than usual (0.43).
+  std::size_t fewest_anchors = 10;
+  double scattered = 0.57;
   /// It is mirrored if a reflection leaves less than this share of the squared distances that the
-  /// best rotation leaves, unless the anchors are nearly in a plane, as of a sheet whose other side
-  /// bulges now: across it, they spread less than this share of what they do along it, squared.
-  double reflected = 0.25;
+  /// best rotation leaves (0.155, of a walking figure, half a step later, of which one camera sees
+  /// one side), unless the anchors are nearly in a plane, as of a sheet whose other side bulges
+  /// now: across it, they spread less than this share of what they do along it, squared.
+  double reflected = 0.1;
   double thickness = 0.01;
   /// Poses change the size by less, as the root mean square distance from the centre.
   double other_size = 1.5;
@@ -82,6 +87,7 @@ class CompletionQuality {
   [[nodiscard]] bool is_mirrored(Field frame, Generation generation) const;
   [[nodiscard]] Shares shares_of(Field frame, Generation generation) const;
   double change_at_anchors(Generation generation, Field from, Field to);
+  bool is_scattered(Field frame, Generation generation, std::size_t n_anchors);
 
   Field first_frame_;
   double per_edge_;  // mean edges of frame 0 in a unit of length

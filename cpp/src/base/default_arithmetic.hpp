@@ -3,6 +3,12 @@
 
 #include <cfenv>
 
+// fesetenv of mingw-w64 10 leaves the control register of SSE, or sets it to the default.
+#if defined(__MINGW32__) && defined(__SSE__)
+#include <xmmintrin.h>
+#define DYNMESH_SSE_APART
+#endif
+
 namespace dynmesh {
 
 /// While it exists, the arithmetic of this thread, and of those that it starts, is the default one:
@@ -16,8 +22,17 @@ class DefaultArithmetic {
   DefaultArithmetic() {
     std::fegetenv(&of_caller_);
     std::fesetenv(FE_DFL_ENV);
+#ifdef DYNMESH_SSE_APART
+    constexpr unsigned usual = 0x1f80;  // nearest rounding, no signals, small numbers are kept
+    _mm_setcsr(usual);
+#endif
   }
-  ~DefaultArithmetic() { std::fesetenv(&of_caller_); }
+  ~DefaultArithmetic() {
+    std::fesetenv(&of_caller_);
+#ifdef DYNMESH_SSE_APART
+    _mm_setcsr(of_sse_);
+#endif
+  }
   DefaultArithmetic(const DefaultArithmetic&) = delete;
   DefaultArithmetic& operator=(const DefaultArithmetic&) = delete;
   DefaultArithmetic(DefaultArithmetic&&) = delete;
@@ -25,6 +40,9 @@ class DefaultArithmetic {
 
  private:
   std::fenv_t of_caller_{};
+#ifdef DYNMESH_SSE_APART
+  unsigned of_sse_ = _mm_getcsr();
+#endif
 };
 
 }  // namespace dynmesh

@@ -32,7 +32,7 @@ void check_memory(const Memory& memory, double largest) {
     refuse_state("weighs anchors as no frame can");
   }
   const Verdict& verdict = memory.verdict;
-  if (verdict.n_judged < 0 || verdict.sum_of_steps < 0 || verdict.frame_0 > Verdict::is_mirrored) {
+  if (verdict.n_judged < 0 || verdict.sum_of_steps < 0 || verdict.frame_0 > Verdict::is_reordered) {
     refuse_state("holds a verdict that no frames can have left");
   }
   const ErrorMemory& errors = memory.errors;

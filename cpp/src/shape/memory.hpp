@@ -62,6 +62,7 @@ struct Verdict {
   static constexpr std::uint8_t fits = 0;
   static constexpr std::uint8_t is_other = 1;
   static constexpr std::uint8_t is_mirrored = 2;
+  static constexpr std::uint8_t is_reordered = 3;
 
   Index n_judged = 0;       ///< frames, up to a limit
   double sum_of_steps = 0;  ///< changes between them

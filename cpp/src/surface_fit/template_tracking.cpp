@@ -44,17 +44,18 @@ TemplateTracking::Coarse::Coarse(DecimatedMesh mesh, SurfaceTracking& whole,
   tracking.measure_heights(whole);
   tracking.begin(memory);
   next = memory;
+  first_fit = memory.fit;
 }
 
 void TemplateTracking::begin(Memory& memory) const {
   whole_.begin(memory);
-  if (coarse_ != nullptr) memory.coarse_fit = coarse_->memory.fit;
+  if (coarse_ != nullptr) memory.coarse_fit = coarse_->first_fit;
 }
 
 TemplateTracking::Found TemplateTracking::fit(const Memory& memory, const PointScan& measurement,
                                               Memory& next) {
   if (coarse_ == nullptr) return whole_.fit(memory, measurement, {}, next);
-  auto& [surface, tracking, last, found] = *coarse_;
+  auto& [surface, tracking, last, found, first_fit] = *coarse_;
   surface.choose(memory, last);
   tracking.find_shape(last);
   const int iterations = tracking.find(last, measurement, {}, found);

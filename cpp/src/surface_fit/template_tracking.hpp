@@ -53,7 +53,8 @@ class TemplateTracking {
 
     CoarseSurface surface;
     SurfaceTracking tracking;
-    Memory memory, next;
+    Memory memory, next;  // of the current frame
+    FitMemory first_fit;
   };
 
   SurfaceTracking whole_;

@@ -127,6 +127,21 @@ def test_a_first_frame_that_does_not_fit_is_told(change: str, kind: str) -> None
         assert set(found[:4]) != {"good"}, method
 
 
+@pytest.mark.parametrize("kind", ["0.005", "0.02"])
+@pytest.mark.parametrize("change", ["in another order", "mirrored"])
+def test_a_few_known_vertices_tell_that_a_first_frame_does_not_fit(change: str, kind: str) -> None:
+    """They share hardly any edges."""
+    subject = walker()
+    make, _ = WRONG[change]
+    for method in ("motion", "detail"):
+        for first, wanted in (
+            (subject.vertices[0], "good"),
+            (make(subject.vertices[0]), "doubtful"),
+        ):
+            found = qualities(subject, first, subject.vertices[:8], kind, method)
+            assert found[-1] == wanted, method
+
+
 def test_points_of_other_vertices_are_told_in_the_frame_that_has_them() -> None:
     subject = walker()
     frames = subject.vertices[:6].copy()

@@ -64,12 +64,15 @@ def test_noise_does_not_accumulate(rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize("settings", [{}, {"resolution": 150}, {"uncertainty": True}])
+@pytest.mark.parametrize("is_trained", [False, True])
 def test_a_state_undoes_the_frames_after_it(
-    settings: dict[str, Any], rng: np.random.Generator
+    settings: dict[str, Any], is_trained: bool, rng: np.random.Generator
 ) -> None:
     """Its tracker goes on with what it made of frame 0, whatever came in between."""
     mesh = bumpy_torus(24)
-    tracker = Tracker(mesh.faces, mesh.vertices, **settings)
+    training = np.stack([bent(mesh.vertices, 0.1 * n) for n in range(5)]) if is_trained else None
+    tracker = Tracker(mesh.faces, mesh.vertices, training=training, **settings)
+    new = tracker.state()
     scans = [scan_of(mesh, bent(mesh.vertices, 0.1 * n), 1500, rng) for n in range(4)]
     tracker.push(*scans[0])
     state = tracker.state()
@@ -78,6 +81,7 @@ def test_a_state_undoes_the_frames_after_it(
     assert tracker.state() == state
     np.testing.assert_array_equal(tracker.push(*scans[1]), first)
     tracker.reset(mesh.vertices)
+    assert tracker.state() == new
     tracker.push(*scans[0])
     np.testing.assert_array_equal(tracker.push(*scans[1]), first)
 
