@@ -29,6 +29,7 @@ constexpr StateFormat completer_state = {'d', 'y', 'n', 'm', 'e', 's', 'h', 'G'}
 
 }  // namespace
 
+/// Completes frames, by one of the methods, and judges them.
 struct CompletionSolver final : StreamSolver {
   /// Method detail.
   struct OfDetail {

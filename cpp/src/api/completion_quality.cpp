@@ -103,7 +103,7 @@ void CompletionQuality::judge(Field previous, Field completed, Generation genera
         verdict.frame_0 = Verdict::is_other;
       }
     }
-    const bool has_anchors = report.known >= limits.fewest_anchors;
+    const bool has_anchors = !edges_.empty() && report.known >= limits.fewest_anchors;
     if (has_anchors && is_scattered(completed, generation, report.known)) {
       verdict.frame_0 = Verdict::is_reordered;
     } else if (has_anchors && is_mirrored(completed, generation)) {

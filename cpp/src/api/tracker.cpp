@@ -58,6 +58,7 @@ void check_first_scan(const PointScan& scan, const TemplateTracking::Found& foun
 
 }  // namespace
 
+/// Finds frames in scans, and again where the template was lost.
 struct TrackingSolver final : StreamSolver {
   TrackingSolver(StreamMesh& mesh, const TrackerSettings& settings, std::vector<Vector3> frame,
                  double epsilon)
