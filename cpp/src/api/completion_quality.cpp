@@ -33,7 +33,11 @@ int in_percent(double share) { return static_cast<int>(std::lround(100 * share))
 template <class... Values>
 void give_reason(FrameReport& report, Quality quality, const char* format, Values... values) {
   report.quality = quality;
-  (void)std::snprintf(report.reason.data(), report.reason.size(), format, values...);
+  if constexpr (sizeof...(values) == 0) {
+    (void)std::snprintf(report.reason.data(), report.reason.size(), "%s", format);
+  } else {
+    (void)std::snprintf(report.reason.data(), report.reason.size(), format, values...);
+  }
 }
 
 /// How many times as large the anchors' part of one frame is as the same part of another: the root

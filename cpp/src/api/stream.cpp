@@ -47,7 +47,8 @@ void FrameStream::Parts::read(Points<const Real> rows, KnownMask mask) {
     }
     bool all_in_range = true;
     for (Index v = first; v < last; ++v) {
-      all_in_range &= is_in_range(next.last[v], largest_coordinate) | (next.known[v] == 0);
+      all_in_range &=
+          (int{is_in_range(next.last[v], largest_coordinate)} | int{next.known[v] == 0}) != 0;
     }
     if (!all_in_range) are_in_range.store(false, std::memory_order_relaxed);
   };

@@ -23,7 +23,8 @@ std::vector<double> shortest_paths(std::size_t n, std::size_t start, const Neigh
   distances[start] = 0;
   next.emplace(0.0, start);
   while (!next.empty()) {
-    const auto [distance, v] = next.top();
+    const double distance = next.top().first;
+    const std::size_t v = next.top().second;
     next.pop();
     if (distance > distances[v]) continue;
     neighbours(v, [&](std::size_t other, double length) {

@@ -102,7 +102,7 @@ class Decimation {
       }
     }
     std::ranges::sort(around);
-    around.erase(std::ranges::unique(around).begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
     return around;
   }
   [[nodiscard]] Eigen::Vector3d twice_area(const Triangle& face) const {

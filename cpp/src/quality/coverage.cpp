@@ -13,7 +13,7 @@ namespace dynmesh {
 namespace {
 
 /// The least cosine between normals of the same surface.
-const double agreement = TrackingConstants{}.agreement;
+const double least_agreement = TrackingConstants{}.agreement;
 
 /// (k,) the area around each vertex: a third of its triangles.
 std::vector<double> areas_of(std::span<const Triangle> faces, Field x) {
@@ -60,7 +60,7 @@ double overlapping_area(const BentSurface& surface, std::span<const double> area
     vertices.search(array_of(surface.x[v]), squared_near, [&](std::uint32_t other, double) {
       overlaps = overlaps ||
                  (squared_norm(surface.first_frame[other] - surface.first_frame[v]) > far * far &&
-                  dot(surface.normals[other], surface.normals[v]) > agreement);
+                  dot(surface.normals[other], surface.normals[v]) > least_agreement);
       return overlaps ? 0 : squared_near;
     });
     if (overlaps) overlap += areas[v];
@@ -115,9 +115,9 @@ Coverage coverage_of(const BentSurface& surface, const PointScan& scan) {
   for (std::size_t v = 0; v < now.size(); ++v) {
     if (seen[v] == 0) continue;
     const auto& normal = surface.normals[v];
-    const bool is_measured =
-        scan.any_agrees(surface.x[v], normal, near, agreement) ||
-        (surface.is_sheet[v] != 0 && scan.any_agrees(surface.x[v], -1.0 * normal, near, agreement));
+    const bool is_measured = scan.any_agrees(surface.x[v], normal, near, least_agreement) ||
+                             (surface.is_sheet[v] != 0 &&
+                              scan.any_agrees(surface.x[v], -1.0 * normal, near, least_agreement));
     is_in_hole[v] = is_measured ? 0 : 1;
   }
   auto shares = areas_of(surface.faces, surface.first_frame);

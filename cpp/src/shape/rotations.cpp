@@ -62,7 +62,9 @@ Rotations::Rotations(const Surroundings& surroundings, Workers& workers)
       turns_(sums_.size()) {}
 
 void Rotations::fit(Field frame, std::span<Quaternion> q) {
-  const auto& [clusters, ends, rest_edges] = surroundings_;
+  const Clusters& clusters = surroundings_.clusters;
+  const Cells& ends = surroundings_.ends;
+  const auto& rest_edges = surroundings_.rest_edges;
   const RotationKernels& kernels = best_kernels().rotations;
   const auto for_each_cluster = [&](const auto& work) {
     workers_.for_each_short_chunk(static_cast<Index>(clusters.size()), work,

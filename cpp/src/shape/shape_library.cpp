@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <ranges>
 
 #include "base/geometry.hpp"
 #include "base/rigid_motion.hpp"
@@ -124,7 +123,8 @@ std::size_t ShapeLibrary::find_modes(std::size_t part) {
 }
 
 void ShapeLibrary::multiply_all() {
-  const auto all = std::views::iota(Index{0}, static_cast<Index>(slots_));
+  std::vector<Index> all(slots_);
+  std::iota(all.begin(), all.end(), Index{0});
   if (!std::ranges::is_permutation(order_, all) || n_members_ > most_) {
     refuse_state("does not contain a valid library of shapes");
   }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <dynmesh/completer.hpp>
 #include <dynmesh/whole_frame.hpp>
-#include <ranges>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -64,7 +64,11 @@ std::size_t best_frame(const std::vector<std::size_t>& counts) {
     const auto off = 2 * static_cast<std::ptrdiff_t>(t) + 1 - std::ssize(counts);
     return std::pair(counts[t], -std::abs(off));
   };
-  return *std::ranges::max_element(std::views::iota(std::size_t{0}, counts.size()), {}, rank);
+  std::size_t best = 0;
+  for (std::size_t t = 1; t < counts.size(); ++t) {
+    if (rank(t) > rank(best)) best = t;
+  }
+  return best;
 }
 
 /// The numbers of the frames that are used to make frame `base` whole, ascending: up to 250, all of
@@ -189,7 +193,8 @@ WholeFrame<Real> whole_frame(Faces faces, std::size_t n_vertices, std::size_t n_
   Survey survey = survey_of(source, n_frames, n_vertices);
   const std::size_t base = settings.frame.value_or(best_frame(survey.counts));
   Window<Real> window = window_around(source, base, n_frames, n_vertices);
-  const auto all_frames = std::views::iota(std::size_t{0}, window.size());
+  std::vector<std::size_t> all_frames(window.size());
+  std::iota(all_frames.begin(), all_frames.end(), std::size_t{0});
   const auto before = window.seen_in(all_frames);
   if (settings.outliers) drop_outliers(cells, window);
   const auto seen = window.seen_in(all_frames);
