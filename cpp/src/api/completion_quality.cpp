@@ -259,7 +259,8 @@ double CompletionQuality::change_at_anchors(Generation generation, Field from, F
   return changes_.empty() ? 0 : median(changes_);
 }
 
-/// Whether the distances between some anchors have changed by the most different factors.
+/// Whether the distances between some anchors have changed by factors so unlike each other that the
+/// anchors are probably other vertices than in frame 0. Another unit changes all by the same one.
 bool CompletionQuality::is_scattered(Field frame, Generation generation, std::size_t n_anchors) {
   std::array<Index, most_compared> chosen{};  // evenly
   const std::size_t n = std::min(n_anchors, most_compared);

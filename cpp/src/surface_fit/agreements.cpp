@@ -57,7 +57,7 @@ double Matches::distance_of_far() const {
 
 Agreements Matches::agreements() const {
   const PointScan& scan = *measurement_;
-  std::vector<std::uint8_t> is_near(scan.size(), 1);
+  std::vector<std::uint8_t> is_near(scan.size(), 1);  // points that were left out are no strays
   for (std::size_t i = 0; i < found_.size(); ++i) is_near[order_[i]] = is_far(found_[i]) ? 0 : 1;
   const auto strays = find_strays(scan, is_near, constants_);
   Agreements found{no_points(), std::vector<Agreement>(scan.sensors.size(), no_points())};

@@ -37,6 +37,7 @@ class CoarseSurface {
   [[nodiscard]] TrackingConstants constants_of(TrackingConstants constants) const;
   /// (components,) of the coarse mesh.
   [[nodiscard]] std::vector<Material> materials() const;
+  /// (coarse vertices,) each, the positions of the coarse vertices in these frames.
   [[nodiscard]] TrainingFrames chosen(const TrainingFrames& frames) const;
   /// Copies what a memory of the whole surface holds of the coarse vertices, but for the shape.
   void choose(const Memory& memory, Memory& coarse) const;

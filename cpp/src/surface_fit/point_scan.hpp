@@ -52,8 +52,8 @@ class PointScan {
   /// The numbers of the points that are nearest to a point, itself first, at most `count`.
   [[nodiscard]] std::vector<std::uint32_t> nearest_to(std::size_t number, std::size_t count) const;
 
-  /// (n,) the numbers of the points in an order in which neighbours are near (Morton 1966), so that
-  /// what is found for them is near in memory as well.
+  /// (n,) permutation: the numbers of the points in an order in which neighbours are near (Morton
+  /// 1966), so that what is found for them is near in memory as well.
   [[nodiscard]] std::span<const std::uint32_t> along_curve() const;
 
   /// (n,) which of the sensors measured each point; empty if that is not known.
