@@ -10,6 +10,7 @@ The known mask is the primvar `known` (bool); `generation` and `age` (int) are p
 each with one value per vertex.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._report import some_of
+from .._errors import naming
+from .._report import listed, some_of
 from ..frames import Frame
 from ..header import TEXTURE, Header
 from ..polygons import as_polygons
@@ -204,10 +206,14 @@ class _Overlay(_Stage):
     both files can be moved together.
     """
 
+    def __init__(self, path: Path, header: Header, frames: UsdFrames) -> None:
+        """Begins a layer over the scene of which the original frames are."""
+        super().__init__(path, header)
+        assert frames.scene is not None
+        self._scene: UsdScene = frames.scene
+        self._original = frames.mesh
+
     def _describe_stage(self) -> None:
-        assert self.header.scene is not None
-        self._scene: Any = UsdScene(self.header.scene)
-        self._original = self._scene.mesh(self.header.name)
         original = self._scene.stage.GetRootLayer().pseudoRoot
         for name in original.ListInfoKeys():
             if name not in _of_layers:
@@ -257,10 +263,6 @@ class _Overlay(_Stage):
             seen_from(destination_of(self.path).parent, self._scene.path)
         )
 
-    def _close(self) -> None:
-        super()._close()
-        self._scene = self._original = None
-
 
 def write_usd(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
     """Writes a stage with a mesh alone."""
@@ -269,8 +271,31 @@ def write_usd(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
 
 
 def write_overlay(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:
-    """Writes a layer over the scene of the header."""
-    return _Overlay(path, header).write(frames)
+    """Writes a layer over the scene of the header, or the mesh alone if its frames are others."""
+    assert header.scene is not None
+    with naming(header.scene), UsdFrames(header.scene, header.name) as original:
+        others = _differences(original.header, header)
+        if not others:
+            return _Overlay(path, header, original).write(frames)
+    remark = f"is the mesh alone, as {header.scene.name} has another {listed(others)}"
+    return [remark, *write_usd(path, header, frames)]
+
+
+def _differences(one: Header, other: Header) -> list[str]:
+    """What a layer with frames would have to change in the whole scene, in words."""
+    has_mesh = one.n_vertices == other.n_vertices and np.array_equal(one.faces, other.faces)
+    differ = {
+        "mesh": not has_mesh,
+        "range of frames": not np.array_equal(frame_numbers(one), frame_numbers(other)),
+        "frame rate": not _are_close(one.fps, other.fps),
+        "up axis": one.up_axis != other.up_axis,
+        "unit of length": not _are_close(one.metres_per_unit, other.metres_per_unit),
+    }
+    return [name for name, is_other in differ.items() if is_other]
+
+
+def _are_close(one: float | None, other: float | None) -> bool:
+    return one == other or math.isclose(one or 0, other or 0, rel_tol=1e-6)
 
 
 usd = Format(

@@ -245,27 +245,27 @@ class UsdFrames(FileFrames):
 
     def __init__(self, path: Path, prim: str | None) -> None:
         """Composes the stage and reads everything except the frames."""
-        self._scene: UsdScene | None = UsdScene(path)
+        self.scene: UsdScene | None = UsdScene(path)
         with of_usd(_TRIED):
-            self._mesh = self._scene.mesh(prim)
-            super().__init__(path, self._header(path, self._scene), self._scene.files)
+            self.mesh = self.scene.mesh(prim)
+            super().__init__(path, self._header(path, self.scene), self.scene.files)
 
     def _header(self, path: Path, scene: UsdScene) -> Header:
         stage = scene.stage
-        self._points = self._mesh.GetPointsAttr()
+        self._points = self.mesh.GetPointsAttr()
         self._times = frame_times(self._points)
         first = self._points.Get(self._times[0])
         if first is None:
             raise ValueError("the mesh has no points")
-        faces, polygons = split_polygons(faces_of(self._mesh))
+        faces, polygons = split_polygons(faces_of(self.mesh))
         up_axis, metres_per_unit = (
             stage.GetMetadata(name) if stage.HasAuthoredMetadata(name) else None
             for name in ("upAxis", "metersPerUnit")
         )
-        self._primvars = primvars_of(self._mesh)
+        self._primvars = primvars_of(self.mesh)
         bars = self._primvars.get("standard_error")
         errors = None if bars is None else bars.GetCustomDataByKey(errors_of_key)
-        scheme = self._mesh.GetSubdivisionSchemeAttr()
+        scheme = self.mesh.GetSubdivisionSchemeAttr()
         return Header(
             faces=faces,
             n_frames=len(self._times),
@@ -273,15 +273,15 @@ class UsdFrames(FileFrames):
             dtype=np.dtype(np.float32),
             polygons=polygons,
             up_axis=up_axis.lower() if up_axis else None,
-            name=str(self._mesh.GetPath()),
+            name=str(self.mesh.GetPath()),
             metres_per_unit=metres_per_unit,
             **timing(stage, self._times)._asdict(),
             **flags_of(self._primvars),
             standard_error_of="position" if errors is None else errors,
-            mesh_file=MeshFile.of(path, scene.held_beside(self._mesh)),
-            moved_by=moved_by(self._mesh),
+            mesh_file=MeshFile.of(path, scene.held_beside(self.mesh)),
+            moved_by=moved_by(self.mesh),
             subdivision=scheme.Get() if scheme.HasAuthoredValue() else None,
-            texture=texture_of(self._mesh, as_polygons(faces, polygons), len(first)),
+            texture=texture_of(self.mesh, as_polygons(faces, polygons), len(first)),
         )
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
@@ -297,5 +297,5 @@ class UsdFrames(FileFrames):
 
     def _close(self) -> None:
         """Releases the stage."""
-        self._scene = self._mesh = self._points = None
+        self.scene = self.mesh = self._points = None
         self._primvars = {}

@@ -62,7 +62,8 @@ def write(
     """Writes frames to a file, which appears under its name when it is complete.
 
     Frames that a verb makes are made on the way, in constant memory. Of frames that were completed
-    from a USD file, another USD file becomes a layer over it, which keeps everything else.
+    from a USD file, and keep its range, rate, unit and axis, another USD file becomes a layer over
+    it, which keeps everything else.
 
     Args:
         path: the file, in one of the formats; a pattern such as 'out/frame_%04d.ply' for a format
