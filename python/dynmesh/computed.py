@@ -2,7 +2,10 @@
 
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Generic, NoReturn, TypeVar
@@ -15,6 +18,21 @@ from .frames import Frame, Frames
 from .header import Header, summary
 
 R = TypeVar("R", bound=Report)
+
+_held_back: ContextVar[list[Callable[[], object]] | None] = ContextVar("held_back", default=None)
+
+
+@contextmanager
+def whole_first() -> Iterator[None]:
+    """Holds back what verbs write beside their frames until this is left without an error."""
+    actions: list[Callable[[], object]] = []
+    token = _held_back.set(actions)
+    try:
+        yield
+    finally:
+        _held_back.reset(token)
+    for action in actions:
+        action()
 
 
 class ComputedFrames(Frames, Generic[R]):
@@ -32,6 +50,7 @@ class ComputedFrames(Frames, Generic[R]):
         *,
         files: Sequence[Path] = (),
         wanted: Sequence[str] = (),
+        beside: Callable[[R], object] | None = None,
         close: Callable[[], object] = lambda: None,
     ) -> None:
         """Takes what makes the frames.
@@ -42,13 +61,15 @@ class ComputedFrames(Frames, Generic[R]):
             source: the frames of which they are made, if there are any.
             files: those that are read beside those of the source.
             wanted: see :class:`Frames`.
+            beside: writes a file about the frames, from their report, when all were made or, if
+                they are written, when that file is whole.
             close: closes what was opened for the frames.
         """
         self.header, self.faces, self.fps = header, header.faces, header.fps
         self.path, self.files, self.wanted = Path("frames"), files, wanted
         if source is not None:
             self.path, self.files, self.lost = source.path, [*source.files, *files], source.lost
-        self._make, self._source, self._opened = make, source, close
+        self._make, self._source, self._opened, self._beside = make, source, close, beside
         self._report: Any = None
 
     def __iter__(self) -> Iterator[Frame]:
@@ -70,12 +91,19 @@ class ComputedFrames(Frames, Generic[R]):
             if done.quality == "good":
                 done = replace(done, quality=before.quality, reason=before.reason)
             self._report = done
+            self._write_beside()
             if self._report.reason:
                 warnings.warn(f"{self.path}: {self._report.reason}", DoubtfulWarning, stacklevel=2)
         else:
             frames = chain([further], frames)  # which are too many
         yield last
         yield from frames
+
+    def _write_beside(self) -> None:
+        if self._beside is None:
+            return
+        action, held_back = partial(self._beside, self._report), _held_back.get()
+        action() if held_back is None else held_back.append(action)
 
     @property
     def report(self) -> R:

@@ -8,14 +8,17 @@ folder. The next run to the same output removes it.
 import errno
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TypeVar
 
 from .._checks import check_path
 from .._errors import InputError
 from .._report import listed
 from ..header import Header
+
+R = TypeVar("R")
 
 
 def unfinished_folder(output: Path) -> Path:
@@ -167,6 +170,32 @@ def new_output(
         yield folder / path.name
         check_output(path, overwrite, *suffixes)  # another process may have written it
         (folder / path.name).replace(path)
+
+
+def written_beside(
+    argument: str,
+    path: str | os.PathLike[str] | None,
+    overwrite: bool,
+    suffix: str,
+    fill: Callable[[Path, R], object],
+) -> Callable[[R], None] | None:
+    """Returns what writes a file from a report, as often as frames are made; None without a path.
+
+    It replaces what it has written itself. The path is refused before any work begins.
+    """
+    given = output_path(argument, path, overwrite, suffix)
+    if given is None:
+        return None
+    place, own = given.absolute(), None
+
+    def write(report: R) -> None:
+        nonlocal own
+        is_own = place.exists() and identity(place) == own
+        with new_output(place, overwrite or is_own, suffix) as hidden:
+            fill(hidden, report)
+        own = identity(place)
+
+    return write
 
 
 @contextmanager

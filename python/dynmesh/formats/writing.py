@@ -18,6 +18,7 @@ from .._checks import check_flags, check_path
 from .._errors import InputError, KindError, locating, naming
 from .._report import OutputReport, Report, counted, listed
 from ..attributes import ATTRIBUTES, as_mask
+from ..computed import whole_first
 from ..frames import Frame, Frames, check_any, checked
 from ..header import TEXTURE, Header
 from .format import STATED, Format, not_written
@@ -99,6 +100,7 @@ def write(
         place = Place(output, header, chosen, overwrite)
     place.check(frames)
     with (
+        whole_first(),
         naming(output),
         blaming(output, place.made),
         making(place.made, is_folder=place.is_folder) as folder,

@@ -18,10 +18,10 @@ from .._report import Report, as_json
 from ..arrays import ArrayFrames
 from ..completion.start import template_of
 from ..computed import ComputedFrames
+from ..draw.page import Page, require_page
 from ..draw.page import page as scan_page
-from ..draw.page import require_page
 from ..formats import PathLike
-from ..formats.output import check_output, new_output
+from ..formats.output import written_beside
 from ..frames import Frame, Frames
 from ..geometry import size_of
 from ..registration import Landmarks, Registration, register
@@ -136,7 +136,6 @@ def registered(
     marked = [] if landmarks is None else [Path(landmarks)]
     if page is not None:
         require_page(scans=True)
-        check_output(Path(page), overwrite, ".html")
     reader = open_single(Path(scan), cameras)
     marks = read_landmarks(Path(landmarks)) if landmarks is not None else None
     with contextlib.ExitStack() as stack:
@@ -188,8 +187,6 @@ def registered(
                     if remark and result.cause != "part":
                         remark += "; `scale` finds it in any size"
             yield Frame(result.vertices)
-            if page is not None:
-                _write_page(Path(page), result, mesh, reader, overwrite)
             reason = _reason(result, first, left, marks, align, rooms)
             return RegisterReport(
                 quality="doubtful" if reason and result.quality == "good" else result.quality,
@@ -198,6 +195,10 @@ def registered(
                 registration=result,
                 page=None if page is None else Path(page),
             )
+
+        def show(file: Path, report: RegisterReport) -> None:
+            shown = _page(report.registration, mesh, reader)
+            file.write_text(shown.html, encoding="utf-8")
 
         header = replace(
             mesh.header,
@@ -210,23 +211,24 @@ def registered(
             has_standard_error=False,
         )
         return ComputedFrames(
-            header, make, mesh, files=[*reader.files, *marked], close=stack.pop_all().close
+            header,
+            make,
+            mesh,
+            files=[*reader.files, *marked],
+            beside=written_beside("page", page, overwrite, ".html", show),
+            close=stack.pop_all().close,
         )
 
 
-def _write_page(
-    page: Path, registration: Registration, mesh: Frames, reader: ScanReader, overwrite: bool
-) -> None:
-    """Writes a page with the scan and the result."""
-    shown = scan_page(
+def _page(registration: Registration, mesh: Frames, reader: ScanReader) -> Page:
+    """A page with the scan and the result."""
+    return scan_page(
         ArrayFrames(registration.vertices[None], mesh.faces).named(f"{mesh.path.name}, registered"),
         scans=reader,
         colour="distance",
         title=f"{mesh.path.name} registered with {reader.path.name}: {registration.quality}",
         up=mesh.header.up_axis,
     )
-    with new_output(page, overwrite, ".html") as hidden:
-        hidden.write_text(shown.html, encoding="utf-8")
 
 
 def _opened(template: PathLike) -> Frames:

@@ -19,7 +19,7 @@ from ..computed import ComputedFrames
 from ..formats import PathLike
 from ..formats.format import Gaps
 from ..formats.frame_names import Number
-from ..formats.output import new_output, output_path
+from ..formats.output import written_beside
 from ..formats.times import timing_of
 from ..frames import Frame
 from ..geometry import mean_edge_of
@@ -184,7 +184,8 @@ def track(
             2 000 vertices or points on.
         uncertainty: whether to estimate the standard error of the distance of each vertex from the
             true surface, which a file then has to hold.
-        csv: a file to write with a row for each frame with points: how good it is.
+        csv: a file to write, when all frames are tracked and written, with a row for each frame
+            with points: how good it is.
         overwrite: whether to replace an existing table.
         progress: whether to show on standard error how far it is.
 
@@ -206,7 +207,7 @@ def track(
     check_resolution(resolution)
     check_integer("threads", threads, 1)
     Background(crop, remove_planes)  # which refuses what is no box
-    table = output_path("csv", csv, overwrite, ".csv")
+    beside = written_beside("csv", csv, overwrite, ".csv", _write_table)
     with contextlib.ExitStack() as stack:
         mesh = stack.enter_context(formats.open(template))
         reader = open_scans(scans, cameras=cameras, gaps=gaps)
@@ -257,11 +258,7 @@ def track(
                     fits.add(reader, frame, tracker, is_empty=seen is None)
                     names = header.attributes
                     yield Frame(points, **{name: getattr(tracker, name) for name in names})
-            report = _report(fits, at, room, reader, is_trained=bool(learnt))
-            if table is not None:
-                with new_output(table, overwrite, ".csv") as hidden:
-                    write_csv(hidden, FrameQuality, report.each)
-            return report
+            return _report(fits, at, room, reader, is_trained=bool(learnt))
 
         return ComputedFrames(
             header,
@@ -273,8 +270,13 @@ def track(
                 *([] if landmarks is None else [Path(landmarks)]),
             ],
             wanted=["standard_error"] if uncertainty else [],
+            beside=beside,
             close=stack.pop_all().close,
         )
+
+
+def _write_table(path: Path, report: TrackReport) -> None:
+    write_csv(path, FrameQuality, report.each)
 
 
 def _report(
