@@ -20,7 +20,6 @@
 #include "base/checks.hpp"
 #include "frame_streams.hpp"
 #include "io/parse_number.hpp"
-#include "io/paths.hpp"
 
 namespace {
 
@@ -40,36 +39,30 @@ earlier frames only.
 FRAMES is raw little-endian float32, x y z for each vertex, frame after frame (.raw or
 no suffix; "-" is standard input or output). Or it is a mesh file for each frame, with %d
 or %04d in the place of its number. Positions are read from .obj or .ply until there is no
-file of the next number; .ply are written, with the triangles of MESH.
+file of the next number; .ply are written, with the triangles of MESH, into a folder that
+is new or empty. No file is replaced.
 
-  --method METHOD    'detail' preserves the shape of frame 0 and of the last frame,
-                     rotated with the motion. 'motion' averages motion vectors as in
-                     the paper, and is fast.
-  --no-revisit       (method motion) Estimate each vertex only once, when it is
-                     reached: another reading of the paper, in which errors accumulate
-                     from frame to frame.
+  --method METHOD    'detail' preserves the local shape, rotated with the motion; 'motion'
+                     averages motion vectors as in the paper, and is fast.
+  --no-revisit       (method motion) Estimate each vertex only once, when it is reached;
+                     errors then accumulate from frame to frame.
   --extra-iterations N
                      (method motion) Iterations after the one that reaches the last
                      unknown vertex.
   --disconnected RULE
                      Parts that no chain of edges connects to a known vertex 'follow'
                      the nearest surface, or 'hold' their position.
-  --noise SIGMA      (method detail) The standard deviation of the noise of the known
-                     positions, in the unit of the positions; they are smoothed.
-                     Without it, they are exact.
+  --noise SIGMA      (method detail) The standard deviation of the noise of known positions,
+                     in their unit, which are then smoothed; without it, they are exact.
   --reject-outliers  (method detail) Treat known vertices as unknown if they do not
                      move like those around them.
-  --learn            (method detail) Learn from the completed frames how the shape of
-                     the subject varies: more accurate if motions recur, and about
-                     twice as slow.
+  --learn            (method detail) Learn from the completed frames; twice as slow.
   --uncertainty      (method detail) Compute the standard error of each vertex, in the
                      unit of the positions.
   --threads N        The number of threads that may work on a frame; more than one helps
                      from 23 553 vertices on.
-  --report           print one JSON line per frame to standard error: its number, the
-                     numbers of vertices, iterations and seconds, and its quality, which
-                     is good, doubtful or ruined
-  --overwrite        replace existing output files
+  --report           print one JSON line per frame to standard error: its number, counts of
+                     vertices, iterations, seconds, and quality: good, doubtful or ruined
   --help, --version  print this text, or the version
 
 If a frame cannot be read or completed, or if the program is interrupted (Ctrl-C), all
@@ -83,7 +76,6 @@ struct Options {
       {"--template", ""}, {"--input", ""}, {"--output", ""}};
   Settings settings;
   bool report = false;
-  bool overwrite = false;
 };
 
 /// Sets the setting of `option`, from what `argument` returns. Returns false if there is none.
@@ -133,8 +125,6 @@ std::optional<Options> parse_options(std::span<const std::string> words) {
       options.files[option] = argument();
     } else if (option == "--report") {
       options.report = true;
-    } else if (option == "--overwrite") {
-      options.overwrite = true;
     } else if (!set(options.settings, option, argument)) {
       refuse(option, "is no option; see --help");
     }
@@ -194,23 +184,12 @@ class Verdict {
 
 /// Returns the exit code.
 int complete(Options& options) {
-  const std::string& output = options.files["--output"];
-  const bool is_raw = !is_numbered(output, "ply");
   const TemplateMesh mesh = read_template(options.files["--template"]);
   auto completer = with_place(options.files["--template"], [&] {
     return Completer<float>(mesh.triangles(), mesh.points(), options.settings);
   });
-  for (const char* read : {"--input", "--template"}) {
-    std::error_code none;  // if one does not exist
-    const bool is_same = output == options.files[read] ||
-                         fs::equivalent(path_of(output), path_of(options.files[read]), none);
-    if (is_same && output != "-") {
-      refuse(output, "is also the ", read + 2, "; writing over it would lose it");
-    }
-  }
   FrameReader reader(options.files["--input"]);
-  std::optional<OutputFile> file;
-  if (is_raw) file.emplace(output, options.overwrite);
+  FrameWriter writer(options.files["--output"], mesh);
   std::vector<float> frame(mesh.vertices.size());
   const Points<float> points(frame.data(), frame.size() / 3);
   std::exception_ptr damage;
@@ -222,22 +201,16 @@ int complete(Options& options) {
       if (caught_signal != 0 || !reader.read(frame)) break;
       report = with_place(reader.place(), [&] { return completer.push(points, points); });
     } catch (const std::exception&) {
-      if (number == 1) throw;  // an output that exists stays as it is
+      if (number == 1) throw;
       damage = std::current_exception();
       break;
     }
     if (options.report) print(report, number, options.settings.uncertainty);
     verdict.add(report, number);
-    const std::string bytes(reinterpret_cast<const char*>(frame.data()),
-                            sizeof(float) * frame.size());
-    if (!is_raw) file.emplace(file_of(output, number), options.overwrite);
-    file->write(is_raw ? bytes : ply_of(bytes, mesh));
-    if (!is_raw) file->finish();
+    writer.write(frame);
   }
   if (number == 1 && caught_signal == 0) refuse(options.files["--input"], "contains no frame");
-  if (is_raw) file->finish();
-  // Files that follow are of a longer sequence that this one replaces.
-  while (!is_raw && options.overwrite && fs::remove(path_of(file_of(output, number)))) ++number;
+  if (number > 1) writer.finish();
   const int code = verdict.tell();
   if (damage) std::rethrow_exception(damage);
   return code;

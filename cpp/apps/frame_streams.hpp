@@ -102,11 +102,20 @@ inline std::string file_of(const std::string& name, std::size_t number) {
   return file;
 }
 
+/// Whether there is anything of this name, if only a link to nothing.
+inline bool is_taken(const fs::path& path) { return fs::exists(fs::symlink_status(path)); }
+
 /// Reads frames (n_vertices, 3), which are counted from 1.
 class FrameReader {
  public:
   explicit FrameReader(const std::string& name) : name_(name) {
-    if (!is_numbered(name, "obj|ply")) stream_ = open_file(name, "rb", stdin);
+    if (is_numbered(name, "obj|ply")) return;
+    const fs::path input = name == "-" ? fs::path("/dev/stdin") : path_of(name);
+    std::error_code ignored;  // if there is no such file
+    if (fs::is_regular_file(input, ignored) && fs::equivalent(input, "/dev/stdout", ignored)) {
+      refuse(name, "is also the standard output");
+    }
+    stream_ = open_file(name, "rb", stdin);
   }
 
   /// Returns what errors call the frame that was read last.
@@ -142,53 +151,70 @@ class FrameReader {
   std::size_t n_read_ = 0;
 };
 
-/// A file that has its name only once it is complete. A pipe gets each frame at once.
-class OutputFile {
+/// Writes frames (n_vertices, 3). A file has its name only once it is complete. A pipe gets each
+/// frame at once.
+class FrameWriter {
  public:
-  OutputFile(std::string name, bool overwrite) : name_(std::move(name)) {
-    const fs::path path = path_of(name_);
-    if (name_ == "-" || (fs::exists(path) && !fs::is_regular_file(path))) {
-      file_ = open_file(name_, "wb", stdout);
+  FrameWriter(const std::string& name, const TemplateMesh& mesh) : name_(name) {
+    if (!is_numbered(name, "ply")) {
+      open(name);
       return;
     }
-    if (!overwrite && fs::exists(path)) refuse(name_, "exists already; --overwrite replaces it");
-    const std::string partial = name_ + ".part";
-    if (fs::exists(path_of(partial))) {
-      refuse(partial, "exists; remove it, unless another run is writing it");
+    folder_ = fs::absolute(path_of(name)).parent_path();
+    if (is_taken(folder_) && fs::directory_iterator(folder_) != fs::directory_iterator()) {
+      refuse(name, "its folder is not empty; write to a folder that is new or empty");
     }
-    file_ = open_file(partial, "wb", nullptr);
-    file_.get_deleter().partial = partial;
+    header_ =
+        joined("ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.points().count,
+               "\nproperty float x\nproperty float y\nproperty float z\nelement face ",
+               mesh.triangles().count, "\nproperty list uchar int vertex_indices\nend_header\n");
+    for (std::size_t i = 0; i < mesh.faces.size(); i += 3) {
+      faces_.append(1, 3).append(reinterpret_cast<const char*>(&mesh.faces[i]), 3 * sizeof(Index));
+    }
   }
 
-  void write(const std::string& bytes) {
-    const bool is_taken = std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size();
-    if (is_taken && std::fflush(file_.get()) == 0) return;
-    refuse_by_system((name_ == "-" ? "standard output" : name_) + ": cannot be written");
+  void write(std::span<const float> frame) {
+    if (!folder_.empty()) {
+      fs::create_directories(folder_);
+      open(file_of(name_, ++n_written_));
+    }
+    std::fwrite(header_.data(), 1, header_.size(), file_.get());
+    std::fwrite(frame.data(), sizeof(float), frame.size(), file_.get());
+    std::fwrite(faces_.data(), 1, faces_.size(), file_.get());
+    if (std::ferror(file_.get()) != 0 || std::fflush(file_.get()) != 0) {
+      refuse_by_system((name_ == "-" ? "standard output" : place_) + ": cannot be written");
+    }
+    if (!folder_.empty()) finish();
   }
 
+  /// Gives the file its name. Without it, what was written is removed.
   void finish() {
     const std::string partial = std::exchange(file_.get_deleter().partial, {});
     file_.reset();
     if (partial.empty()) return;
-    std::error_code error;  // Windows replaces no file that another program has open
-    fs::rename(path_of(partial), path_of(name_), error);
-    if (error) refuse(name_, "cannot be replaced: ", error.message(), "; it is in ", partial);
+    if (is_taken(path_of(place_))) refuse(place_, "exists already; the frames are in ", partial);
+    fs::rename(path_of(partial), path_of(place_));
   }
 
  private:
-  std::string name_;
+  void open(const std::string& name) {
+    place_ = name;
+    const fs::path path = path_of(name);
+    const bool is_stream = name == "-" || (fs::exists(path) && !fs::is_regular_file(path));
+    const std::string partial = name + ".part";  // which another run may be writing
+    for (const std::string& file : {name, partial}) {
+      if (is_stream || !is_taken(path_of(file))) continue;
+      refuse(file, "exists already; remove it or choose another name");
+    }
+    file_ = open_file(is_stream ? name : partial, "wb", stdout);
+    if (!is_stream) file_.get_deleter().partial = partial;
+  }
+
+  std::string name_, place_;
+  fs::path folder_;             // of numbered files
+  std::string header_, faces_;  // which stand around the positions in each of them
+  std::size_t n_written_ = 0;
   File file_;
 };
-
-inline std::string ply_of(const std::string& positions, const TemplateMesh& mesh) {
-  std::string text = joined(
-      "ply\nformat binary_little_endian 1.0\nelement vertex ", mesh.points().count,
-      "\nproperty float x\nproperty float y\nproperty float z\nelement face ",
-      mesh.triangles().count, "\nproperty list uchar int vertex_indices\nend_header\n", positions);
-  for (std::size_t i = 0; i < mesh.faces.size(); i += 3) {
-    text.append(1, 3).append(reinterpret_cast<const char*>(&mesh.faces[i]), 3 * sizeof(Index));
-  }
-  return text;
-}
 
 }  // namespace dynmesh

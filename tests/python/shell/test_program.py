@@ -1,6 +1,7 @@
 """The program dynmesh-complete and the examples in C++ and C, against the library."""
 
 import json
+import os
 import signal
 import subprocess
 import time
@@ -95,38 +96,117 @@ def test_a_result_that_is_probably_wrong_is_written_and_told(
     assert (tmp_path / "a.raw").stat().st_size == wrong.nbytes
 
 
-def test_no_file_is_written_over_its_input_or_without_a_frame(
-    complete: Any, job: Job, tmp_path: Path
+def left_in(folder: Path) -> dict[str, bytes | None]:
+    """All that is in a folder: what files hold and where links lead."""
+    paths = {str(path.relative_to(folder)): path for path in folder.rglob("*")}
+    return {
+        name: path.readlink().as_posix().encode()
+        if path.is_symlink()
+        else (path.read_bytes() if path.is_file() else None)
+        for name, path in paths.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["a.raw", "../{}/a.raw", "linked.raw", "nowhere.raw", "hard.raw"])
+def test_no_file_is_written_over_another(
+    complete: Any, job: Job, tmp_path: Path, name: str
 ) -> None:
     (tmp_path / "a.raw").write_bytes(job.raw.read_bytes())
-    same = tmp_path / ".." / tmp_path.name / "a.raw"
-    assert "is also the input" in complete(tmp_path / "a.raw", same, "--overwrite", code=1)[1]
-    assert (tmp_path / "a.raw").read_bytes() == job.raw.read_bytes()
-    assert "contains no frame" in complete("-", tmp_path / "b.raw", code=1)[1]
-    assert not [*tmp_path.glob("b.raw*")]
+    (tmp_path / "linked.raw").symlink_to("a.raw")
+    (tmp_path / "nowhere.raw").symlink_to("none.raw")
+    (tmp_path / "hard.raw").hardlink_to(tmp_path / "a.raw")
+    before = left_in(tmp_path)
+    error = complete(job.raw, tmp_path / name.format(tmp_path.name), code=1)[1]
+    assert "a.raw: exists already" in error.replace(name, "a.raw")
+    assert left_in(tmp_path) == before
+
+
+def test_a_stream_does_not_grow_its_own_input(programs: Path, job: Job, tmp_path: Path) -> None:
+    """As with a shell's `>>`, which would never end."""
+    raw = tmp_path / "a.raw"
+    raw.write_bytes(job.raw.read_bytes())
+    options = ["--template", str(job.template), "--input", str(raw), "--output", "-"]
+    with raw.open("ab") as end:
+        command = [str(programs / "dynmesh-complete"), *options]
+        ended = subprocess.run(command, stdout=end, stderr=-1, timeout=60, check=False)
+    assert b"a.raw: is also the standard output" in ended.stderr
+    assert raw.read_bytes() == job.raw.read_bytes()
+
+
+@pytest.mark.parametrize(
+    "output",
+    ["frames/%03d.ply", "./frames/%d.ply", "linked/%04d.ply", "earlier/%d.ply", "c/%d.ply"],
+)
+@pytest.mark.parametrize("suffix", [".obj", ".ply"])
+def test_numbered_files_never_come_among_others(
+    complete: Any, job: Job, tmp_path: Path, output: str, suffix: str
+) -> None:
+    """The input under any name, an earlier run, or one hidden file."""
+    for folder in ("frames", "earlier", "c"):
+        (tmp_path / folder).mkdir()
+    for number, vertices in enumerate(job.partial[:3], 1):
+        frame = dynmesh.Sequence(vertices[None], job.sequence.faces)
+        dynmesh.write(tmp_path / "frames" / f"{number:03d}{suffix}", frame)
+    (tmp_path / "linked").symlink_to("frames")
+    for number in range(1, 9):
+        (tmp_path / "earlier" / f"{number}.ply").write_text("of an earlier run")
+    (tmp_path / "c" / ".hidden").touch()
+    before = left_in(tmp_path)
+    said = complete(tmp_path / f"frames/%03d{suffix}", f"{tmp_path}/{output}", code=1)[1]
+    assert f"{output}: its folder is not empty" in said
+    assert left_in(tmp_path) == before
+
+
+def test_without_a_frame_nothing_is_written(complete: Any, tmp_path: Path) -> None:
+    for output in (tmp_path / "b.raw", tmp_path / "deep" / "er" / "%d.ply"):
+        assert "contains no frame" in complete("-", output, code=1)[1]
+        assert left_in(tmp_path) == {}
+
+
+@pytest.mark.usefixtures("hearing_interrupts")
+def test_an_interrupt_before_the_first_frame_writes_nothing(start: Any, tmp_path: Path) -> None:
+    with start("-", tmp_path / "out.raw") as process:
+        while not [*tmp_path.glob("out.raw.part")]:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+    assert left_in(tmp_path) == {}
+
+
+def test_devices_and_links_to_them_get_the_stream(
+    complete: Any, start: Any, job: Job, tmp_path: Path
+) -> None:
+    (tmp_path / "link.raw").symlink_to("/dev/null")
+    for output in (Path("/dev/null"), tmp_path / "link.raw"):
+        complete(job.raw, output)
+        assert Path("/dev/null").is_char_device()
+    assert complete("/dev/stdin", "/dev/stdout", input=job.raw.read_bytes())[0] == job.completed
+    os.mkfifo(tmp_path / "fifo")
+    with start(job.raw, tmp_path / "fifo") as process:
+        assert (tmp_path / "fifo").read_bytes() == job.completed
+        assert process.wait() == 0
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply"])
 def test_mesh_files(complete: Any, job: Job, tmp_path: Path, suffix: str) -> None:
     """Frames 1, 2, ... up to the first number without a file, to files that others can read."""
-    partial, full = tmp_path / f"in%03d{suffix}", tmp_path / "out%d.ply"
+    partial, full = tmp_path / f"in%03d{suffix}", tmp_path / "new" / "out" / "%d.ply"
     for number, vertices in enumerate(job.partial[:11], 1):
         frame = dynmesh.Sequence(vertices[None], job.sequence.faces)
         dynmesh.write(Path(str(partial) % number), frame)
     complete(partial, full)
-    outputs = [tmp_path / f"out{number}.ply" for number in range(1, 12)]
+    outputs = [full.with_name(f"{number}.ply") for number in range(1, 12)]
     written = [dynmesh.read(path) for path in outputs]
     assert (
         b"".join(s.vertices.tobytes() for s in written) == job.completed[: job.partial[:11].nbytes]
     )
     assert all((s.faces == job.sequence.faces).all() for s in written)
-    assert sorted(tmp_path.glob("out*")) == sorted(outputs)
+    assert sorted(full.parent.iterdir()) == sorted(outputs)
 
-    error = complete(partial, full, code=1)[1]
-    assert f"{outputs[0]}: exists already; --overwrite replaces it" in error
-    Path(str(partial) % 4).unlink()
-    complete(partial, full, "--overwrite")  # frames of a longer sequence do not stay among the new
-    assert sorted(tmp_path.glob("out*")) == outputs[:3]
+    Path(str(partial) % 4).write_text("v 0 0 nothing")
+    (tmp_path / "empty").mkdir()
+    complete(partial, tmp_path / "empty" / "%02d.ply", code=1)
+    assert sorted(path.name for path in tmp_path.glob("empty/*")) == ["01.ply", "02.ply", "03.ply"]
 
 
 def test_a_pipe_gets_each_frame_at_once(start: Any, job: Job) -> None:
@@ -180,8 +260,9 @@ def test_whole_frames_before_a_fault_are_written(complete: Any, job: Job, tmp_pa
     size, frames, out = job.partial[0].nbytes, job.partial.copy(), tmp_path / "out.raw"
 
     def refused(content: bytes) -> str:
+        out.unlink(missing_ok=True)
         (tmp_path / "in.raw").write_bytes(content)
-        return str(complete(tmp_path / "in.raw", out, "--overwrite", code=1)[1])
+        return str(complete(tmp_path / "in.raw", out, code=1)[1])
 
     assert "in.raw: frame 5: has 8 vertices" in refused(job.raw.read_bytes()[: 4 * size + 100])
     assert out.read_bytes() == job.completed[: 4 * size]
@@ -190,8 +271,7 @@ def test_whole_frames_before_a_fault_are_written(complete: Any, job: Job, tmp_pa
     assert out.read_bytes() == job.completed[: 2 * size]
     frames[0, 7] = 1e30
     refused(frames.tobytes())
-    assert out.read_bytes() == job.completed[: 2 * size]  # as it was
-    assert not list(tmp_path.glob("*.part"))
+    assert [path.name for path in tmp_path.iterdir()] == ["in.raw"]
 
 
 def test_a_reader_that_goes_away_ends_the_program(start: Any, job: Job) -> None:
@@ -202,24 +282,25 @@ def test_a_reader_that_goes_away_ends_the_program(start: Any, job: Job) -> None:
     assert "standard output: cannot be written: Broken pipe" in error
 
 
-def test_frames_are_kept_if_the_output_cannot_be_replaced(
-    start: Any, job: Job, tmp_path: Path
+@pytest.mark.parametrize("make", [Path.mkdir, Path.touch, lambda path: path.symlink_to("none")])
+def test_frames_are_kept_if_the_name_of_the_output_is_taken_meanwhile(
+    start: Any, job: Job, tmp_path: Path, make: Any
 ) -> None:
     out = tmp_path / "out.raw"
     with start("-", out, "--report") as process:
         process.stdin.write(job.partial[0].tobytes())
         process.stdin.flush()
         process.stderr.readline()  # the output is open
-        out.mkdir()
+        make(out)
         process.stdin.close()
         error = process.stderr.read().decode()
         assert process.wait() == 1
     (kept,) = tmp_path.glob("*.part")
-    assert f"out.raw: cannot be replaced: Is a directory; it is in {kept}" in error
+    assert f"out.raw: exists already; the frames are in {kept}" in error
     assert kept.read_bytes() == job.completed[: job.partial[0].nbytes]
-    out.rmdir()
+    out.rename(tmp_path / "aside")
     error = start(job.raw, out).communicate()[1].decode()  # a second run could be writing it
-    assert f"{kept}: exists; remove it" in error
+    assert f"{kept}: exists already; remove it" in error
 
 
 @pytest.mark.usefixtures("hearing_interrupts")
