@@ -129,18 +129,19 @@ py::str to_text(std::string_view bytes) {
       PyUnicode_DecodeLatin1(bytes.data(), static_cast<py::ssize_t>(bytes.size()), nullptr));
 }
 
-template <class Comments>
-py::list to_list(const Comments& comments) {
-  py::list texts;
-  for (const auto& comment : comments) texts.append(to_text(comment));
-  return texts;
+template <class Texts>
+py::list to_list(const Texts& texts) {
+  py::list result;
+  for (const auto& text : texts) result.append(to_text(text));
+  return result;
 }
 
 py::tuple py_parse_obj(const py::bytes& data) {
   const std::string_view text = data;
   const ObjFile file = without_gil([&] { return parse_obj(text); });
   return py::make_tuple(array_of(file.mesh.positions).reshape({-1, 3}), array_of(file.mesh.sizes),
-                        array_of(file.mesh.corners), to_list(file.comments));
+                        array_of(file.mesh.corners), to_list(file.comments), to_list(file.further),
+                        file.has_colours);
 }
 
 py::tuple py_parse_off(const py::bytes& data) {

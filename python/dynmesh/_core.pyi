@@ -60,11 +60,14 @@ def whole_frame(
 # None if the word is not a number; otherwise as in all text files, NaN and infinity included.
 def parse_number(word: str) -> float | None: ...
 
-# The content of files: positions, the numbers of corners of faces, all corners, and comments; the
-# properties of the records of each element, of lists their lengths and all values, and comments.
+# The content of files: positions, the numbers of corners of faces and all corners; of OBJ, also
+# comments, the keywords of other lines, and whether vertices have colours; of PLY, the properties
+# of the records of each element, of lists their lengths and all values, and comments.
 def parse_obj(
     data: bytes,
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], list[str]]: ...
+) -> tuple[
+    NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], list[str], list[str], bool
+]: ...
 def parse_off(
     data: bytes,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]: ...

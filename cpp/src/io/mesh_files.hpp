@@ -22,6 +22,9 @@ struct PolygonMesh {
 struct ObjFile {
   PolygonMesh mesh;
   std::vector<std::string_view> comments;  ///< at the beginning of the file, without the "#"
+  /// Which of these keywords begin a line: "vt", "vn", "usemtl", "g" and "o".
+  std::vector<std::string_view> further;
+  bool has_colours = false;  ///< whether a vertex has one
 };
 
 /// Parses the text of an OBJ file. Positions may be NaN or infinite. A face may have a vertex

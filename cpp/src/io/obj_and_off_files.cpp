@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -47,6 +48,8 @@ struct Parser {
   PolygonMesh mesh_;
 };
 
+constexpr std::array<std::string_view, 5> further_keywords = {"vt", "vn", "usemtl", "g", "o"};
+
 std::vector<std::string_view> first_comments(std::string_view text) {
   std::vector<std::string_view> comments;
   for (Lines lines(text); lines.next();) {
@@ -66,15 +69,20 @@ class ObjParser : Parser {
   ObjFile parse() {
     while (next_statement()) {
       const Line values = std::span(words_).subspan(1);
-      if (words_[0] == "v") add_vertex(values);
-      if (words_[0] == "f") add_face(values);
+      if (words_[0] == "v") {
+        add_vertex(values);
+      } else if (words_[0] == "f") {
+        add_face(values);
+      } else {
+        note(words_[0]);
+      }
     }
     if (largest_ >= static_cast<std::int64_t>(n_vertices())) {
       place_ = place_of_largest_;
       refuse("there is no vertex " + std::to_string(largest_ + 1) + ", only " +
              std::to_string(n_vertices()));
     }
-    return {std::move(mesh_), first_comments(text_)};
+    return {std::move(mesh_), first_comments(text_), std::move(further_), has_colours_};
   }
 
  private:
@@ -104,6 +112,13 @@ class ObjParser : Parser {
     const std::size_t count = words.size();
     if (count < 3 || count == 5 || count > 7) refuse_vertex(count);
     if (count == 4 && fourth != 1) refuse("a vertex has a weight that is not 1");
+    has_colours_ |= count > 4;
+  }
+
+  void note(std::string_view keyword) {
+    if (std::ranges::find(further_, keyword) != further_.end()) return;
+    const auto known = std::ranges::find(further_keywords, keyword);
+    if (known != further_keywords.end()) further_.push_back(*known);
   }
 
   void add_face(Line words) {
@@ -138,7 +153,9 @@ class ObjParser : Parser {
     return number > 0 ? number - 1 : before + number;
   }
 
-  std::vector<std::string_view> words_;  // of the statement
+  std::vector<std::string_view> words_;    // of the statement
+  std::vector<std::string_view> further_;  // keywords, each once
+  bool has_colours_ = false;
   std::int64_t largest_ = -1;
   std::string_view place_of_largest_;
 };

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,17 @@ IN_FILES = frozenset({"polygons", "up_axis", "metres_per_unit", "start", "times"
 """What these formats keep, in each file or as its number."""
 
 
+class Loaded(NamedTuple):
+    """The content of one file."""
+
+    frame: Frame
+    polygons: Polygons
+    """None of them if the file holds only points."""
+    metadata: Metadata
+    further: set[str]
+    """What the file holds beside these, in words."""
+
+
 class FilePerFrame(FileFrames):
     """A sequence in one file per frame.
 
@@ -39,7 +50,7 @@ class FilePerFrame(FileFrames):
         n_frames, present = len(self._files), [file for file in self._files if file is not None]
         self._first = present[0]
         with naming(self._first):
-            frame, polygons, metadata = self._load(self._first)
+            frame, polygons, metadata, further = self._load(self._first)
             k = len(frame.points)
             if k == 0:
                 raise ValueError("has no vertices")
@@ -56,7 +67,7 @@ class FilePerFrame(FileFrames):
                 n_vertices=k,
                 dtype=frame.points.dtype,
                 polygons=polygons_or_none,
-                mesh_file=MeshFile.of(self._first, self._held_beside(self._first)),
+                mesh_file=MeshFile.of(self._first, further),
                 **timing_of(numbers),
                 **metadata._asdict(),
                 **flags_of(frame.attributes()),
@@ -65,12 +76,8 @@ class FilePerFrame(FileFrames):
         super().__init__(path, header, present, lost)
 
     @abstractmethod
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
-        """Reads one file; without polygons if the file holds only points."""
-
-    @abstractmethod
-    def _held_beside(self, file: Path) -> set[str]:
-        """Returns what a file holds beside positions, polygons and attributes, in words."""
+    def _load(self, file: Path) -> Loaded:
+        """Reads one file."""
 
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
         for number in numbers:
@@ -79,7 +86,7 @@ class FilePerFrame(FileFrames):
                 yield self._lost_frame()
                 continue
             with naming(file):
-                frame, polygons, metadata = self._load(file)
+                frame, polygons, metadata, _ = self._load(file)
                 self._compare(frame, polygons, metadata)
             yield replace(frame, points=frame.points.astype(self.dtype, copy=False))
 

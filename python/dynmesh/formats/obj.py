@@ -18,15 +18,15 @@ from ..header import TEXTURE, Header
 from ..polygons import Polygons, as_polygons
 from .comments import Metadata, comments_of, metadata_in
 from .format import Format, not_written
-from .frame_files import IN_FILES, FilePerFrame, mesh_file_of, write_frames
+from .frame_files import IN_FILES, FilePerFrame, Loaded, mesh_file_of, write_frames
 from .output import destination_of, seen_from
 
 _KINDS = {
-    b"vt": "texture coordinates",
-    b"vn": "normals",
-    b"usemtl": "materials",
-    b"g": "groups",
-    b"o": "groups",
+    "vt": TEXTURE,
+    "vn": "normals",
+    "usemtl": "materials",
+    "g": "groups",
+    "o": "groups",
 }
 
 
@@ -35,16 +35,10 @@ class ObjFrames(FilePerFrame):
 
     suffix = ".obj"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
-        points, sizes, corners, comments = parse_obj(file.read_bytes())
-        return Frame(points), Polygons(sizes, corners), metadata_in(comments)
-
-    def _held_beside(self, file: Path) -> set[str]:
-        lines = [words for line in _lines(file) if (words := line.split())]
-        result = {_KINDS[words[0]] for words in lines if words[0] in _KINDS}
-        if any(words[0] == b"v" and len(words) == 7 for words in lines):
-            result.add("colours")
-        return result
+    def _load(self, file: Path) -> Loaded:
+        points, sizes, corners, comments, keywords, coloured = parse_obj(file.read_bytes())
+        further = {_KINDS[word] for word in keywords} | ({"colours"} if coloured else set())
+        return Loaded(Frame(points), Polygons(sizes, corners), metadata_in(comments), further)
 
 
 def write_obj(path: Path, header: Header, frames: Iterable[Frame]) -> list[str]:

@@ -18,9 +18,9 @@ from ..attributes import ATTRIBUTES, Attribute, as_mask, with_all_needed
 from ..frames import Frame
 from ..header import Header
 from ..polygons import Polygons, as_polygons
-from .comments import Metadata, comments_of, metadata_in
+from .comments import comments_of, metadata_in
 from .format import ARRAYS, Format, not_written
-from .frame_files import IN_FILES, FilePerFrame, mesh_file_of, write_frames
+from .frame_files import IN_FILES, FilePerFrame, Loaded, mesh_file_of, write_frames
 
 corner_lists = ("vertex_indices", "vertex_index")
 
@@ -48,19 +48,16 @@ class PlyFrames(FilePerFrame):
 
     suffix = ".ply"
 
-    def _load(self, file: Path) -> tuple[Frame, Polygons, Metadata]:
-        columns, comments = read_elements(file)
-        polygons = _polygons(columns.get("face", {}))
-        return _frame(columns["vertex"]), polygons, metadata_in(comments)
-
-    def _held_beside(self, file: Path) -> set[str]:
-        elements, _ = read_elements(file)
+    def _load(self, file: Path) -> Loaded:
+        elements, comments = read_elements(file)
         own = {"vertex": {*"xyz", *ATTRIBUTES}, "face": set(corner_lists)}
-        return {
+        further = {
             f"{name}.{column}"
             for name, columns in elements.items()
             for column in columns.keys() - own.get(name, set())
         }
+        polygons = _polygons(elements.get("face", {}))
+        return Loaded(_frame(elements["vertex"]), polygons, metadata_in(comments), further)
 
 
 def read_elements(file: Path) -> tuple[dict[str, Columns], list[str]]:

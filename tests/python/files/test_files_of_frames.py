@@ -68,6 +68,45 @@ def test_precision_and_masks_are_those_of_the_first_frame(tmp_path: Path, mesh: 
         assert_refused(tmp_path / "f1.ply", told, lambda _: dynmesh.read(tmp_path / "f%d.ply"))
 
 
+@pytest.mark.parametrize("suffix", [".ply", ".obj"])
+def test_opening_reads_the_first_file_once(
+    tmp_path: Path, mesh: Mesh, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dynmesh.write(tmp_path / f"f_%d{suffix}", sequence_of(mesh))
+    read, read_bytes = list[str](), Path.read_bytes
+
+    def noted(file: Path) -> bytes:
+        read.append(file.name)
+        return read_bytes(file)
+
+    monkeypatch.setattr(Path, "read_bytes", noted)
+    dynmesh.open(tmp_path / f"f_%d{suffix}").close()
+    assert read == [f"f_0{suffix}"]
+
+
+@pytest.mark.parametrize(
+    ("extra", "expected"),
+    [
+        ("g left\\\nright\nusemtl\tskin\no a\n", ("groups", "materials")),
+        ("# vt 0 0\nvtx 1\n  vt 0 0\n", ("texture coordinates",)),
+        ("vn 0 0 1\nv 0 0 0 1 0 0\n", ("colours", "normals")),
+        ("v 0 0 0 1 0 0 1\n", ("colours",)),
+        ("v 0 0 0 1\n\\\nvt\n", ("texture coordinates",)),
+        ("v 0 0 \\\nvt\n", None),
+    ],
+)
+def test_what_else_an_obj_holds(
+    tmp_path: Path, extra: str, expected: tuple[str, ...] | None
+) -> None:
+    (tmp_path / "a.obj").write_text(TRIANGLE + extra)
+    if expected is None:
+        assert_refused(tmp_path / "a.obj", "line 5")
+        return
+    with dynmesh.open(tmp_path / "a.obj") as frames:
+        assert frames.header.mesh_file is not None
+        assert frames.header.mesh_file.holds == expected
+
+
 @pytest.mark.parametrize("given", ["", "dance.####.obj", "*.obj"])
 @pytest.mark.parametrize("verb", ["complete", "convert", "degrade"])
 def test_frames_in_a_folder_keep_the_names_of_the_input(

@@ -59,7 +59,7 @@ def stated(data: bytes) -> tuple[list[list[float]], list[list[int]]]:
 
 
 def check_as_stated(data: bytes) -> None:
-    points, sizes, corners, _ = parse_obj(data)
+    points, sizes, corners, *_ = parse_obj(data)
     expected, faces = stated(data)
     np.testing.assert_array_equal(points, np.reshape(expected, (-1, 3)))
     np.testing.assert_array_equal(sizes, [len(face) for face in faces])
@@ -96,7 +96,7 @@ def test_every_variant_of_obj_is_read_and_written_again(tmp_path: Path, text: st
     with dynmesh.open(tmp_path / "a.obj") as reader:
         (frame,) = reader
         dynmesh.write(tmp_path / "b.obj", to_file.frames_of(reader.header, [frame.points + 1]))
-    points, sizes, corners, _ = parse_obj(data)
+    points, sizes, corners, *_ = parse_obj(data)
     for one, other in zip(
         (points + 1, sizes, corners), parse_obj((tmp_path / "b.obj").read_bytes()), strict=False
     ):
