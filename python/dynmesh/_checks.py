@@ -201,6 +201,20 @@ def indices_among(frames: Any, n_frames: int) -> range | list[int]:
     return indices
 
 
+def selected(n_frames: int, start: int, stop: int | None, step: int) -> range:
+    """Returns the indices of the frames ``[start:stop:step]`` of n.
+
+    Raises:
+        TypeError, ValueError: they are no integers, or the step is 0.
+    """
+    for name, value in (("start", start), ("stop", stop), ("step", step)):
+        if value is not None:
+            check_integer(name, value, -math.inf)
+    if step == 0:
+        raise InputError("must not be 0", argument="step")
+    return range(n_frames)[start:stop:step]
+
+
 def check_times(times: NDArray[np.float64] | None, n_frames: int) -> None:
     """Raises an error unless these are the times of n frames."""
     if times is None:

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._arrays import Integers, Mask, Positions
-from ._checks import check_array, frame_index, indices_among
+from ._checks import check_array, frame_index, indices_among, selected
 from ._errors import InputError, locating, naming
 from .attributes import ATTRIBUTES, VertexAttributes, as_mask
 from .header import Header, rate, summary
 
 Indices: TypeAlias = Sequence[int]
-"""Of frames, counted from 0, ascending."""
+"""Of frames, counted from 0."""
 
 LARGEST = {4: 1e18, 8: 1e200}
 """The largest coordinates that a completer accepts, by the bytes of a coordinate."""
@@ -151,13 +151,20 @@ class Frames(ABC):
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Generator[Frame, None, None]:
-        """Yields the frames ``range(start, stop, step)``; several iterators may be used at once.
+        """Yields the frames ``[start:stop:step]``; several iterators may be used at once.
 
         Frames are counted from 0, independently of the numbers in a file. Those that are made while
-        they are gone through are all made, because their report is of all.
+        they are gone through are all made, because their report is of all; with a negative step,
+        those that are yielded are held in memory.
+
+        Raises:
+            TypeError, ValueError: these are no integers, or the step is 0.
         """
-        wanted = range(self.n_frames)[start:stop:step]
-        yield from (frame for index, frame in enumerate(self) if index in wanted)
+        return self._made(selected(self.n_frames, start, stop, step))
+
+    def _made(self, wanted: range) -> Generator[Frame, None, None]:
+        frames = (frame for index, frame in enumerate(self) if index in wanted)
+        yield from frames if wanted.step > 0 else reversed([*frames])
 
     def close(self) -> None:
         """Closes what they are read from. Frames that are asked for later are refused."""
@@ -199,10 +206,10 @@ class Stored(Frames):
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Generator[Frame, None, None]:
         """See :meth:`Frames.frames`; nothing else is read."""
-        return self.frames_at(range(self.n_frames)[start:stop:step])
+        return self.frames_at(selected(self.n_frames, start, stop, step))
 
     def frames_at(self, numbers: Indices) -> Generator[Frame, None, None]:
-        """Yields the frames with these indices, which ascend and exist."""
+        """Yields the frames with these indices, which exist."""
         with naming(self.path):
             for number, frame in zip(self._while_open(numbers), self._frames(numbers), strict=True):
                 with locating(frame=self.header.number(number)):
@@ -216,7 +223,7 @@ class Stored(Frames):
 
     @abstractmethod
     def _frames(self, numbers: Indices) -> Iterator[Frame]:
-        """Yields the frames with these indices, which ascend and exist."""
+        """Yields the frames with these indices, which exist."""
 
     def __iter__(self) -> Iterator[Frame]:
         """Yields all frames, from the first on."""

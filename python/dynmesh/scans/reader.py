@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._checks import selected
 from .._errors import DynmeshError, InputError, naming
 from ..formats.folders import files_in, find_files, number_in
 from ..formats.format import Gaps
@@ -59,9 +60,12 @@ class ScanReader(ABC):
     def frames(
         self, start: int = 0, stop: int | None = None, step: int = 1
     ) -> Iterator[Scan | None]:
-        """Yields the scans of the frames ``range(start, stop, step)``, counted from 0."""
-        for number in range(self.n_frames)[start:stop:step]:
-            yield self._load(number)
+        """Yields the scans of the frames ``[start:stop:step]``, counted from 0.
+
+        Raises:
+            TypeError, ValueError: these are no integers, or the step is 0.
+        """
+        return map(self._load, selected(self.n_frames, start, stop, step))
 
     def number(self, frame: int) -> Number:
         """The number of a frame that is counted from 0."""

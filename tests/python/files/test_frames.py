@@ -9,6 +9,7 @@ import pytest
 from sequences import sea
 
 import dynmesh
+from dynmesh.scans import open_scans
 
 N = 6
 TRUTH = sea(N)
@@ -44,6 +45,52 @@ def test_a_file_and_a_sequence_answer_to_the_same_words(files: Path) -> None:
                 frames[1, 2]
             with pytest.raises(ValueError, match="must ascend"):
                 frames[[3, 1]]
+
+
+SELECTIONS: list[tuple[int, int | None, int]] = [
+    (3, 0, -1),
+    (5, None, -2),
+    (0, None, 1),
+    (1, 99, 2),
+    (-2, None, 1),
+    (-1, -4, -1),
+    (4, 2, 1),
+    (9, None, 1),
+    (2, 3, 1),
+    (0, None, -1),
+]
+
+
+@pytest.mark.parametrize("kind", ["sequence", "file", "part", "masked", "computed", "scans"])
+@pytest.mark.parametrize("selection", SELECTIONS)
+def test_a_selection_means_the_same_of_all_frames(
+    tmp_path: Path, selection: tuple[int, int | None, int], kind: str
+) -> None:
+    def number(frame: Any) -> float:
+        return float(frame.points[0, 0])
+
+    points = np.arange(N, dtype=np.float32)[:, None, None] + np.zeros((N, 4, 3), np.float32)
+    counted = dynmesh.Sequence(points, np.array([[0, 1, 2], [0, 2, 3]]))
+    frames: Any = counted
+    if kind == "scans":
+        for at in range(N):
+            (tmp_path / f"s_{at}.xyz").write_text(f"{at} 0 0\n")
+        frames = open_scans(tmp_path)
+    elif kind != "sequence":
+        dynmesh.write(tmp_path / "a.npz", counted)
+        frames = dynmesh.open(tmp_path / "a.npz", missing="zero" if kind == "masked" else None)
+    if kind == "part":
+        dynmesh.write(tmp_path / "b.npz", dynmesh.Sequence(np.repeat(points, 2, 0), counted.faces))
+        frames = dynmesh.open(tmp_path / "b.npz")[::2]
+    if kind == "computed":
+        frames = dynmesh.convert(frames)
+    start, stop, step = selection
+    expected = [*range(N)][start:stop:step]
+    assert [number(frame) for frame in frames.frames(start, stop, step)] == expected
+    if kind == "computed":
+        assert frames.report.quality == "good"  # all were made
+    with pytest.raises(ValueError, match="step"):
+        frames.frames(0, 2, 0)
 
 
 @pytest.mark.parametrize(
