@@ -6,9 +6,11 @@ with the same names; polygons are `polygon_sizes` and `polygon_corners`.
 
 import contextlib
 import shutil
+import weakref
 import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from .._report import listed
 from ..frames import Frame, Indices
 from ..header import Header
 from .format import ARRAYS, STATED, Format
+from .members import Member
 from .named import arrays_once, header_of, kinds_per_frame, per_frame
 from .rows import Rows, RowsFrames, write_rows
 
@@ -35,13 +38,21 @@ class NpzFrames(RowsFrames):
     def __init__(self, path: Path) -> None:
         """Opens the archive and reads everything except the frames."""
         with contextlib.ExitStack() as stack, of_library(_TRIED):
+            file = stack.enter_context(path.open("rb"))
             self._archive = stack.enter_context(zipfile.ZipFile(path))
             check_members(self._archive, path)
+            lock = Lock()
+            self._members = {
+                name.removesuffix(".npy"): Member(self._archive, name, file, lock)
+                for name in self._archive.namelist()
+            }
             super().__init__(path, self._header())
-            stack.pop_all()  # the archive stays open
+            for member in self._members.values():
+                stack.callback(member.close)
+            self._closing = weakref.finalize(self, stack.pop_all().close)
 
     def _header(self) -> Header:
-        names = {name.removesuffix(".npy") for name in self._archive.namelist()}
+        names = self._members.keys()
         self._arrays = [name for name in per_frame if name in names]
         return header_of(names, self._kind, self._array)
 
@@ -56,10 +67,10 @@ class NpzFrames(RowsFrames):
     @contextlib.contextmanager
     def _open_rows(self, name: str) -> Iterator[Rows]:
         """Opens the array with that name, whose size must be as its header declares."""
-        member = self._archive.getinfo(f"{name}.npy")
-        with self._archive.open(member) as file:
+        member = self._members[name]
+        with member.open() as file:
             try:
-                rows = Rows(file, member.file_size)
+                rows = Rows(file, member.size, member.read_at)
             except ValueError as error:
                 raise InputError(f"{error}", argument=name) from error
             yield rows
@@ -70,7 +81,7 @@ class NpzFrames(RowsFrames):
 
     def _close(self) -> None:
         """Closes the archive."""
-        self._archive.close()
+        self._closing()
 
 
 def write_npz(path: Path, header: Header, frames: Iterable[Frame]) -> None:

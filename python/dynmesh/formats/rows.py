@@ -5,7 +5,7 @@ import math
 import os
 import warnings
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO, Any
@@ -45,16 +45,25 @@ def read_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     return shape, by_columns, dtype
 
 
+def read_at(file: IO[bytes], place: int, size: int) -> bytes:
+    """Reads some bytes of a file."""
+    if file.tell() != place:
+        file.seek(place)
+    return file.read(size)
+
+
 class Rows:
     """An array in a file or in a member of an archive, whose rows are read one at a time."""
 
-    def __init__(self, file: IO[bytes], size: int) -> None:
-        """Takes a file of `size` bytes, and reads its header.
+    def __init__(
+        self, file: IO[bytes], size: int, at: Callable[[IO[bytes], int, int], bytes] = read_at
+    ) -> None:
+        """Takes a file of `size` bytes, and reads its header; `at` is how its rows are read.
 
         Raises:
             ValueError: see :func:`read_header`, or the size of the file does not match.
         """
-        self._file = file
+        self._file, self._at = file, at
         self.shape, self._by_columns, self.dtype = read_header(file)
         if min(self.shape, default=0) < 0:
             raise InputError(f"declares an array of shape {self.shape}")
@@ -77,9 +86,7 @@ class Rows:
         if self._whole is not None:
             return native(np.ascontiguousarray(self._whole[number]))
         place = self._begin + number * self._row_size
-        if self._file.tell() != place:
-            self._file.seek(place)
-        data = self._file.read(self._row_size)
+        data = self._at(self._file, place, self._row_size)
         if len(data) < self._row_size:
             raise InputError(f"ends in the middle of frame {number} of {self.shape[0]}")
         return native(np.frombuffer(data, self.dtype).reshape(self.shape[1:]))

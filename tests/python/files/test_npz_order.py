@@ -1,0 +1,81 @@
+"""Archives whose frames are not read from the first to the last."""
+
+import tempfile
+import tracemalloc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dynmesh
+
+N, K = 60, 2000
+VERTICES = np.random.default_rng(0).normal(size=(N, K, 3)).astype(np.float32).round(2)
+KNOWN = np.random.default_rng(1).random((N, K)) < 0.5
+SAVE: dict[str, Callable[..., None]] = {"stored": np.savez, "compressed": np.savez_compressed}
+ORDERS: dict[str, list[int]] = {
+    "backwards": [*reversed(range(N))],
+    "any": np.random.default_rng(2).permutation(N).tolist(),
+    "blocks": [at for end in range(N, 0, -7) for at in range(max(end - 7, 0), end)],
+}
+
+
+@pytest.fixture(params=SAVE)
+def archive(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    path = tmp_path / "a.npz"
+    SAVE[request.param](path, vertices=VERTICES, faces=np.array([[0, 1, 2]]), known=KNOWN)
+    return path
+
+
+@pytest.mark.parametrize("has_space", [True, False])
+@pytest.mark.parametrize("order", ORDERS)
+def test_frames_are_the_same_in_any_order(
+    archive: Path, order: str, has_space: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not has_space:
+        monkeypatch.setattr(tempfile, "tempdir", str(archive / "no folder"))
+    with dynmesh.open(archive) as frames:
+        others = frames.frames()
+        for at in ORDERS[order]:
+            frame, other = frames[at], next(others)
+            np.testing.assert_array_equal(frame.points, VERTICES[at])
+            np.testing.assert_array_equal(frame.known, KNOWN[at])
+            assert other.points.shape == (K, 3)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_any_order_unpacks_an_archive_once_in_little_memory(
+    archive: Path, order: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, plain = [0], zipfile.ZipExtFile.read
+
+    def counted(file: Any, n: int | None = -1) -> bytes:
+        data = plain(file, n)
+        read[0] += len(data)
+        return data
+
+    with dynmesh.open(archive) as frames:
+        monkeypatch.setattr(zipfile.ZipExtFile, "read", counted)
+        tracemalloc.start()
+        try:
+            for at in ORDERS[order]:
+                frames[at]
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+    size = VERTICES.nbytes + KNOWN.nbytes
+    assert read[0] < 1.7 * size
+    assert peak < 0.5 * size
+
+
+def test_damage_is_noticed_where_nothing_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    np.savez(path, vertices=VERTICES, faces=np.array([[0, 1, 2]]))
+    content = bytearray(path.read_bytes())
+    content[content.index(VERTICES[3].tobytes()) + 500] ^= 1
+    path.write_bytes(content)
+    with dynmesh.open(path) as frames, pytest.raises(ValueError, match="damaged"):
+        frames[N - 1]
