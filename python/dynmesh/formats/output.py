@@ -8,7 +8,8 @@ folder. The next run to the same output removes it.
 import errno
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+import stat
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
@@ -19,6 +20,9 @@ from .._report import listed
 from ..header import Header
 
 R = TypeVar("R")
+
+_INSIDE = "scans"
+"""The name of an output in a folder that cannot be exchanged."""
 
 
 def unfinished_folder(output: Path) -> Path:
@@ -79,7 +83,7 @@ def _clear(hidden: Path, output: Path) -> None:
     """Removes what is unfinished, and puts an older output back that nothing has replaced yet."""
     if (hidden / "old").exists() and not output.exists():
         (hidden / "old").rename(output)
-    for name in ("new", "all", "old"):
+    for name in ("new", "all", "old", "aside"):
         shutil.rmtree(hidden / name, ignore_errors=True)
 
 
@@ -90,9 +94,50 @@ def exchange(made: Path, output: Path) -> None:
     next run puts it back.
     """
     if output.exists():
-        shutil.copymode(output, made)
+        for path in (made, *made.iterdir()):
+            with suppress(FileNotFoundError):
+                shutil.copymode(output / path.relative_to(made), path)
         output.rename(made.with_name("old"))
     made.rename(output)
+
+
+def move(places: Mapping[Path, Path], outdated: Iterable[Path], aside: Path) -> None:
+    """Moves files to their places, where they get the modes of those that they replace.
+
+    Of one file, this is atomic. If there are several, those that they replace and those that are
+    outdated are put aside first, starting with the last. All are put back if one cannot be moved.
+    """
+    new, older = [*places.values()], [*outdated]
+    if older or len(new) > 1:
+        older = [*reversed(new), *older]
+    aside.mkdir()
+    moved: list[tuple[Path, Path]] = []
+    try:
+        for file, place in places.items():
+            with suppress(FileNotFoundError):
+                shutil.copymode(place, file)
+        for number, file in enumerate(older):
+            if file.exists():
+                moved.append((file, aside / f"{number}"))
+                file.replace(moved[-1][1])
+        for file, place in places.items():
+            place.parent.mkdir(exist_ok=True)
+            moved.append((file, place))
+            file.replace(place)
+    except BaseException:
+        for file, place in reversed(moved):
+            if not file.exists():  # else it is the one that could not be moved
+                place.replace(file)
+        raise
+
+
+def is_fixed_folder(folder: Path) -> bool:
+    """Whether a folder exists that cannot be exchanged, or in which one may stand."""
+    return folder.exists() and (
+        folder.is_mount()
+        or not os.access(folder.parent, os.W_OK)
+        or Path.cwd().is_relative_to(folder)
+    )
 
 
 def seen_from(folder: Path, file: Path) -> str:
@@ -115,11 +160,31 @@ def exists_already(path: Path) -> FileExistsError:
     return FileExistsError(f"{path}: exists already; `overwrite` replaces it")
 
 
+def refuse_existing(path: Path, overwrite: bool) -> None:
+    """Refuses a path at which a file may not be made.
+
+    Raises:
+        OSError: there is something that is no file, or a file that is protected or stays unless
+            `overwrite` is set.
+    """
+    if not os.path.lexists(path):
+        return
+    mode = path.lstat().st_mode
+    if stat.S_ISLNK(mode):
+        raise FileExistsError(f"{path}: is a symbolic link; name the file to which it leads")
+    if not stat.S_ISREG(mode):
+        raise FileExistsError(f"{path}: is no file but a folder, a device or a pipe")
+    if not overwrite:
+        raise exists_already(path)
+    if not mode & 0o222:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+
 def refuse_inputs(existing: Iterable[Path], inputs: Iterable[Path]) -> None:
     """Refuses to replace one of the files that are read, whichever path names it."""
     read = set(map(identity, inputs))
     for file in existing:
-        if identity(file) in read:
+        if file.exists() and identity(file) in read:
             raise ValueError(f"{file}: is the input; writing over it would lose it")
 
 
@@ -139,10 +204,8 @@ def check_output(path: Path, overwrite: bool, *suffixes: str, inputs: Iterable[P
     if suffixes and path.suffix.lower() not in suffixes:
         raise InputError(f"{path}: must end in {listed(suffixes, 'or')}")
     check_folder(path)
-    if path.exists():
-        refuse_inputs([path], inputs)
-        if not overwrite:
-            raise exists_already(path)
+    refuse_inputs([path], inputs)
+    refuse_existing(path, overwrite)
 
 
 def output_path(
@@ -169,7 +232,43 @@ def new_output(
     with blaming(path, path), making(path) as folder:
         yield folder / path.name
         check_output(path, overwrite, *suffixes)  # another process may have written it
-        (folder / path.name).replace(path)
+        move({folder / path.name: path}, [], folder.with_name("aside"))
+
+
+@contextmanager
+def new_folder(path: Path, overwrite: bool, is_ours: Callable[[Path], bool]) -> Iterator[Path]:
+    """Yields a hidden folder, whose files take the place of those of a folder.
+
+    That is new, empty or, with `overwrite`, holds nothing but files that are ours.
+
+    Raises:
+        FileExistsError: it holds files that may not be replaced.
+        OSError: it cannot be written.
+    """
+
+    def check() -> None:
+        check_folder(path)
+        if os.path.lexists(path) and not path.is_dir():
+            raise FileExistsError(f"{path}: exists already")
+        older = [file for file in path.glob("*") if file != unfinished_folder(path / _INSIDE)]
+        for file in sorted(older, key=is_ours):
+            if not is_ours(file):
+                raise FileExistsError(f"{file}: exists already, and would not be replaced")
+            refuse_existing(file, overwrite)
+
+    check()
+    real = Path(os.path.realpath(path))
+    is_fixed = is_fixed_folder(real)
+    with blaming(path, real), making(real / _INSIDE if is_fixed else real) as hidden:
+        check()  # those that a killed process had put aside are back
+        yield hidden
+        check()  # another process may have written it
+        if is_fixed:
+            places = {file: real / file.name for file in sorted(hidden.iterdir())}
+            outdated = {*filter(is_ours, real.glob("*"))} - {*places.values()}
+            move(places, outdated, hidden.with_name("aside"))
+        else:
+            exchange(hidden, real)
 
 
 def written_beside(

@@ -118,7 +118,7 @@ def _existing(path: Path, header: Header) -> list[Path]:
 
 def _is_kept(path: Path, header: Header) -> bool:
     """Whether there is a mesh that fits the sequence."""
-    if not path.exists():
+    if not path.is_file():
         return False
     with naming(Path(path.name)):
         mesh = _mesh(path)

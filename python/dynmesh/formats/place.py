@@ -12,8 +12,10 @@ from .format import Format
 from .output import (
     check_folder,
     exchange,
-    exists_already,
     identity,
+    is_fixed_folder,
+    move,
+    refuse_existing,
     refuse_inputs,
 )
 
@@ -46,26 +48,21 @@ class Place:
         if self._names is None or not self._names.numbered:
             return self._path
         folder = Path(os.path.realpath(self._names.folder))
-        if folder.exists() and (
-            folder.is_mount()
-            or not os.access(folder.parent, os.W_OK)
-            or Path.cwd().is_relative_to(folder)
-        ):
-            return folder / self._names.pattern
-        return folder
+        return folder / self._names.pattern if is_fixed_folder(folder) else folder
 
     def existing(self) -> list[Path]:
         """The files that exist of those that may be replaced or removed."""
-        if self._names is not None:
+        if self._names is not None and self._names.numbered:
             return [*self._names.existing().values()]
         if self._format.existing is not None:
             return self._format.existing(self._path, self._header)
         return [self._path] if self._path.exists() else []
 
     def refuse_existing(self) -> None:
-        """Raises a FileExistsError if one of these files is not to be replaced."""
-        if not self._overwrite and (existing := self.existing()):
-            raise exists_already(existing[0])
+        """Raises an OSError if one of these files, or what stands at the path, is to stay."""
+        numbered = self._names is not None and self._names.numbered
+        for file in [*self.existing(), *([] if numbered else [self._path])]:
+            refuse_existing(file, self._overwrite)
 
     def check(self, frames: Frames, others: Iterable[Path] = ()) -> None:
         """Refuses to replace files from which frames are read, or, unless asked to, any.
@@ -97,24 +94,20 @@ class Place:
     def fill(self, folder: Path) -> list[str]:
         """Moves the files of a folder where they belong; says which older files it removed.
 
-        Of a single file, this is atomic. If there are several, the files that they replace are
-        removed first, starting with the last. So the files that exist before the last one is moved
-        are a beginning of the new or of the older sequence, and never a mixture. A folder of one
-        file per frame is exchanged as a whole, unless it holds other files.
+        The files that exist before the last one is moved are a beginning of the new or of the older
+        sequence, and never a mixture. A folder of one file per frame is exchanged as a whole,
+        unless it holds other files.
         """
         beside = self._path.parent if self._names is None else self._names.folder
         new = sorted(folder.iterdir(), key=self._order)
         places = {file: beside / file.name for file in new}
+        for place in places.values():
+            refuse_existing(place, self._overwrite)
         outdated = [file for file in self.existing() if file not in places.values()]
         if self.is_folder and self._holds_frames_alone():
             exchange(folder, self.made)
         else:
-            replaced = [*reversed(places.values())] if outdated or len(places) > 1 else []
-            for file in (*replaced, *outdated):
-                file.unlink(missing_ok=True)
-            for file, place in places.items():
-                place.parent.mkdir(exist_ok=True)
-                file.replace(place)
+            move(places, outdated, folder.with_name("aside"))
         if not outdated:
             return []
         names = some_of([file.name for file in outdated], 3)

@@ -1,6 +1,5 @@
 """Writing scans into a folder, which appears when it is complete."""
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import count
@@ -10,7 +9,7 @@ from .._arrays import plain
 from .._errors import InputError
 from ..formats import all_formats
 from ..formats.frame_names import Number
-from ..formats.output import check_folder, exchange, exists_already, making
+from ..formats.output import new_folder
 from ..scan import PointScan, Scan
 from .cameras import Rig, write_cameras
 from .depth_files import SUFFIX, write_depth
@@ -38,12 +37,8 @@ def scan_folder(
         OSError: it cannot be written.
     """
     check_name_of_folder(path)
-    _refuse_existing(path, overwrite)
-    check_folder(path)
     left = count() if numbers is None else iter(numbers)
-    real = Path(os.path.realpath(path))
-    with making(real) as hidden:
-        _refuse_existing(path, overwrite)  # those that a killed process had put aside are back
+    with new_folder(path, overwrite, _is_ours) as hidden:
         write_cameras(hidden / CAMERAS, rig)
 
         def append(scan: Scan) -> None:
@@ -56,8 +51,6 @@ def scan_folder(
                 write_depth(file, plain("depth", depth), camera)
 
         yield append
-        _refuse_existing(path, overwrite)  # another process may have written it
-        exchange(hidden, real)
 
 
 def check_name_of_folder(path: Path) -> None:
@@ -68,11 +61,5 @@ def check_name_of_folder(path: Path) -> None:
         raise InputError(message, file=path)
 
 
-def _refuse_existing(path: Path, overwrite: bool) -> None:
-    if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        ours = {file for pattern in _OURS for file in path.glob(pattern)}
-        others = sorted({*path.iterdir()} - ours) if path.is_dir() else [path]
-        if others:
-            raise FileExistsError(f"{others[0]}: exists already")
-        if not overwrite:
-            raise exists_already(path)
+def _is_ours(file: Path) -> bool:
+    return any(file.match(pattern) for pattern in _OURS)

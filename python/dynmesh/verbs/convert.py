@@ -1,6 +1,7 @@
 """Conversion of sequences: other formats, frames, axes, units and rates."""
 
 import contextlib
+from collections import Counter
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import replace
@@ -19,7 +20,7 @@ from ..formats import PathLike, Written
 from ..formats.conversion import Changes, Unit
 from ..formats.folders import files_in, find_files
 from ..formats.format import Gaps
-from ..formats.output import check_output, making
+from ..formats.output import new_folder, new_output, refuse_inputs
 from ..formats.ply import read_elements
 from ..frames import Frame, Frames
 from ..header import Axis, Header
@@ -27,6 +28,9 @@ from ..scans import PointScan, read_points, write_ply
 from ..scans.point_files import point_formats
 from ..scans.reader import CAMERAS
 from ..scans.writer import check_name_of_folder
+
+_OF_CLOUDS = ("up", "unit", "to_up", "to_unit", "scale")
+"""What can be changed of point clouds."""
 
 
 def convert(
@@ -90,7 +94,7 @@ def convert_clouds(
     output_format: str | None = None,
     overwrite: bool = False,
     progress: bool = False,
-    **changes: Any,
+    **given: Any,
 ) -> Written | None:
     """Writes point clouds with other axes or units; None if a path is not of point clouds.
 
@@ -99,56 +103,55 @@ def convert_clouds(
     clouds = _clouds_in(path, gaps)
     if not clouds:
         return None
+    for name, value in given.items():
+        if name not in _OF_CLOUDS:
+            message = "is for sequences, not for point clouds"
+            raise InputError(message, argument=name, value=value)
     if output_format not in (None, "ply"):
         message = f"must be ply for point clouds, not {output_format}"
         raise InputError(message, argument="output_format", value=output_format)
-    return _convert_clouds(clouds, path, output, Changes(**changes), overwrite, progress)
-
-
-def _convert_clouds(
-    clouds: list[Path],
-    path: Path,
-    output: Path,
-    changes: Changes,
-    overwrite: bool,
-    progress: bool,
-) -> Written:
-    """Writes point clouds with other axes or units."""
-    for name in ("frames", "fps"):
-        if getattr(changes, name) is not None:
-            raise InputError("is for sequences, not for point clouds", argument=name)
-    outputs = [output]
-    if path not in clouds:
-        check_name_of_folder(output)
-        outputs = [output / f"{file.stem}.ply" for file in clouds]
-    for file in outputs:
-        check_output(file, overwrite, ".ply", inputs=clouds)
-    n_points, pairs = 0, zip(clouds, outputs, strict=True)
-    with making(output) as hidden:
-        for source, file in tracked(pairs, len(outputs), "converting", progress):
-            with formats.naming(source):
-                scan, said = read_points(source)
-                size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
-                own = Header(no_faces, 1, size, scan.points.dtype, **said._asdict())
-                conversion, _ = changes.of(own)
-                points, normals = conversion.moved(scan.points), scan.normals
-            if normals is not None:
-                normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
-            result, header = PointScan(points, normals, None), conversion.header
-            write_ply(hidden / file.name, result, header.metres_per_unit, header.up_axis)
-            n_points += size
-        for file in outputs:
-            check_output(file, overwrite, ".ply")  # another process may have written it
-            file.parent.mkdir(exist_ok=True)
-            (hidden / file.name).replace(file)
+    changes = Changes(**given)
+    if path in clouds:
+        with new_output(output, overwrite, ".ply", inputs=clouds) as file:
+            n_points = _convert_cloud(path, file, changes)
+    else:
+        n_points = _convert_folder(clouds, output, changes, overwrite, progress)
     has_cameras = ((path if path.is_dir() else path.parent) / CAMERAS).exists()
     remark = f"{CAMERAS} is not written; that of the scans holds for their unit and axes only"
     return Written(
         output=output,
-        frames=len(outputs),
-        vertices=n_points // len(outputs),
+        frames=len(clouds),
+        vertices=n_points // len(clouds),
         remarks=(remark,) if has_cameras else (),
     )
+
+
+def _convert_folder(
+    clouds: list[Path], output: Path, changes: Changes, overwrite: bool, progress: bool
+) -> int:
+    """Writes a folder of point clouds; returns how many points they have."""
+    check_name_of_folder(output)
+    names = [f"{file.stem}.ply" for file in clouds]
+    if twice := next((name for name, count in Counter(names).items() if count > 1), None):
+        raise InputError(f"several would be {twice}; convert each folder on its own", file=output)
+    refuse_inputs(output.glob("*"), clouds)
+    with new_folder(output, overwrite, lambda file: file.name in names) as hidden:
+        each = tracked(zip(clouds, names, strict=True), len(clouds), "converting", progress)
+        return sum(_convert_cloud(cloud, hidden / name, changes) for cloud, name in each)
+
+
+def _convert_cloud(path: Path, output: Path, changes: Changes) -> int:
+    """Writes a point cloud; returns how many points it has."""
+    with formats.naming(path):
+        scan, said = read_points(path)
+        size, no_faces = len(scan.points), np.zeros((0, 3), np.int64)
+        conversion, _ = changes.of(Header(no_faces, 1, size, scan.points.dtype, **said._asdict()))
+        points, normals = conversion.moved(scan.points), scan.normals
+    if normals is not None:
+        normals = np.asarray(normals @ conversion.turn.T, normals.dtype)
+    header = conversion.header
+    write_ply(output, PointScan(points, normals, None), header.metres_per_unit, header.up_axis)
+    return size
 
 
 def _clouds_in(path: Path, gaps: Gaps) -> list[Path]:

@@ -1,0 +1,165 @@
+"""Outputs whose names are taken: by links, pipes, protected files, or files of other modes."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commands import dynmesh_command as run
+from sequences import sea
+
+import dynmesh
+
+WRITTEN = [
+    ("convert in.npz out.npz", "out.npz"),
+    ("convert in.npz out.npy", "out.npy"),
+    ("convert in.npz out.npy", "out.faces.npy"),
+    ("convert in.npz new/f_%d.ply", "new/f_1.ply"),
+    ("convert in.npz mixed/f_%d.ply", "mixed/f_2.ply"),
+    ("convert in.npz out.obj --frames 0:1", "out.obj"),
+    ("convert clouds out", "out/a_1.ply"),
+    ("convert clouds/a_2.xyz c.ply", "c.ply"),
+    ("degrade in.npz out --scan --points 50", "out/frame_00001.ply"),
+    ("degrade in.npz out --depth 8x8", "out/cameras.json"),
+    ("evaluate in.npz in.npz --csv table.csv", "table.csv"),
+    ("view in.npz -o page.html", "page.html"),
+    ("picture in.npz -o sheet.png", "sheet.png"),
+]
+
+
+@pytest.fixture(params=WRITTEN, ids=[f"{words.split()[0]} {file}" for words, file in WRITTEN])
+def written(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: Any) -> Any:
+    """A command that was run, and one of its files."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clouds").mkdir()
+    (tmp_path / "mixed").mkdir()
+    (tmp_path / "mixed" / "readme.txt").touch()
+    for number in (1, 2):
+        np.savetxt(tmp_path / "clouds" / f"a_{number}.xyz", np.eye(3))
+    dynmesh.write("in.npz", sea(3))
+    words, file = request.param
+    run(*words.split())
+    return words.split(), Path(file)
+
+
+def state(folder: Path = Path()) -> dict[str, object]:
+    """What files hold, where links lead, and what else there is."""
+
+    def of(path: Path) -> object:
+        if path.is_symlink():
+            return path.readlink()
+        return path.read_bytes() if path.is_file() else path.stat().st_mode
+
+    return {str(path): of(path) for path in folder.rglob("*")}
+
+
+def refused(words: list[str]) -> str:
+    """Runs a command that is refused with and without `--overwrite`, and changes nothing."""
+    before = state()
+    run(*words, code=1)
+    said = run(*words, "--overwrite", code=1).stderr
+    assert state() == before
+    return said
+
+
+@pytest.mark.parametrize("leads_to", ["a file", "nothing", "the input"])
+def test_a_link_stays_and_what_it_leads_to(written: Any, leads_to: str) -> None:
+    words, file = written
+    kept = Path("kept").absolute() if leads_to != "the input" else Path("in.npz").absolute()
+    if leads_to == "a file":
+        file.rename(kept)
+    else:
+        file.unlink()
+    file.symlink_to(kept)
+    said = refused(words)
+    assert f"{file}: is a symbolic link" in said or f"{file}: is the input" in said
+
+
+def test_a_pipe_stays_one(written: Any) -> None:
+    words, file = written
+    file.unlink()
+    os.mkfifo(file)
+    assert f"{file}: is no file" in refused(words)
+
+
+def test_a_folder_of_that_name_stays(written: Any) -> None:
+    words, file = written
+    file.unlink()
+    file.mkdir()
+    (file / "inner").touch()
+    assert f"{file}: is " in refused(words)
+
+
+def test_a_protected_file_is_not_replaced(written: Any) -> None:
+    words, file = written
+    file.chmod(0o444)
+    assert f"{file}: Permission denied" in refused(words)
+
+
+def test_a_replaced_file_keeps_its_mode(written: Any) -> None:
+    words, file = written
+    file.write_bytes(file.read_bytes() + b" ")
+    file.chmod(0o640)
+    was = file.read_bytes()
+    run(*words, "--overwrite")
+    assert file.read_bytes() != was
+    assert file.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["convert in.npz out/f_%d.ply", "convert clouds out", "degrade in.npz out --scan --points 50"],
+)
+def test_a_folder_behind_a_link_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clouds").mkdir()
+    np.savetxt("clouds/a_1.xyz", np.eye(3))
+    dynmesh.write("in.npz", sea(3))
+    (tmp_path / "disk" / "far").mkdir(parents=True)
+    (tmp_path / "out").symlink_to("disk/far")
+    for more in ([], ["--overwrite"]):
+        run(*words.split(), *more)
+        assert Path("out").is_symlink()
+        assert [*Path("disk/far").glob("*.ply")]
+    assert [file.name for file in Path("disk").iterdir()] == ["far"]
+
+
+@pytest.mark.parametrize("name", ["f_%d.ply", "a.npy"])
+@pytest.mark.parametrize("n_frames", [2, 6])
+def test_all_stays_if_one_file_cannot_be_moved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, n_frames: int
+) -> None:
+    """As a file cannot that another program has open in Windows, or another user's in /tmp."""
+    moves = 0
+
+    def fail_at(most: int, action: Callable[..., Any]) -> Callable[..., Any]:
+        def act(path: Path, *arguments: Any, **options: Any) -> Any:
+            nonlocal moves
+            moves += 1
+            if moves == most:
+                raise PermissionError(13, "Permission denied", str(path))
+            return action(path, *arguments, **options)
+
+        return act
+
+    output = tmp_path / "out" / name
+    dynmesh.write(output, sea(4))
+    (output.parent / "readme.txt").touch()  # so that the folder is not exchanged as a whole
+    before = state(output.parent)
+    for most in range(1, 100):
+        moves = 0
+        with monkeypatch.context() as patched:
+            for action in ("replace", "unlink"):
+                patched.setattr(Path, action, fail_at(most, getattr(Path, action)))
+            try:
+                dynmesh.write(output, sea(n_frames))
+            except PermissionError:
+                assert state(output.parent) == before
+                continue
+        break
+    assert most > 3
+    assert len(dynmesh.read(output)) == n_frames
